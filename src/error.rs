@@ -1,0 +1,93 @@
+//! The crate's one error: what is wrong, of which kind, and the chain of places it was found in.
+
+use std::fmt;
+
+/// What sort of failure an [`Error`] is; it decides the exit code of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The scene, a mesh, a material or a command-line value is wrong (exit code 2).
+    Input,
+    /// Memory or disk does not suffice, or a file cannot be written (exit code 4).
+    Resources,
+    /// A numerical stage failed in a way the input does not explain (exit code 1).
+    Numerical,
+}
+
+/// An error with the context it was met in, outermost first.
+#[derive(Debug, Clone)]
+pub struct Error {
+    kind: Kind,
+    message: String,
+    context: Vec<String>,
+}
+
+/// `Result` with the crate's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An error in what the user gave: say what was found, what is allowed, and how to mend it.
+    pub fn input(message: impl Into<String>) -> Self {
+        Self { kind: Kind::Input, message: message.into(), context: Vec::new() }
+    }
+
+    /// Memory, disk or file-system failure.
+    pub fn resources(message: impl Into<String>) -> Self {
+        Self { kind: Kind::Resources, message: message.into(), context: Vec::new() }
+    }
+
+    /// A numerical stage failed.
+    pub fn numerical(message: impl Into<String>) -> Self {
+        Self { kind: Kind::Numerical, message: message.into(), context: Vec::new() }
+    }
+
+    /// The same error, met while doing `place` (file, group, step, ...).
+    pub fn context(mut self, place: impl Into<String>) -> Self {
+        self.context.insert(0, place.into());
+        self
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Exit code of the program for this error.
+    pub fn exit_code(&self) -> u8 {
+        match self.kind {
+            Kind::Input => 2,
+            Kind::Resources => 4,
+            Kind::Numerical => 1,
+        }
+    }
+
+    /// The message without its context.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for place in &self.context {
+            write!(f, "{place}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Adds context to a `Result`.
+pub trait Context<T> {
+    /// The same result; an error gets `place` put before its chain of context.
+    ///
+    /// # Errors
+    /// Passes on the error of `self`.
+    fn context(self, place: impl FnOnce() -> String) -> Result<T>;
+}
+
+impl<T> Context<T> for Result<T> {
+    fn context(self, place: impl FnOnce() -> String) -> Result<T> {
+        self.map_err(|error| error.context(place()))
+    }
+}

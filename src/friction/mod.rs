@@ -1,0 +1,63 @@
+//! Friction laws: each gives every cell of the frame an ellipse of admissible tangential tractions.
+
+/// Friction ellipse of a cell: semi-axes `mu` (per unit pressure) along axes turned by `angle` (radians) from the
+/// cell's local x towards y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionEllipse {
+    /// Coefficients along the principal axes (mu1, mu2).
+    pub mu: [f64; 2],
+    /// Angle of the first principal axis from local x.
+    pub angle: f64,
+}
+
+/// Linear interpolation between the in-plane value and the normal one with the fibre's tilt (radians).
+pub fn tilt_interpolation(in_plane: f64, normal: f64, tilt: f64) -> f64 {
+    in_plane + (normal - in_plane) * (tilt.abs() / std::f64::consts::FRAC_PI_2)
+}
+
+/// The friction laws a scene may name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrictionLaw {
+    /// No friction: tangential tractions are not unknowns.
+    None,
+    /// Isotropic, one coefficient.
+    Coulomb {
+        /// Coefficient.
+        mu: f64,
+    },
+    /// Elliptic with any principal axis.
+    Elliptic {
+        /// Coefficients along and across the first axis.
+        mu: [f64; 2],
+        /// Angle of the first axis from the frame's x, radians.
+        angle: f64,
+    },
+    /// Fibre-reinforced plastic (formulation 2.4): mu_j interpolated between fibre direction, transverse and normal.
+    Frp {
+        /// Coefficient along fibres in the surface.
+        mu_l: f64,
+        /// Coefficient across fibres in the surface.
+        mu_t: f64,
+        /// Coefficient for fibres along the normal.
+        mu_n: f64,
+        /// Tilt of the fibre out of the surface, radians.
+        tilt: f64,
+        /// Azimuth of the fibre from the frame's x, radians.
+        azimuth: f64,
+    },
+}
+
+impl FrictionLaw {
+    /// The ellipse of every cell, or `None` if frictionless.
+    pub fn ellipse(&self) -> Option<FrictionEllipse> {
+        match *self {
+            Self::None => None,
+            Self::Coulomb { mu } => Some(FrictionEllipse { mu: [mu, mu], angle: 0.0 }),
+            Self::Elliptic { mu, angle } => Some(FrictionEllipse { mu, angle }),
+            Self::Frp { mu_l, mu_t, mu_n, tilt, azimuth } => Some(FrictionEllipse {
+                mu: [tilt_interpolation(mu_l, mu_n, tilt), tilt_interpolation(mu_t, mu_n, tilt)],
+                angle: azimuth,
+            }),
+        }
+    }
+}

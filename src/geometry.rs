@@ -1,0 +1,62 @@
+//! Points, orthonormal triads and rotations.
+//!
+//! Global axes are x, y, z. A [`Triad`] holds the local axes (x, y, n) of a frame point, n = outward normal
+//! of body 1; components of local vectors are always in that order.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// A point or vector in global coordinates.
+pub type Point = Vector3<f64>;
+
+/// Right-handed orthonormal local axes: two tangents and the normal, as columns of a rotation matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triad(pub Matrix3<f64>);
+
+impl Triad {
+    /// Tangents turned by `azimuth` (radians) from global x towards y, normal = +z.
+    pub fn horizontal(azimuth: f64) -> Self {
+        let (s, c) = azimuth.sin_cos();
+        Self(Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0))
+    }
+
+    /// Triad with the unit normal `normal`; its first tangent is the projection of `toward` on the surface
+    /// (or of another global axis where `toward` is almost normal to it).
+    pub fn from_normal(normal: Point, toward: Point) -> Self {
+        let n = normal.normalize();
+        let mut t = toward - n * n.dot(&toward);
+        if t.norm() < 1e-8 * toward.norm() {
+            let axis = if n.z.abs() < 0.9 { Point::z() } else { Point::x() };
+            t = axis - n * n.dot(&axis);
+        }
+        let e1 = t.normalize();
+        Self(Matrix3::from_columns(&[e1, n.cross(&e1), n]))
+    }
+
+    /// The normal.
+    pub fn normal(&self) -> Point {
+        self.0.column(2).into()
+    }
+
+    /// Components in the triad of a global vector.
+    pub fn to_local(&self, global: &Point) -> Point {
+        self.0.transpose() * global
+    }
+
+    /// Global vector of local components.
+    pub fn to_global(&self, local: &Point) -> Point {
+        self.0 * local
+    }
+}
+
+/// Material axes of a fibre as columns (1 along the fibre, 2 in the surface 90 degrees left of the azimuth,
+/// 3 = 1 x 2); `tilt` and `azimuth` in radians, fibre = (cos tilt cos az, cos tilt sin az, sin tilt).
+///
+/// # Source
+/// formulation: fibre a = cos φ e1 + sin φ n, 3 → -sin φ e1 + cos φ n.
+pub fn fibre_axes(tilt: f64, azimuth: f64) -> Matrix3<f64> {
+    let (st, ct) = tilt.sin_cos();
+    let (sa, ca) = azimuth.sin_cos();
+    let a1 = Point::new(ct * ca, ct * sa, st);
+    let a2 = Point::new(-sa, ca, 0.0);
+    Matrix3::from_columns(&[a1, a2, a1.cross(&a2)])
+}

@@ -1,0 +1,3 @@
+//! Load steps, cycles and cycle jumps: the main loop.
+
+pub mod step;

@@ -1,0 +1,179 @@
+//! What a step prescribes, and what is recorded of it.
+
+use serde::Serialize;
+
+/// Normal control: totals at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Normal {
+    /// Motion of body 2 towards body 1, mm, 0 = first touch of the undeformed surfaces.
+    Approach(f64),
+    /// Normal force on body 1, compression positive.
+    Force(f64),
+}
+
+/// Tangential control: totals at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tangential {
+    /// Displacement of body 2 along the frame's x, y, mm.
+    Shift([f64; 2]),
+    /// Tangential force on body 1 along the frame's x, y.
+    Force([f64; 2]),
+}
+
+/// Fretting cycles about the position at the start of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycles {
+    /// Number of cycles.
+    pub count: u64,
+    /// Half-amplitude of body 2's displacement, mm.
+    pub amplitude: f64,
+    /// Direction from the frame's x, radians.
+    pub angle: f64,
+    /// Number of jumps the cycles are taken in.
+    pub jumps: usize,
+    /// How a jump is integrated.
+    pub integrator: Integrator,
+}
+
+/// Time integration of wear over a cycle jump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Integrator {
+    /// L-stable, second order, slip path taken at every stage.
+    Sdirk2,
+    /// Implicit, first order.
+    BackwardEuler,
+    /// Explicit Euler, first order, stable only below a critical jump.
+    Explicit,
+}
+
+/// One load step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Name, for results.
+    pub name: String,
+    /// Normal control; `None` keeps what held before.
+    pub normal: Option<Normal>,
+    /// Tangential control; `None` keeps what held before.
+    pub tangential: Option<Tangential>,
+    /// Number of load increments.
+    pub increments: usize,
+    /// Whether friction acts in this step.
+    pub friction: bool,
+    /// Whether wear acts in this step.
+    pub wear: bool,
+    /// Fretting cycles instead of a monotone step.
+    pub cycles: Option<Cycles>,
+}
+
+/// Independent checks of a converged increment (formulation 7), recomputed afresh from the tractions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+pub struct Certificate {
+    /// Natural residual (7.1), relative to the largest pressure.
+    pub natural_residual: f64,
+    /// Smallest normal gap over the approach.
+    pub min_gap: f64,
+    /// Largest violation of the friction cone over the largest pressure.
+    pub max_cone_violation: f64,
+    /// Energy of the normal complementarity gap over the elastic energy.
+    pub normal_gap_energy: f64,
+    /// Energy of the tangential (Fenchel) gap over the elastic energy.
+    pub tangential_gap_energy: f64,
+    /// Imbalance of work and elastic energy over the increment, relative.
+    pub energy_balance: f64,
+}
+
+/// Resultants at one end of a stroke.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+#[allow(missing_docs)]
+pub struct StrokeEnd {
+    pub shift: [f64; 2],
+    pub normal_force: f64,
+    pub tangential_force: [f64; 2],
+    pub moment: [f64; 3],
+    pub contact_area: f64,
+    pub stick_area: f64,
+    pub peak_pressure: f64,
+}
+
+/// One entry of `summary.steps`: an increment, or a cycle jump. Forces and moments act on body 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Default)]
+#[allow(missing_docs)]
+pub struct IncrementRecord {
+    pub name: String,
+    pub increment: usize,
+    pub approach: f64,
+    pub shift: [f64; 2],
+    pub normal_force: f64,
+    pub tangential_force: [f64; 2],
+    pub moment: [f64; 3],
+    pub contact_area: f64,
+    pub stick_area: f64,
+    pub peak_pressure: f64,
+    pub contact_touches_edge: bool,
+    pub worn_volume: f64,
+    pub worn_volume_by_body: [f64; 2],
+    pub max_wear_depth: f64,
+    pub cycles_done: u64,
+    pub dissipation: f64,
+    pub certificate: Certificate,
+    pub iterations: usize,
+    pub operator_applications: usize,
+    pub seconds: f64,
+    /// Whether the certificate's natural residual met the tolerance.
+    pub converged: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stroke_ends: Option<[StrokeEnd; 2]>,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// All steps converged.
+    Converged,
+    /// A step did not; the reason is one of "iterations", "gross-sliding", "contact-lost", "frame-edge".
+    NotConverged(&'static str),
+    /// A signal stopped the run.
+    Interrupted,
+}
+
+/// The fields on the frame after an increment, for output. All lengths N by cell, components (x, y, n) of the
+/// frame's cells; tractions act on body 2.
+#[derive(Debug, Clone, Default)]
+pub struct FrameState {
+    /// Tractions on body 2, `[3, N]` by planes, MPa.
+    pub tractions: Vec<f64>,
+    /// Gap, `[3, N]` by planes, mm.
+    pub gap: Vec<f64>,
+    /// Slip of the increment, `[2, N]` by planes, mm.
+    pub slip: Vec<f64>,
+    /// 0 open, 1 stick, 2 slip.
+    pub status: Vec<u8>,
+    /// Worn depth (both bodies), mm.
+    pub wear_depth: Vec<f64>,
+}
+
+/// Watches a run: progress, output of fields, checkpoints hang on it.
+pub trait Observer {
+    /// Called while a stage works: its name, the fraction done in 0..=1, and the current natural residual.
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>);
+
+    /// Called after every increment or cycle jump.
+    ///
+    /// # Errors
+    /// If results cannot be written; the run stops.
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
+
+    /// Asked between iterations: whether to stop (a signal was caught).
+    fn interrupted(&self) -> bool {
+        false
+    }
+}
+
+/// Work that a scene did not need and that was therefore not done.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// What was skipped.
+    pub what: String,
+    /// Why it could be.
+    pub why: String,
+}

@@ -1,0 +1,3 @@
+//! Linear algebra behind small traits: flexibility operators, sparse symmetric factorisation, ordering.
+
+pub mod operator;

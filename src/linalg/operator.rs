@@ -1,0 +1,83 @@
+//! Flexibility operators on the contact frame.
+//!
+//! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N,
+//! in the local axes (x, y, n) of each cell.
+
+use nalgebra::Matrix3;
+
+/// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
+///
+/// Symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`.
+pub trait Flexibility: Send + Sync {
+    /// Number of cells N.
+    fn n_cells(&self) -> usize;
+
+    /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]);
+
+    /// `normal_gap = S_nn pressure`, both `[N]`; overwrites. Does not allocate.
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
+
+    /// The 3 x 3 diagonal blocks S_II, `[N]`.
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>>;
+
+    /// Whether tractions in the surface move the normal gap at all (S_nt not identically zero).
+    fn couples_normal_tangential(&self) -> bool {
+        true
+    }
+}
+
+/// The sum of several operators on one frame.
+pub struct SumFlexibility {
+    parts: Vec<Box<dyn Flexibility>>,
+    scratch: std::sync::Mutex<Vec<f64>>,
+}
+
+impl SumFlexibility {
+    /// Adds `parts`, all with the same number of cells.
+    ///
+    /// # Panics
+    /// If `parts` is empty or the sizes differ.
+    pub fn new(parts: Vec<Box<dyn Flexibility>>) -> Self {
+        let n = parts.first().expect("a sum has at least one part").n_cells();
+        assert!(parts.iter().all(|part| part.n_cells() == n), "operators on different frames");
+        Self { parts, scratch: std::sync::Mutex::new(vec![0.0; 3 * n]) }
+    }
+}
+
+impl Flexibility for SumFlexibility {
+    fn n_cells(&self) -> usize {
+        self.parts[0].n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.parts[0].apply_normal(pressure, normal_gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            let scratch = &mut scratch[..pressure.len()];
+            part.apply_normal(pressure, scratch);
+            normal_gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        let mut sum = self.parts[0].diagonal_blocks();
+        for part in &self.parts[1..] {
+            sum.iter_mut().zip(part.diagonal_blocks()).for_each(|(s, block)| *s += block);
+        }
+        sum
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.parts.iter().any(|part| part.couples_normal_tangential())
+    }
+}

@@ -1,0 +1,67 @@
+//! Wear laws: the worn depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (formulation 2.3).
+
+use crate::friction::{FrictionEllipse, tilt_interpolation};
+
+/// Wear intensity of a cell along principal axes turned by `angle` (radians) from local x, 1/MPa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearIntensity {
+    /// Intensities (i1, i2) along the principal axes, 1/MPa.
+    pub i: [f64; 2],
+    /// Angle of the first principal axis from local x.
+    pub angle: f64,
+}
+
+/// The wear laws a scene may name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WearLaw {
+    /// No wear.
+    None,
+    /// Archard: volume per load and sliding distance.
+    Archard {
+        /// Intensity, 1/MPa.
+        i: f64,
+    },
+    /// Orthotropic with any principal axis.
+    Orthotropic {
+        /// Intensities along and across the first axis, 1/MPa.
+        i: [f64; 2],
+        /// Angle of the first axis from the frame's x, radians.
+        angle: f64,
+    },
+    /// Fibre-reinforced plastic (formulation 2.4).
+    Frp {
+        /// Intensity along fibres in the surface.
+        i_l: f64,
+        /// Intensity across fibres in the surface.
+        i_t: f64,
+        /// Intensity for fibres along the normal.
+        i_n: f64,
+        /// Tilt of the fibre out of the surface, radians.
+        tilt: f64,
+        /// Azimuth of the fibre from the frame's x, radians.
+        azimuth: f64,
+    },
+    /// Volume per friction energy: i = k mu, along the friction axes.
+    Energy {
+        /// Volume per energy, 1/MPa.
+        k: f64,
+    },
+}
+
+impl WearLaw {
+    /// The intensity of every cell, `None` without wear (or, for the energy law, without friction).
+    pub fn intensity(&self, friction: Option<FrictionEllipse>) -> Option<WearIntensity> {
+        match *self {
+            Self::None => None,
+            Self::Archard { i } => Some(WearIntensity { i: [i, i], angle: 0.0 }),
+            Self::Orthotropic { i, angle } => Some(WearIntensity { i, angle }),
+            Self::Frp { i_l, i_t, i_n, tilt, azimuth } => Some(WearIntensity {
+                i: [tilt_interpolation(i_l, i_n, tilt), tilt_interpolation(i_t, i_n, tilt)],
+                angle: azimuth,
+            }),
+            Self::Energy { k } => {
+                friction.map(|f| WearIntensity { i: [k * f.mu[0], k * f.mu[1]], angle: f.angle })
+            }
+        }
+    }
+}

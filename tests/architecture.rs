@@ -1,0 +1,126 @@
+//! The layers: a module may use those before it in `src/lib.rs`, never those after it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const ORDER: [&str; 20] = [
+    "error",
+    "geometry",
+    "linalg",
+    "quadrature",
+    "element",
+    "mesh",
+    "material",
+    "fem",
+    "bem",
+    "frame",
+    "body",
+    "coupling",
+    "friction",
+    "wear",
+    "contact",
+    "history",
+    "results",
+    "scene",
+    "study",
+    "cli",
+];
+
+fn rust_files(dir: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(dir).expect("a readable source folder") {
+        let path = entry.expect("a readable entry").path();
+        if path.is_dir() {
+            rust_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+fn sources() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    rust_files(&root, &mut files);
+    files
+        .into_iter()
+        .map(|path| {
+            let text = fs::read_to_string(&path).expect("a readable source file");
+            (path.strip_prefix(&root).expect("below src").to_path_buf(), text)
+        })
+        .collect()
+}
+
+fn layer_of(path: &Path) -> Option<usize> {
+    let first = path.components().next()?.as_os_str().to_str()?;
+    ORDER.iter().position(|name| *name == first.trim_end_matches(".rs"))
+}
+
+/// Truth: the order of imports fixed in the design.
+#[test]
+fn imports_point_back_along_the_data_flow() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let Some(layer) = layer_of(&path) else { continue };
+        for (number, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or("");
+            for piece in code.split("crate::").skip(1) {
+                let names: Vec<&str> = if let Some(list) = piece.strip_prefix('{') {
+                    list.split(',').map(str::trim).collect()
+                } else {
+                    vec![piece]
+                };
+                for name in names {
+                    let name = name.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("");
+                    if let Some(used) = ORDER.iter().position(|n| *n == name)
+                        && used > layer
+                    {
+                        wrong.push(format!(
+                            "{}:{}: {} uses {}",
+                            path.display(),
+                            number + 1,
+                            ORDER[layer],
+                            name
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "imports against the data flow:\n{}", wrong.join("\n"));
+}
+
+/// Truth: every source file belongs to the crate.
+#[test]
+fn every_file_is_declared() {
+    let files = sources();
+    let declared: BTreeSet<String> = files
+        .iter()
+        .flat_map(|(_, text)| {
+            text.lines().filter_map(|line| {
+                let line = line.trim().trim_start_matches("pub(crate) ").trim_start_matches("pub ");
+                line.strip_prefix("mod ")?.strip_suffix(';').map(str::to_owned)
+            })
+        })
+        .collect();
+    for (path, _) in &files {
+        let stem = path.file_stem().and_then(|s| s.to_str()).expect("a UTF-8 file name");
+        let name = if stem == "mod" {
+            path.parent().and_then(Path::file_name).and_then(|s| s.to_str()).expect("a folder")
+        } else {
+            stem
+        };
+        if !["lib", "main"].contains(&name) {
+            assert!(declared.contains(name), "{} is declared by no `mod`", path.display());
+        }
+    }
+}
+
+/// Truth: `src/lib.rs` lists the modules in the order that the test enforces.
+#[test]
+fn lib_lists_the_modules_in_order() {
+    let text = include_str!("../src/lib.rs");
+    let listed: Vec<&str> =
+        text.lines().filter_map(|l| l.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    assert_eq!(listed, ORDER);
+}

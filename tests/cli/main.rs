@@ -1,0 +1,4 @@
+//! Command line: runs, refusals, outputs.
+mod bad_input;
+mod outputs;
+mod run;

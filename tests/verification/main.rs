@@ -1,0 +1,8 @@
+//! Problems with known answers; each test names its truth and why its tolerance.
+mod bem;
+mod contact;
+mod coupling;
+mod fem;
+mod laws;
+mod mesh;
+mod wear;
