@@ -1,5 +1,8 @@
 //! Meshes of solids and surfaces with physical groups.
 
+pub mod faces;
+mod groups;
+
 use crate::element::ElementKind;
 
 /// All cells of one kind.
@@ -11,6 +14,19 @@ pub struct Block {
     pub nodes: Vec<usize>,
     /// The file's own element numbers, `[n_cells]` (for messages).
     pub tags: Vec<u64>,
+}
+
+impl Block {
+    /// Number of its cells.
+    pub fn n_cells(&self) -> usize {
+        self.tags.len()
+    }
+
+    /// Nodes of its cell `cell`, `[kind.n_nodes()]`.
+    pub fn cell_nodes(&self, cell: usize) -> &[usize] {
+        let n = self.kind.n_nodes();
+        &self.nodes[cell * n..(cell + 1) * n]
+    }
 }
 
 /// A cell: block and index in the block.
@@ -46,4 +62,50 @@ pub struct Mesh {
     pub blocks: Vec<Block>,
     /// Physical groups.
     pub groups: Vec<PhysicalGroup>,
+    /// What the reader mended or left out.
+    pub warnings: Vec<String>,
+}
+
+impl Mesh {
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Kind of a cell.
+    pub fn kind(&self, cell: CellRef) -> ElementKind {
+        self.blocks[cell.block].kind
+    }
+
+    /// Node indices of a cell, `[kind.n_nodes()]`, gmsh's order.
+    pub fn cell_nodes(&self, cell: CellRef) -> &[usize] {
+        self.blocks[cell.block].cell_nodes(cell.cell)
+    }
+
+    /// The file's number of a cell (for messages).
+    pub fn tag(&self, cell: CellRef) -> u64 {
+        self.blocks[cell.block].tags[cell.cell]
+    }
+
+    /// All cells of dimension `dim`, block by block.
+    pub fn cells(&self, dim: usize) -> impl Iterator<Item = CellRef> + '_ {
+        self.blocks
+            .iter()
+            .enumerate()
+            .filter(move |(_, block)| block.kind.dim() == dim)
+            .flat_map(|(i, block)| (0..block.n_cells()).map(move |cell| CellRef { block: i, cell }))
+    }
+
+    /// All solid cells, block by block.
+    pub fn volume_cells(&self) -> impl Iterator<Item = CellRef> + '_ {
+        self.cells(3)
+    }
+
+    /// Least and largest coordinates of the points; `None` for a mesh without points.
+    pub fn bounding_box(&self) -> Option<([f64; 3], [f64; 3])> {
+        let first = *self.points.first()?;
+        Some(self.points.iter().fold((first, first), |(low, high), x| {
+            (std::array::from_fn(|k| low[k].min(x[k])), std::array::from_fn(|k| high[k].max(x[k])))
+        }))
+    }
 }

@@ -1,0 +1,160 @@
+//! Faces of the solids: the outer skin, and the faces of a physical surface with outward normals.
+
+use std::collections::HashMap;
+
+use super::groups::dim_name;
+use super::{CellRef, Mesh};
+use crate::element::ElementKind;
+use crate::error::{Error, Result};
+
+/// A face of one solid cell that lies on the outside of the mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceFace {
+    /// Its kind.
+    pub kind: ElementKind,
+    /// Its nodes, gmsh's order, the normal pointing out of the solid.
+    pub nodes: Vec<usize>,
+    /// The solid it belongs to.
+    pub owner: CellRef,
+    /// Its index among the solid's [`ElementKind::local_faces`].
+    pub local_face: usize,
+    /// The file's number of the surface element, or of the owner where there is none.
+    pub tag: u64,
+}
+
+/// Corner nodes of a face in ascending order, `usize::MAX` in the place of a fourth corner of a triangle.
+type FaceKey = [usize; 4];
+
+fn face_key(corners: &[usize]) -> FaceKey {
+    let mut key = [usize::MAX; 4];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
+}
+
+/// Calls `visit` for each face of each solid with its key, solid, local face.
+fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRef, usize)) {
+    for owner in mesh.volume_cells() {
+        let nodes = mesh.cell_nodes(owner);
+        for (local_face, (kind, local)) in mesh.kind(owner).local_faces().iter().enumerate() {
+            let mut corners = [0; 4];
+            let n = kind.n_corners();
+            for (corner, &i) in corners.iter_mut().zip(&local[..n]) {
+                *corner = nodes[i];
+            }
+            visit(face_key(&corners[..n]), owner, local_face);
+        }
+    }
+}
+
+fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> SurfaceFace {
+    let (kind, local) = mesh.kind(owner).local_faces()[local_face];
+    let nodes = mesh.cell_nodes(owner);
+    SurfaceFace { kind, nodes: local.iter().map(|&i| nodes[i]).collect(), owner, local_face, tag }
+}
+
+/// The faces that belong to exactly one solid, in the order of the solids; each has its solid's number.
+pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
+    let mut count: HashMap<FaceKey, u32> = HashMap::new();
+    each_solid_face(mesh, |key, _, _| *count.entry(key).or_insert(0) += 1);
+    let mut faces = Vec::new();
+    each_solid_face(mesh, |key, owner, local_face| {
+        if count[&key] == 1 {
+            faces.push(surface_face(mesh, owner, local_face, mesh.tag(owner)));
+        }
+    });
+    faces
+}
+
+/// The outer faces that the surface elements of the physical group `name` lie on, in the group's order,
+/// oriented outward whatever the orientation of the surface elements.
+///
+/// # Errors
+/// If there is no such group, it is not one of surfaces or is empty; if one of its elements is an inner face,
+/// belongs to no solid, has nodes other than its solid's face, or lies on the same face as another.
+pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
+    let group = mesh.group_of_dim(name, 2)?;
+    if group.cells.is_empty() {
+        return Err(Error::input(format!("the group \"{name}\" of {} has no elements", mesh.source)));
+    }
+    let mut owners: HashMap<FaceKey, Vec<(CellRef, usize)>> = HashMap::with_capacity(group.cells.len());
+    let key_of = |cell| face_key(&mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()]);
+    for &cell in &group.cells {
+        owners.insert(key_of(cell), Vec::new());
+    }
+    each_solid_face(mesh, |key, owner, local_face| {
+        if let Some(found) = owners.get_mut(&key) {
+            found.push((owner, local_face));
+        }
+    });
+    let mut taken: HashMap<FaceKey, u64> = HashMap::with_capacity(group.cells.len());
+    group
+        .cells
+        .iter()
+        .map(|&cell| {
+            let tag = mesh.tag(cell);
+            if let Some(other) = taken.insert(key_of(cell), tag) {
+                return Err(wrong(mesh, name, cell, &format!("lies on the same face as element {other}")));
+            }
+            let face = the_outer_face(mesh, name, cell, &owners[&key_of(cell)])?;
+            same_nodes(mesh, name, cell, &face)?;
+            Ok(face)
+        })
+        .collect()
+}
+
+fn wrong(mesh: &Mesh, name: &str, cell: CellRef, what: &str) -> Error {
+    Error::input(format!(
+        "element {} ({}) of the group \"{name}\" of {} {what}",
+        mesh.tag(cell),
+        mesh.kind(cell).name(),
+        mesh.source
+    ))
+}
+
+fn the_outer_face(
+    mesh: &Mesh,
+    name: &str,
+    cell: CellRef,
+    owners: &[(CellRef, usize)],
+) -> Result<SurfaceFace> {
+    match *owners {
+        [(owner, local_face)] => Ok(surface_face(mesh, owner, local_face, mesh.tag(cell))),
+        [] => {
+            let why = if mesh.volume_cells().next().is_none() {
+                format!("belongs to no solid: the mesh has no {} at all; mesh and save them too", dim_name(3))
+            } else {
+                "belongs to no solid element: mesh the volume behind it conformingly, and put the volume into a \
+                 physical group so that gmsh saves it"
+                    .to_string()
+            };
+            Err(wrong(mesh, name, cell, &why))
+        }
+        [(a, _), (b, _), ..] => Err(wrong(
+            mesh,
+            name,
+            cell,
+            &format!(
+                "is an inner face, between the solid elements {} and {}; a contact or load surface must lie on the \
+                 outside of the body",
+                mesh.tag(a),
+                mesh.tag(b)
+            ),
+        )),
+    }
+}
+
+fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Result<()> {
+    let sorted = |nodes: &[usize]| {
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        nodes
+    };
+    if sorted(mesh.cell_nodes(cell)) == sorted(&face.nodes) {
+        return Ok(());
+    }
+    let solid = format!("{} {}", mesh.kind(face.owner).name(), mesh.tag(face.owner));
+    let what =
+        format!("does not share its middle nodes with the {} face of {solid} it lies on", face.kind.name());
+    Err(wrong(mesh, name, cell, &what))
+}

@@ -1,0 +1,108 @@
+//! Finding physical groups by name, with messages that help a misspelt one.
+
+use std::collections::BTreeSet;
+
+use super::{Mesh, PhysicalGroup};
+use crate::error::{Error, Result};
+
+const DIM_NAMES: [&str; 4] = ["points", "lines", "surfaces", "volumes"];
+
+/// What cells of a dimension are called ("surfaces").
+pub(super) fn dim_name(dim: usize) -> &'static str {
+    DIM_NAMES[dim.min(3)]
+}
+
+impl Mesh {
+    /// The physical group `name`; where several dimensions share the name, that of the highest dimension.
+    ///
+    /// # Errors
+    /// If there is none: the message lists the groups of the mesh and the closest name.
+    pub fn group(&self, name: &str) -> Result<&PhysicalGroup> {
+        self.groups
+            .iter()
+            .filter(|group| group.name == name)
+            .max_by_key(|group| group.dim)
+            .ok_or_else(|| self.no_group(name))
+    }
+
+    /// The physical group `name` of dimension `dim`.
+    ///
+    /// # Errors
+    /// If there is none; a group of that name but of another dimension is named as such.
+    pub fn group_of_dim(&self, name: &str, dim: usize) -> Result<&PhysicalGroup> {
+        let found = self.group(name)?;
+        self.groups.iter().find(|group| group.name == name && group.dim == dim).ok_or_else(|| {
+            Error::input(format!(
+                "the group \"{name}\" of {} is a group of {}, but {} are wanted here; the mesh has {}",
+                self.source,
+                dim_name(found.dim),
+                dim_name(dim),
+                self.list_groups(Some(dim)),
+            ))
+        })
+    }
+
+    /// Nodes of the cells of the group `name`, ascending, each once.
+    ///
+    /// # Errors
+    /// If there is no such group.
+    pub fn group_nodes(&self, name: &str) -> Result<Vec<usize>> {
+        let group = self.group(name)?;
+        let nodes: BTreeSet<usize> =
+            group.cells.iter().flat_map(|&cell| self.cell_nodes(cell).iter().copied()).collect();
+        Ok(nodes.into_iter().collect())
+    }
+
+    fn no_group(&self, name: &str) -> Error {
+        let closest = self
+            .groups
+            .iter()
+            .map(|group| (edit_distance(name, &group.name), group.name.as_str()))
+            .min()
+            .filter(|(distance, _)| *distance <= 1 + name.chars().count() / 3);
+        let hint = closest.map_or(String::new(), |(_, near)| format!(" Did you mean \"{near}\"?"));
+        Error::input(format!(
+            "{} has no physical group \"{name}\"; it has {}.{hint}",
+            self.source,
+            self.list_groups(None)
+        ))
+    }
+
+    /// The groups (of one dimension) as a list for messages.
+    pub(super) fn list_groups(&self, dim: Option<usize>) -> String {
+        let names: Vec<String> = self
+            .groups
+            .iter()
+            .filter(|group| dim.is_none_or(|d| d == group.dim))
+            .map(|group| match dim {
+                Some(_) => format!("\"{}\"", group.name),
+                None => format!("\"{}\" ({})", group.name, dim_name(group.dim)),
+            })
+            .collect();
+        match (names.is_empty(), dim) {
+            (false, _) => names.join(", "),
+            (true, Some(d)) => format!("no physical group of {}", dim_name(d)),
+            (true, None) => {
+                "no physical groups at all: declare them in the .geo script with `Physical Surface(..)` \
+                             and `Physical Volume(..)`"
+                    .to_string()
+            }
+        }
+    }
+}
+
+/// Levenshtein distance, without regard to case.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.to_lowercase().chars().take(200).collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.to_lowercase().chars().take(200).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
