@@ -1,6 +1,13 @@
 //! The contact frame: cells with areas, local axes and an initial gap, and the maps to the faces of the bodies.
+//!
+//! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
+
+pub mod gap;
+pub mod grid;
 
 use crate::geometry::{Point, Triad};
+
+pub use gap::{GapShape, InitialGap};
 
 /// Layout of a uniform grid frame; cell (ix, iy) has index `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +33,10 @@ pub struct ContactFrame {
     pub areas: Vec<f64>,
     /// Local axes (x, y, n) of each cell.
     pub triads: Vec<Triad>,
+    /// Origin of gap shapes and of moments, global.
+    pub origin: Point,
+    /// Angle of the frame's x axis from global x, radians.
+    pub azimuth: f64,
     /// The grid, if the frame is one.
     pub grid: Option<Grid>,
 }
@@ -35,4 +46,27 @@ impl ContactFrame {
     pub fn n_cells(&self) -> usize {
         self.areas.len()
     }
+
+    /// Coordinates of a cell's centre along the frame's x and y, measured from the origin, mm.
+    pub fn plane_coordinates(&self, cell: usize) -> [f64; 2] {
+        let arm = self.centers[cell] - self.origin;
+        let (s, c) = self.azimuth.sin_cos();
+        [c * arm.x + s * arm.y, c * arm.y - s * arm.x]
+    }
+
+    /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`.
+    pub fn rim(&self) -> Vec<bool> {
+        match self.grid {
+            Some(grid) => grid.rim(),
+            None => edges::rim(&self.corners),
+        }
+    }
+
+    /// The common normal of all cells, if they have one (to the last bit).
+    pub fn common_normal(&self) -> Option<Point> {
+        let first = self.triads.first()?.normal();
+        self.triads.iter().all(|triad| triad.normal() == first).then_some(first)
+    }
 }
+
+mod edges;

@@ -1,0 +1,361 @@
+//! Initial gaps: the distance of the undeformed surfaces when they first touch.
+
+use super::ContactFrame;
+use crate::error::{Error, Result};
+
+/// Shape of the gap between the undeformed surfaces; lengths in mm, angles in radians from the frame's x.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GapShape {
+    /// Two planes.
+    Flat,
+    /// Sphere: r^2 / (2 R), or R - sqrt(R^2 - r^2) if exact.
+    Sphere {
+        /// Radius R.
+        radius: f64,
+    },
+    /// Principal radii of relative curvature: x^2 / (2 R1) + y^2 / (2 R2) along axes turned by `angle`.
+    Ellipsoid {
+        /// Radii R1, R2.
+        radii: [f64; 2],
+        /// Angle of the first principal direction.
+        angle: f64,
+    },
+    /// Cylinder: y^2 / (2 R) across its axis, or R - sqrt(R^2 - y^2) if exact.
+    Cylinder {
+        /// Radius R.
+        radius: f64,
+        /// Angle of the axis.
+        angle: f64,
+    },
+    /// Cone: r tan(slope).
+    Cone {
+        /// Angle between the cone's flank and the plane.
+        slope: f64,
+    },
+    /// Power profile: B r^n.
+    Power {
+        /// Exponent n.
+        exponent: f64,
+        /// Coefficient B, mm^(1 - n).
+        coefficient: f64,
+    },
+    /// Given heights; their smallest value over the frame becomes the first touch.
+    Heights(Heights),
+    /// The distance along n between the meshed surfaces of the bodies (evaluated by the coupling).
+    Mesh,
+}
+
+/// Gap heights given point by point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heights {
+    /// Gap heights, mm, first index along the frame's x: `values[ix * shape[1] + iy]`.
+    pub values: Vec<f64>,
+    /// Number of values along x and y.
+    pub shape: [usize; 2],
+    /// Distance of the values along x and y, mm, centred at the frame's origin and interpolated bilinearly;
+    /// `None`: one value per cell.
+    pub spacing: Option<[f64; 2]>,
+}
+
+/// An initial gap: a shape and where its lowest point lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InitialGap {
+    /// The shape.
+    pub shape: GapShape,
+    /// Position of the shape's origin along the frame's x and y, from the frame's origin, mm.
+    pub offset: [f64; 2],
+    /// The true surface instead of the parabola that touches it.
+    pub exact: bool,
+}
+
+impl From<GapShape> for InitialGap {
+    fn from(shape: GapShape) -> Self {
+        Self { shape, offset: [0.0, 0.0], exact: false }
+    }
+}
+
+impl InitialGap {
+    /// The gap at the centre of each cell, `[N]`, mm; zero where the undeformed surfaces first touch.
+    ///
+    /// # Errors
+    /// If a parameter is not admissible, the frame reaches beyond an exact surface, heights do not match the
+    /// frame, or the shape is [`GapShape::Mesh`] (which needs the bodies).
+    pub fn evaluate(&self, frame: &ContactFrame) -> Result<Vec<f64>> {
+        self.check()?;
+        if let GapShape::Heights(heights) = &self.shape {
+            return heights.evaluate(frame, self.offset);
+        }
+        (0..frame.n_cells())
+            .map(|cell| {
+                let [x, y] = frame.plane_coordinates(cell);
+                self.at(x - self.offset[0], y - self.offset[1])
+            })
+            .collect()
+    }
+
+    /// The gap of a closed-form shape at (x, y) from its origin.
+    fn at(&self, x: f64, y: f64) -> Result<f64> {
+        let along = |angle: f64| {
+            let (s, c) = angle.sin_cos();
+            [c * x + s * y, c * y - s * x]
+        };
+        Ok(match self.shape {
+            GapShape::Flat => 0.0,
+            GapShape::Sphere { radius } => self.round(x * x + y * y, radius)?,
+            GapShape::Ellipsoid { radii, angle } => {
+                let [a, b] = along(angle);
+                a * a / (2.0 * radii[0]) + b * b / (2.0 * radii[1])
+            }
+            GapShape::Cylinder { radius, angle } => self.round(along(angle)[1].powi(2), radius)?,
+            GapShape::Cone { slope } => x.hypot(y) * slope.tan(),
+            GapShape::Power { exponent, coefficient } => coefficient * x.hypot(y).powf(exponent),
+            GapShape::Heights(_) => unreachable!("heights are evaluated by cell"),
+            GapShape::Mesh => {
+                return Err(Error::input(
+                    "gap.kind = \"mesh\" takes the gap from the meshes of the bodies; no body here has one: name \
+                     a shape such as \"sphere\"",
+                ));
+            }
+        })
+    }
+
+    fn round(&self, distance_squared: f64, radius: f64) -> Result<f64> {
+        if !self.exact {
+            return Ok(distance_squared / (2.0 * radius));
+        }
+        if distance_squared >= radius * radius {
+            return Err(Error::input(format!(
+                "the frame reaches {:.6} mm from the middle of an exact surface of radius {radius} mm: make the \
+                 frame smaller than the radius, or leave out gap.exact",
+                distance_squared.sqrt()
+            )));
+        }
+        // R - sqrt(R^2 - r^2) without cancellation.
+        Ok(distance_squared / (radius + (radius * radius - distance_squared).sqrt()))
+    }
+
+    fn check(&self) -> Result<()> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(());
+            }
+            Err(Error::input(format!("gap.{name} = {value} must be positive and finite")))
+        };
+        let finite = |name: &str, value: f64| {
+            if value.is_finite() {
+                return Ok(());
+            }
+            Err(Error::input(format!("gap.{name} = {value} must be a finite number")))
+        };
+        finite("offset", self.offset[0])?;
+        finite("offset", self.offset[1])?;
+        match self.shape {
+            GapShape::Sphere { radius } => positive("radius", radius),
+            GapShape::Cylinder { radius, angle } => {
+                finite("angle", angle)?;
+                positive("radius", radius)
+            }
+            GapShape::Ellipsoid { radii, angle } => {
+                if self.exact {
+                    return Err(Error::input(
+                        "gap.exact cannot hold for an ellipsoid: two radii of curvature do not tell its third \
+                         axis; leave it out, or give the surface as \"heights\"",
+                    ));
+                }
+                finite("angle", angle)?;
+                positive("radii", radii[0])?;
+                positive("radii", radii[1])
+            }
+            GapShape::Cone { slope } => {
+                if slope.is_finite() && slope > 0.0 && slope < std::f64::consts::FRAC_PI_2 {
+                    return Ok(());
+                }
+                Err(Error::input(format!(
+                    "gap.slope = {} degrees must lie between 0 and 90",
+                    slope.to_degrees()
+                )))
+            }
+            GapShape::Power { exponent, coefficient } => {
+                positive("exponent", exponent)?;
+                positive("coefficient", coefficient)
+            }
+            GapShape::Flat | GapShape::Heights(_) | GapShape::Mesh => Ok(()),
+        }
+    }
+}
+
+impl Heights {
+    fn evaluate(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
+        self.check()?;
+        let mut gap = match self.spacing {
+            None => self.per_cell(frame, offset)?,
+            Some(spacing) => (0..frame.n_cells())
+                .map(|cell| {
+                    let [x, y] = frame.plane_coordinates(cell);
+                    self.interpolate([x - offset[0], y - offset[1]], spacing)
+                })
+                .collect::<Result<Vec<f64>>>()?,
+        };
+        let lowest = gap.iter().copied().fold(f64::INFINITY, f64::min);
+        gap.iter_mut().for_each(|g| *g -= lowest);
+        Ok(gap)
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.shape[0].checked_mul(self.shape[1]) != Some(self.values.len()) || self.values.is_empty() {
+            return Err(Error::input(format!(
+                "gap heights: {} values do not fill a table of {} x {}",
+                self.values.len(),
+                self.shape[0],
+                self.shape[1]
+            )));
+        }
+        if let Some(bad) = self.values.iter().position(|v| !v.is_finite()) {
+            return Err(Error::input(format!(
+                "gap heights: the value in row {}, column {} is {}; all must be finite numbers",
+                bad / self.shape[1] + 1,
+                bad % self.shape[1] + 1,
+                self.values[bad]
+            )));
+        }
+        match self.spacing {
+            Some(s) if !s.iter().all(|d| d.is_finite() && *d > 0.0) => {
+                Err(Error::input(format!("gap.spacing = {s:?}: both numbers must be positive and finite")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn per_cell(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
+        if offset != [0.0, 0.0] {
+            return Err(Error::input(
+                "gap.offset cannot move heights given one per cell: give gap.spacing as well, or leave out the offset",
+            ));
+        }
+        let fits = match frame.grid {
+            Some(grid) => grid.cells == self.shape,
+            None => self.values.len() == frame.n_cells(),
+        };
+        if !fits {
+            let wanted = match frame.grid {
+                Some(grid) => format!("{} x {}", grid.cells[0], grid.cells[1]),
+                None => frame.n_cells().to_string(),
+            };
+            return Err(Error::input(format!(
+                "gap heights: the file has {} x {} values, the frame {wanted} cells: give one value per cell \
+                 (first index along x), or gap.spacing",
+                self.shape[0], self.shape[1]
+            )));
+        }
+        Ok(self.values.clone())
+    }
+
+    fn interpolate(&self, position: [f64; 2], spacing: [f64; 2]) -> Result<f64> {
+        let mut low = [0usize; 2];
+        let mut share = [0.0; 2];
+        for axis in 0..2 {
+            let last = (self.shape[axis] - 1) as f64;
+            let index = position[axis] / spacing[axis] + 0.5 * last;
+            if index < -1e-9 || index > last + 1e-9 {
+                return Err(Error::input(format!(
+                    "gap heights reach {} mm from their middle along {}, the frame's cells {:.6} mm: give a larger \
+                     table, or make the frame smaller",
+                    0.5 * last * spacing[axis],
+                    ["x", "y"][axis],
+                    position[axis].abs()
+                )));
+            }
+            let index = index.clamp(0.0, last);
+            low[axis] = (index.floor() as usize).min(self.shape[axis].saturating_sub(2));
+            share[axis] = index - low[axis] as f64;
+        }
+        let at = |dx: usize, dy: usize| {
+            let ix = (low[0] + dx).min(self.shape[0] - 1);
+            let iy = (low[1] + dy).min(self.shape[1] - 1);
+            self.values[ix * self.shape[1] + iy]
+        };
+        let [s, t] = share;
+        Ok((1.0 - s) * ((1.0 - t) * at(0, 0) + t * at(0, 1)) + s * ((1.0 - t) * at(1, 0) + t * at(1, 1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame() -> ContactFrame {
+        ContactFrame::grid([1.2, 1.2], [6, 6], [3.0, 1.0], 0.4).expect("an admissible grid")
+    }
+
+    fn gap_of(shape: GapShape, offset: [f64; 2], exact: bool) -> Vec<f64> {
+        InitialGap { shape, offset, exact }.evaluate(&frame()).expect("an admissible gap")
+    }
+
+    /// Truth: the closed forms, in the frame's own axes (cell 0 is centred at (-1, -1)).
+    #[test]
+    fn closed_forms() {
+        let check = |gap: Vec<f64>, value: f64| {
+            assert!((gap[0] - value).abs() < 1e-14 * value.max(1.0), "{} {value}", gap[0])
+        };
+        check(gap_of(GapShape::Sphere { radius: 50.0 }, [0.0; 2], false), 2.0 / 100.0);
+        check(gap_of(GapShape::Sphere { radius: 50.0 }, [-1.0, 0.0], false), 1.0 / 100.0);
+        check(gap_of(GapShape::Sphere { radius: 5.0 }, [0.0; 2], true), 5.0 - 23f64.sqrt());
+        check(gap_of(GapShape::Cylinder { radius: 10.0, angle: 0.0 }, [-7.0, 0.0], false), 1.0 / 20.0);
+        let quarter = std::f64::consts::FRAC_PI_2;
+        check(
+            gap_of(GapShape::Ellipsoid { radii: [2.0, 7.0], angle: quarter }, [0.0, -1.0], false),
+            1.0 / 14.0,
+        );
+        check(gap_of(GapShape::Cone { slope: 0.1 }, [0.0; 2], false), 2f64.sqrt() * 0.1f64.tan());
+        check(gap_of(GapShape::Power { exponent: 4.0, coefficient: 0.5 }, [0.0; 2], false), 2.0);
+        check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);
+    }
+
+    /// Truth: bilinear interpolation reproduces a + b x + c y + d x y; heights per cell are taken as they are.
+    #[test]
+    fn heights_are_interpolated() {
+        let f = |x: f64, y: f64| 1.0 + 0.2 * x - 0.3 * y + 0.1 * x * y;
+        let (shape, spacing) = ([5, 7], [0.7, 0.5]);
+        let values =
+            (0..35).map(|i| f((i / 7) as f64 * 0.7 - 1.4, (i % 7) as f64 * 0.5 - 1.5)).collect::<Vec<f64>>();
+        let gap =
+            gap_of(GapShape::Heights(Heights { values, shape, spacing: Some(spacing) }), [0.1, -0.2], false);
+        let frame = frame();
+        let expected: Vec<f64> =
+            (0..36).map(|i| frame.plane_coordinates(i)).map(|[x, y]| f(x - 0.1, y + 0.2)).collect();
+        let lowest = expected.iter().copied().fold(f64::INFINITY, f64::min);
+        for (g, e) in gap.iter().zip(&expected) {
+            assert!((g - (e - lowest)).abs() < 1e-14);
+        }
+        let table = Heights { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None };
+        assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
+    }
+
+    /// Truth: the documented refusals; each message names the key or the mend.
+    #[test]
+    fn nonsense_is_refused() {
+        let refused = |shape: GapShape, exact: bool, word: &str| {
+            let error =
+                InitialGap { shape, offset: [0.0; 2], exact }.evaluate(&frame()).expect_err("refused");
+            assert!(error.message().contains(word), "{error}");
+        };
+        refused(GapShape::Sphere { radius: -1.0 }, false, "gap.radius");
+        refused(GapShape::Sphere { radius: 1.0 }, true, "smaller");
+        refused(GapShape::Ellipsoid { radii: [1.0, 2.0], angle: 0.0 }, true, "ellipsoid");
+        refused(GapShape::Cone { slope: 2.0 }, false, "gap.slope");
+        refused(GapShape::Power { exponent: f64::NAN, coefficient: 1.0 }, false, "gap.exponent");
+        refused(GapShape::Mesh, false, "mesh");
+        let table =
+            |n: usize, shape, spacing| GapShape::Heights(Heights { values: vec![0.0; n], shape, spacing });
+        refused(table(4, [2, 2], None), false, "gap.spacing");
+        refused(table(5, [2, 2], None), false, "fill");
+        refused(table(4, [2, 2], Some([1.0, 1.0])), false, "larger table");
+        let mut values = vec![0.0; 36];
+        values[8] = f64::NAN;
+        refused(
+            GapShape::Heights(Heights { values, shape: [6, 6], spacing: None }),
+            false,
+            "row 2, column 3",
+        );
+    }
+}

@@ -1,0 +1,119 @@
+//! Uniform rectangular frames in the plane z = 0.
+
+use super::{ContactFrame, Grid};
+use crate::error::{Error, Result};
+use crate::geometry::{Point, Triad};
+
+/// Most cells a grid may have (4096 x 4096).
+const MOST_CELLS: usize = 1 << 24;
+
+impl ContactFrame {
+    /// A grid of `cells` equal rectangles of total size 2 `half_width` about `center` (global x, y, mm), its x
+    /// axis turned by `azimuth` (radians) from global x; all normals are +z.
+    ///
+    /// # Errors
+    /// If a half-width is not positive and finite, a number of cells is zero or far too large, or the centre or
+    /// azimuth is not a finite number.
+    pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
+        check(half_width, cells, center, azimuth)?;
+        let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
+        let grid = Grid { cells, spacing, center, azimuth };
+        let triad = Triad::horizontal(azimuth);
+        let origin = Point::new(center[0], center[1], 0.0);
+        let place = |x: f64, y: f64| origin + triad.to_global(&Point::new(x, y, 0.0));
+        let n = cells[0] * cells[1];
+        let (mut centers, mut corners) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for ix in 0..cells[0] {
+            let [x0, x, x1] = [0.0, 0.5, 1.0].map(|s| grid.coordinate(0, ix as f64 + s));
+            for iy in 0..cells[1] {
+                let [y0, y, y1] = [0.0, 0.5, 1.0].map(|s| grid.coordinate(1, iy as f64 + s));
+                centers.push(place(x, y));
+                corners.push(vec![place(x0, y0), place(x1, y0), place(x1, y1), place(x0, y1)]);
+            }
+        }
+        let areas = vec![spacing[0] * spacing[1]; n];
+        Ok(Self { centers, corners, areas, triads: vec![triad; n], origin, azimuth, grid: Some(grid) })
+    }
+}
+
+impl Grid {
+    /// Frame coordinate along `axis` (0, 1) of a grid line or, at half steps, of cell centres; exactly
+    /// antisymmetric about the middle.
+    fn coordinate(&self, axis: usize, line: f64) -> f64 {
+        (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
+    }
+
+    /// Whether each cell lies in the outermost rows, `[N]`.
+    pub(super) fn rim(&self) -> Vec<bool> {
+        let [nx, ny] = self.cells;
+        let mut rim = Vec::with_capacity(nx * ny);
+        for ix in 0..nx {
+            rim.extend((0..ny).map(|iy| ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny));
+        }
+        rim
+    }
+}
+
+fn check(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<()> {
+    if !half_width.iter().all(|w| w.is_finite() && *w > 0.0) {
+        return Err(Error::input(format!(
+            "the frame's half_width is {half_width:?}; both numbers must be positive and finite"
+        )));
+    }
+    if cells.contains(&0) {
+        return Err(Error::input(format!(
+            "the frame has {cells:?} cells; it needs at least one along each axis"
+        )));
+    }
+    if cells[0].checked_mul(cells[1]).is_none_or(|n| n > MOST_CELLS) {
+        return Err(Error::input(format!(
+            "the frame has {} x {} cells; at most {MOST_CELLS} are possible: use fewer cells",
+            cells[0], cells[1]
+        )));
+    }
+    if !(center.iter().all(|c| c.is_finite()) && azimuth.is_finite()) {
+        return Err(Error::input(format!(
+            "the frame's center {center:?} and azimuth {azimuth} must be finite numbers"
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition (index ix * ny + iy, total area 4 w_x w_y, right-handed corners, symmetric centres).
+    #[test]
+    fn cells_lie_as_defined() {
+        let frame = ContactFrame::grid([1.2, 0.6], [4, 3], [5.0, -2.0], 0.3).unwrap();
+        assert_eq!(frame.n_cells(), 12);
+        let total: f64 = frame.areas.iter().sum();
+        assert!((total - 4.0 * 1.2 * 0.6).abs() < 1e-14);
+        let local = frame.plane_coordinates(3 + 2);
+        assert!((local[0] + 0.3).abs() < 1e-14 && (local[1] - 0.4).abs() < 1e-14, "{local:?}");
+        let corner = &frame.corners[5];
+        let area = (corner[1] - corner[0]).cross(&(corner[3] - corner[0]));
+        assert!((area.z - frame.areas[5]).abs() < 1e-14);
+        let mean = frame.centers.iter().sum::<Point>() / 12.0;
+        assert!((mean - frame.origin).norm() < 1e-14);
+        assert_eq!(frame.rim().iter().filter(|r| !**r).count(), 2);
+    }
+
+    /// Truth: the rim of a grid found from its edges is the outermost rows.
+    #[test]
+    fn rims_agree() {
+        let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
+        assert_eq!(super::super::edges::rim(&frame.corners), frame.rim());
+    }
+
+    /// Truth: the documented refusals.
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(ContactFrame::grid([0.0, 1.0], [4, 4], [0.0; 2], 0.0).is_err());
+        assert!(ContactFrame::grid([1.0, f64::NAN], [4, 4], [0.0; 2], 0.0).is_err());
+        assert!(ContactFrame::grid([1.0, 1.0], [0, 4], [0.0; 2], 0.0).is_err());
+        assert!(ContactFrame::grid([1.0, 1.0], [usize::MAX, 4], [0.0; 2], 0.0).is_err());
+        assert!(ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, f64::INFINITY], 0.0).is_err());
+    }
+}
