@@ -1,1 +1,10 @@
-//! (to be filled)
+//! Results: what a run computed, in memory and as files: `summary.json`, `history.csv`, fields for ParaView, plots.
+//!
+//! Every file is written under a temporary name and renamed when it is complete ([`output`]), so that a failed run
+//! loses nothing that was there before. No number that is not finite is written silently.
+
+pub mod memory;
+pub mod output;
+pub mod recorder;
+pub mod summary;
+pub mod table;

@@ -1,1 +1,163 @@
-//! (filled by its part)
+//! The output directory: what it holds after runs that end well or badly.
+
+use std::fs;
+use std::path::Path;
+
+use orthowear::error::{Error, Kind};
+use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::results::output::OutputDir;
+use orthowear::results::recorder::Recorder;
+use orthowear::results::summary::{Summary, Units};
+
+fn record(increment: usize) -> IncrementRecord {
+    IncrementRecord { name: "indent".into(), increment, normal_force: 290.7, ..Default::default() }
+}
+
+/// A run of `increments` that ends with `outcome`, with one more file `extra` of content `text`.
+fn run_into(
+    dir: &Path,
+    increments: usize,
+    extra: &str,
+    text: &str,
+    outcome: Result<Outcome, Error>,
+) -> Summary {
+    let mut output = OutputDir::open(dir).expect("an output directory");
+    output
+        .write(extra, |file| file.write_all(text.as_bytes()).map_err(|e| Error::resources(e.to_string())))
+        .expect("a written file");
+    let mut recorder = Recorder::into_directory(output);
+    for increment in 1..=increments {
+        recorder.increment_done(&record(increment), &FrameState::default()).expect("a record");
+    }
+    let mut summary = Summary::new("test", "", Units::default());
+    summary.conclude(&outcome);
+    recorder.finish(&mut summary).expect("written results");
+    summary
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(path).expect("a readable file")).expect("valid JSON")
+}
+
+fn names(dir: &Path) -> Vec<String> {
+    let entries = fs::read_dir(dir).expect("a readable folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
+    names.sort();
+    names
+}
+
+/// Truth: the list of files in docs/results.md; nothing temporary remains.
+#[test]
+fn a_converged_run_leaves_its_files_and_nothing_else() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let out = dir.path().join("new/deep.out");
+    run_into(&out, 2, "frame.pvd", "x", Ok(Outcome::Converged));
+    assert_eq!(names(&out), ["frame.pvd", "history.csv", "summary.json"]);
+    let summary = json(&out.join("summary.json"));
+    assert_eq!(summary["status"], "converged");
+    assert_eq!(summary["files"], serde_json::json!(["frame.pvd", "history.csv"]));
+    assert_eq!(summary["steps"].as_array().map(Vec::len), Some(2));
+    assert!(summary["peak_memory_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
+}
+
+/// Truth: a failed run loses nothing that was there (files of the user, of the run before).
+#[test]
+fn a_run_that_does_not_converge_sets_earlier_results_aside() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    fs::write(dir.path().join("notes.txt"), "mine").expect("a written file");
+    run_into(dir.path(), 3, "frame_0003.vtu", "good", Ok(Outcome::Converged));
+    let before = fs::read(dir.path().join("summary.json")).expect("a summary");
+
+    run_into(dir.path(), 1, "frame_0001.vtu", "bad", Ok(Outcome::NotConverged("iterations")));
+    assert_eq!(json(&dir.path().join("summary.json"))["reason"], "iterations");
+    assert_eq!(fs::read(dir.path().join("previous-1/summary.json")).expect("the earlier summary"), before);
+    assert!(dir.path().join("previous-1/history.csv").exists());
+    assert_eq!(fs::read_to_string(dir.path().join("frame_0003.vtu")).expect("untouched"), "good");
+    assert_eq!(fs::read_to_string(dir.path().join("notes.txt")).expect("untouched"), "mine");
+}
+
+/// Truth: the same for a run that ends before its first increment; repeated failures pile nothing up.
+#[test]
+fn a_failed_run_changes_only_the_summary() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    run_into(dir.path(), 1, "frame.pvd", "good", Ok(Outcome::Converged));
+    for _ in 0..3 {
+        let output = OutputDir::open(dir.path()).expect("an output directory");
+        let mut summary = Summary::new("", "", Units::default());
+        summary.fail(&Error::input("body1.mesh: no such file"));
+        Recorder::into_directory(output).finish(&mut summary).expect("a written summary");
+    }
+    assert_eq!(names(dir.path()), ["frame.pvd", "history.csv", "previous-1", "summary.json"]);
+    assert_eq!(names(&dir.path().join("previous-1")), ["summary.json"]);
+    let summary = json(&dir.path().join("summary.json"));
+    assert_eq!(
+        (&summary["status"], &summary["error"]),
+        (&"failed".into(), &"body1.mesh: no such file".into())
+    );
+}
+
+/// Truth: fields of steps that the new run does not have are not left beside its own; other files are.
+#[test]
+fn a_converged_run_removes_the_fields_of_the_run_before() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    fs::write(dir.path().join("frame_0009.vtu"), "mine").expect("a written file");
+    run_into(dir.path(), 1, "frame_0002.vtu", "old", Ok(Outcome::Converged));
+    run_into(dir.path(), 1, "frame_0001.vtu", "new", Ok(Outcome::Converged));
+    assert_eq!(names(dir.path()), ["frame_0001.vtu", "frame_0009.vtu", "history.csv", "summary.json"]);
+}
+
+/// Truth: a run that is dropped (an error on the way, a panic) leaves the directory as it was.
+#[test]
+fn a_dropped_run_leaves_no_trace() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut output = OutputDir::open(dir.path()).expect("an output directory");
+    output.write("frame.pvd", |_| Ok(())).expect("a written file");
+    drop(output);
+    assert!(names(dir.path()).is_empty());
+}
+
+/// Truth: results that are not finite end as a failed run with an error, and the table is not written.
+#[test]
+fn numbers_that_are_not_finite_are_never_written_silently() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut recorder = Recorder::into_directory(OutputDir::open(dir.path()).expect("an output directory"));
+    let wrong = IncrementRecord { peak_pressure: f64::NAN, ..record(1) };
+    recorder.increment_done(&wrong, &FrameState::default()).expect("a record");
+    let mut summary = Summary::new("", "", Units::default());
+    summary.conclude(&Ok(Outcome::Converged));
+    let error = recorder.finish(&mut summary).expect_err("not finite");
+    assert_eq!(error.kind(), Kind::Numerical);
+    let written = json(&dir.path().join("summary.json"));
+    assert_eq!(written["status"], "failed");
+    assert!(written["error"].as_str().is_some_and(|text| text.contains("peak_pressure")), "{written}");
+    assert_eq!(names(dir.path()), ["summary.json"]);
+}
+
+/// Truth: exit code 2 for a path that is a file, 4 for a place that cannot be written.
+#[test]
+fn places_that_cannot_be_written_are_named() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let file = dir.path().join("taken");
+    fs::write(&file, "").expect("a written file");
+    let error = OutputDir::open(&file).expect_err("a file");
+    assert!(error.kind() == Kind::Input && error.to_string().contains("taken"), "{error}");
+    let error = OutputDir::open(&file.join("below")).expect_err("below a file");
+    assert!(error.kind() == Kind::Resources && error.to_string().contains("taken"), "{error}");
+}
+
+/// Truth: a full disk (the device that is always full) is an error with exit code 4 that names the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_reported_with_the_path() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut output = OutputDir::open(dir.path()).expect("an output directory");
+    let staging = dir.path().join(&names(dir.path())[0]);
+    std::os::unix::fs::symlink("/dev/full", staging.join("history.csv")).expect("a link");
+    let error = output
+        .write("history.csv", |file| file.write_all(b"a").map_err(|e| Error::resources(e.to_string())))
+        .expect_err("a full disk");
+    assert_eq!((error.kind(), error.exit_code()), (Kind::Resources, 4));
+    let message = error.to_string();
+    assert!(message.contains("history.csv") && message.contains("free some space"), "{message}");
+}
