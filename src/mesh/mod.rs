@@ -1,6 +1,7 @@
 //! Meshes of solids and surfaces with physical groups.
 
 pub mod faces;
+pub mod gmsh;
 mod groups;
 
 use crate::element::ElementKind;

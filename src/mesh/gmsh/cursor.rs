@@ -1,0 +1,277 @@
+//! A position in the bytes of a .msh file: words, numbers and sections, with messages that say where.
+
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+
+/// How binary numbers are stored.
+#[derive(Debug, Clone, Copy)]
+struct Binary {
+    swapped: bool,
+    /// Bytes of a `size_t`.
+    size: usize,
+}
+
+/// A reading position; `binary` is set once `$MeshFormat` said so.
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    source: &'a str,
+    /// Next byte to read.
+    pos: usize,
+    /// Where the last word, number or section began, for messages.
+    mark: usize,
+    section: String,
+    binary: Option<Binary>,
+}
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(bytes: &'a [u8], source: &'a str) -> Self {
+        let pos = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        Self { bytes, source, pos, mark: pos, section: String::new(), binary: None }
+    }
+
+    pub(super) fn is_binary(&self) -> bool {
+        self.binary.is_some()
+    }
+
+    /// An error at the last thing read: file, line or byte, section, `what`.
+    pub(super) fn fail(&self, what: &str) -> Error {
+        let place = if self.binary.is_some() {
+            format!("byte {}", self.mark)
+        } else {
+            let upto = self.mark.min(self.bytes.len());
+            format!("line {}", 1 + self.bytes[..upto].iter().filter(|&&b| b == b'\n').count())
+        };
+        let section =
+            if self.section.is_empty() { String::new() } else { format!(" (section ${})", self.section) };
+        Error::input(format!("{}, {place}{section}: {what}", self.source))
+    }
+
+    fn fail_at(&mut self, pos: usize, what: &str) -> Error {
+        self.mark = pos;
+        self.fail(what)
+    }
+
+    fn skip_space(&mut self) {
+        while self.bytes.get(self.pos).is_some_and(u8::is_ascii_whitespace) {
+            self.pos += 1;
+        }
+        self.mark = self.pos;
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.pos..]
+    }
+
+    /// The next word of text; `wanted` says what it should be, for the message where there is none.
+    pub(super) fn word(&mut self, wanted: &str) -> Result<&'a str> {
+        self.skip_space();
+        let rest = self.rest();
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if length == 0 {
+            return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
+        }
+        let word = std::str::from_utf8(&rest[..length])
+            .ok()
+            .filter(|word| !word.starts_with('$'))
+            .ok_or_else(|| self.fail(&format!("found {}, wanted {wanted}", shown(&rest[..length]))))?;
+        self.pos += length;
+        Ok(word)
+    }
+
+    /// The next word of text as a number.
+    pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
+        let word = self.word(wanted)?;
+        word.parse().map_err(|_| self.fail(&format!("found {}, wanted {wanted}", shown(word.as_bytes()))))
+    }
+
+    /// Text between the next quotation mark and the last one of its line.
+    pub(super) fn quoted(&mut self) -> Result<String> {
+        self.skip_space();
+        let rest = self.rest();
+        let line = &rest[..rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len())];
+        let inner = line
+            .strip_prefix(b"\"")
+            .and_then(|tail| tail.iter().rposition(|&b| b == b'"').map(|end| &tail[..end]))
+            .filter(|name| !name.is_empty())
+            .ok_or_else(|| {
+                self.fail(&format!("found {}, wanted the group's name in quotation marks", shown(line)))
+            })?;
+        self.pos += inner.len() + 2;
+        Ok(String::from_utf8_lossy(inner).into_owned())
+    }
+
+    /// Passes blanks and the end of the line.
+    pub(super) fn end_line(&mut self) -> Result<()> {
+        loop {
+            match self.bytes.get(self.pos) {
+                Some(b'\n') => {
+                    self.pos += 1;
+                    return Ok(());
+                }
+                Some(b' ' | b'\t' | b'\r') => self.pos += 1,
+                None => return Ok(()),
+                Some(_) => {
+                    let rest = self.rest();
+                    let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+                    let found = shown(rest[..end].trim_ascii_end());
+                    let pos = self.pos;
+                    return Err(self.fail_at(pos, &format!("found {found} where the line should end")));
+                }
+            }
+        }
+    }
+
+    /// Ends a record of text; binary records have no separator.
+    pub(super) fn end_record(&mut self) -> Result<()> {
+        if self.is_binary() { Ok(()) } else { self.end_line() }
+    }
+
+    /// Reads the number 1 that shows the byte order, after which numbers are binary.
+    pub(super) fn start_binary(&mut self, size: usize) -> Result<()> {
+        self.binary = Some(Binary { swapped: false, size });
+        let one: [u8; 4] = self.take("the number 1 that shows the byte order")?;
+        let swapped = match (i32::from_le_bytes(one), i32::from_be_bytes(one)) {
+            (1, _) => false,
+            (_, 1) => true,
+            (other, _) => {
+                return Err(self.fail(&format!("found {other} where the number 1 shows the byte order")));
+            }
+        };
+        self.binary = Some(Binary { swapped, size });
+        Ok(())
+    }
+
+    /// The next `N` bytes, as a little-endian number would have them.
+    fn take<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N]> {
+        self.mark = self.pos;
+        let Some(found) = self.rest().first_chunk::<N>() else {
+            return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
+        };
+        self.pos += N;
+        let mut bytes = *found;
+        if self.binary.is_some_and(|b| b.swapped) {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    /// An `int` (text or 4 bytes).
+    pub(super) fn int(&mut self, wanted: &str) -> Result<i64> {
+        if self.binary.is_none() {
+            return self.number(wanted);
+        }
+        Ok(i64::from(i32::from_le_bytes(self.take(wanted)?)))
+    }
+
+    /// A count or number that cannot be negative, stored as `int`.
+    pub(super) fn positive_int(&mut self, wanted: &str) -> Result<u64> {
+        let value = self.int(wanted)?;
+        u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, wanted {wanted}, not negative")))
+    }
+
+    /// A `size_t` (text or 4 or 8 bytes).
+    pub(super) fn size(&mut self, wanted: &str) -> Result<u64> {
+        match self.binary {
+            None => self.number(wanted),
+            Some(Binary { size: 4, .. }) => Ok(u64::from(u32::from_le_bytes(self.take(wanted)?))),
+            Some(_) => Ok(u64::from_le_bytes(self.take(wanted)?)),
+        }
+    }
+
+    /// A `double`.
+    pub(super) fn real(&mut self, wanted: &str) -> Result<f64> {
+        if self.binary.is_none() {
+            return self.number(wanted);
+        }
+        Ok(f64::from_le_bytes(self.take(wanted)?))
+    }
+
+    /// A coordinate: a `double` that is finite.
+    pub(super) fn coordinate(&mut self, node: u64) -> Result<f64> {
+        let value = self.real("a coordinate")?;
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(self.fail(&format!("node {node} has the coordinate {value}; coordinates must be finite numbers")))
+    }
+
+    /// Bytes of a stored `size_t`, or the least bytes of a number in text with its separator.
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.binary.map_or(2, |b| b.size as u64)
+    }
+
+    /// Bytes of a stored `int` or of `n` bytes of binary data, or the least bytes of a number in text.
+    pub(super) fn bytes_of(&self, stored: u64) -> u64 {
+        if self.is_binary() { stored } else { 2 }
+    }
+
+    /// Checks that `n` things of at least `bytes_each` bytes fit in the rest of the file, and gives `n` back
+    /// as a length.
+    pub(super) fn check_count(&self, n: u64, bytes_each: u64, what: &str) -> Result<usize> {
+        let remaining = (self.bytes.len() - self.pos) as u64;
+        let possible = (remaining + 1) / bytes_each;
+        if n > possible {
+            return Err(self.fail(&format!(
+                "{n} {what} are announced, but the {remaining} bytes that remain hold {possible} at most: is the \
+                 file cut off or damaged?"
+            )));
+        }
+        usize::try_from(n)
+            .map_err(|_| self.fail(&format!("{n} {what} are more than this machine can address")))
+    }
+
+    /// The name of the next section without its `$`, `None` at the end of the file.
+    pub(super) fn next_section(&mut self) -> Result<Option<String>> {
+        self.section.clear();
+        self.skip_space();
+        let rest = self.rest();
+        if rest.is_empty() {
+            return Ok(None);
+        }
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        let line = rest[..end].trim_ascii_end();
+        let name = line
+            .strip_prefix(b"$")
+            .filter(|name| !name.is_empty() && name.len() < 200 && !name.starts_with(b"End"))
+            .and_then(|name| std::str::from_utf8(name).ok())
+            .ok_or_else(|| self.fail(&format!("found {}, wanted a section such as $Nodes", shown(line))))?;
+        self.section = name.to_string();
+        self.pos += (end + 1).min(rest.len());
+        Ok(Some(self.section.clone()))
+    }
+
+    /// Passes `$End..` of the section `name`.
+    pub(super) fn end_section(&mut self, name: &str) -> Result<()> {
+        self.skip_space();
+        let rest = self.rest();
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        let line = rest[..end].trim_ascii_end();
+        if line.strip_prefix(b"$End") == Some(name.as_bytes()) {
+            self.pos += end;
+            return Ok(());
+        }
+        let found = if line.is_empty() { "the end of the file".to_string() } else { shown(line) };
+        Err(self.fail(&format!(
+            "found {found}, wanted $End{name}: more data than the section announces, or cut off"
+        )))
+    }
+
+    /// Passes an unknown section and its `$End..`.
+    pub(super) fn skip_section(&mut self, name: &str) -> Result<()> {
+        let end = format!("$End{name}").into_bytes();
+        let found = self.rest().windows(end.len()).position(|window| window == end);
+        let Some(at) = found else {
+            return Err(self.fail(&format!("the section ${name} has no $End{name}: is the file cut off?")));
+        };
+        self.pos += at;
+        self.end_section(name)
+    }
+}
+
+/// A piece of the file for a message: in quotation marks, control characters escaped, shortened.
+fn shown(bytes: &[u8]) -> String {
+    let short = &bytes[..bytes.len().min(40)];
+    let dots = if short.len() < bytes.len() { ".." } else { "" };
+    format!("\"{}{dots}\"", String::from_utf8_lossy(short).escape_debug())
+}

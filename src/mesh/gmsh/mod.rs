@@ -1,0 +1,162 @@
+//! Reader of gmsh's .msh files, versions 2.2 and 4.1, ASCII and binary of either byte order.
+//!
+//! Sections that say nothing of nodes, elements or physical groups are skipped. Nothing is allocated beyond
+//! what the bytes of the file can hold: every count is checked against the bytes that remain.
+//!
+//! # Source
+//! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
+
+mod collect;
+mod cursor;
+mod v2;
+mod v4;
+
+use std::path::Path;
+
+use super::Mesh;
+use crate::error::{Error, Result};
+use collect::Raw;
+use cursor::Cursor;
+
+/// The two versions that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Version {
+    V2,
+    V4,
+}
+
+/// The mesh in the .msh file `path`.
+///
+/// # Errors
+/// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself;
+/// the message gives file, line or byte, what was found, what is allowed.
+pub fn read(path: &Path) -> Result<Mesh> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        Error::input(format!("the mesh file {} cannot be read: {error}; check the path", path.display()))
+    })?;
+    parse(&bytes, &path.display().to_string())
+}
+
+/// The mesh in the bytes of a .msh file; `source` names it in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
+    check_start(bytes, source)?;
+    let mut cursor = Cursor::new(bytes, source);
+    let mut raw = Raw::default();
+    let mut version = None;
+    while let Some(name) = cursor.next_section()? {
+        match (name.as_str(), version) {
+            ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
+            ("MeshFormat", Some(_)) => return Err(cursor.fail("a second $MeshFormat; a file has one")),
+            ("PhysicalNames", _) => read_physical_names(&mut cursor, &mut raw)?,
+            ("Nodes" | "ParametricNodes" | "Elements" | "Entities" | "PartitionedEntities", None) => {
+                return Err(cursor.fail("$MeshFormat must stand before this section"));
+            }
+            ("Nodes", Some(Version::V2)) => v2::read_nodes(&mut cursor, &mut raw, false)?,
+            ("ParametricNodes", Some(Version::V2)) => v2::read_nodes(&mut cursor, &mut raw, true)?,
+            ("Elements", Some(Version::V2)) => v2::read_elements(&mut cursor, &mut raw)?,
+            ("Nodes", Some(Version::V4)) => v4::read_nodes(&mut cursor, &mut raw)?,
+            ("Elements", Some(Version::V4)) => v4::read_elements(&mut cursor, &mut raw)?,
+            ("Entities", Some(Version::V4)) => v4::read_entities(&mut cursor, &mut raw)?,
+            ("PartitionedEntities", Some(Version::V4)) => {
+                return Err(cursor.fail(
+                    "the mesh is partitioned, which is not read; save it unpartitioned (in gmsh: Mesh > Unpartition)",
+                ));
+            }
+            _ => {
+                cursor.skip_section(&name)?;
+                continue;
+            }
+        }
+        cursor.end_section(&name)?;
+    }
+    if version.is_none() {
+        return Err(Error::input(format!(
+            "{source} has no $MeshFormat section; a gmsh .msh file begins with one"
+        )));
+    }
+    raw.into_mesh(source)
+}
+
+/// Refuses what is not a .msh file at all, naming the usual mistakes.
+fn check_start(bytes: &[u8], source: &str) -> Result<()> {
+    let mend =
+        "a .msh file of version 2.2 or 4.1 is expected; convert other formats with scripts/import-mesh";
+    let text = bytes.trim_ascii_start();
+    if text.is_empty() {
+        return Err(Error::input(format!("{source} is empty; {mend}")));
+    }
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    if text.starts_with(b"$NOD") {
+        return Err(Error::input(format!(
+            "{source} is a .msh file of version 1; versions 2.2 and 4.1 are read: save it anew with `gmsh -save -format msh41`"
+        )));
+    }
+    if !text.starts_with(b"$") {
+        let shown = String::from_utf8_lossy(&text[..text.len().min(20)]).escape_debug().to_string();
+        return Err(Error::input(format!("{source} begins with \"{shown}\", not with a $ section; {mend}")));
+    }
+    Ok(())
+}
+
+/// `$MeshFormat`: version, ASCII or binary, size of numbers, byte order.
+fn read_format(cursor: &mut Cursor) -> Result<Version> {
+    let word = cursor.word("the version, 2.2 or 4.1")?;
+    let version = match word {
+        "2.2" => Version::V2,
+        "4.1" => Version::V4,
+        _ => {
+            let shown = word.to_string();
+            return Err(cursor.fail(&format!(
+                "version {shown} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
+            )));
+        }
+    };
+    let binary = match cursor.word("the file type, 0 (ASCII) or 1 (binary)")? {
+        "0" => false,
+        "1" => true,
+        other => {
+            let shown = other.to_string();
+            return Err(cursor.fail(&format!("file type {shown}; allowed are 0 (ASCII) and 1 (binary)")));
+        }
+    };
+    let size = match (cursor.word("the data size, 8")?, version) {
+        ("8", _) => 8,
+        ("4", Version::V4) => 4,
+        (other, _) => {
+            let shown = other.to_string();
+            return Err(cursor.fail(&format!("data size {shown}; allowed is 8")));
+        }
+    };
+    if binary {
+        cursor.end_line()?;
+        cursor.start_binary(size)?;
+    }
+    Ok(version)
+}
+
+/// `$PhysicalNames`: always text, `dimension tag "name"` line by line.
+fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+    let n: u64 = cursor.number("the number of physical names")?;
+    cursor.check_count(n, 5, "physical names")?;
+    for _ in 0..n {
+        let dim: usize = cursor.number("the dimension of a physical group")?;
+        if dim > 3 {
+            return Err(cursor.fail(&format!("dimension {dim} of a physical group; allowed are 0 to 3")));
+        }
+        let tag: i64 = cursor.number("the tag of a physical group")?;
+        let name = cursor.quoted()?;
+        if let Some((other, _)) = raw.names.iter().find(|((d, t), n)| *d == dim && (*t == tag || *n == &name))
+        {
+            let found = format!(
+                "the physical group ({dim}, {tag}) \"{name}\" repeats the dimension and the tag or name of ({}, {})",
+                other.0, other.1
+            );
+            return Err(cursor.fail(&format!("{found}; each group needs its own")));
+        }
+        raw.names.insert((dim, tag), name);
+    }
+    Ok(())
+}
