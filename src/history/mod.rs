@@ -1,3 +1,132 @@
 //! Load steps, cycles and cycle jumps: the main loop.
+//!
+//! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
+//! measured from the end of the increment before (formulation 12), or a number of cycle jumps (see [`mod@cycles`]).
+//! Progress, output and checkpoints hang on an [`step::Observer`].
 
+mod control;
+mod cycles;
+mod increments;
+mod model;
+mod state;
 pub mod step;
+
+use std::time::Instant;
+
+pub use model::Model;
+
+use crate::contact::SolverOptions;
+use crate::error::Result;
+use control::Held;
+use model::Prepared;
+use state::State;
+use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Step, Tangential};
+
+/// What a run leaves.
+#[derive(Debug, Clone)]
+pub struct RunResult {
+    /// One record per increment or jump.
+    pub records: Vec<IncrementRecord>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Work not done because the scene did not need it.
+    pub skipped: Vec<Skipped>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Seconds per stage.
+    pub timings: Vec<(String, f64)>,
+    /// Fields at the end.
+    pub state: FrameState,
+}
+
+/// A run in progress: the model, the state, and what is collected.
+struct Run<'a> {
+    prepared: Prepared<'a>,
+    options: SolverOptions,
+    state: State,
+    held: Held,
+    result: RunResult,
+}
+
+/// Runs the steps one after the other.
+///
+/// A step that does not converge ends the run with its state kept and [`Outcome::NotConverged`].
+///
+/// # Errors
+/// If the model is inconsistent, a number becomes non-finite, or the observer cannot write.
+pub fn run(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
+    let started = Instant::now();
+    let with_friction = steps.iter().any(|step| step.friction);
+    let prepared = Prepared::new(model, with_friction)?;
+    let state = State::undeformed(&prepared);
+    let mut result = RunResult {
+        records: Vec::new(),
+        outcome: Outcome::Converged,
+        skipped: skipped_by_contact(model, steps, options),
+        warnings: Vec::new(),
+        timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
+        state: FrameState::default(),
+    };
+    result.warnings.extend(path_dependence(steps));
+    let held = Held { normal: Normal::Approach(0.0), tangential: Tangential::Shift([0.0; 2]) };
+    let mut run = Run { prepared, options: *options, state, held, result };
+    for (index, step) in steps.iter().enumerate() {
+        let started = Instant::now();
+        match &step.cycles {
+            None => run.increments(step, observer)?,
+            Some(cycles) => run.cycles(step, cycles, index + 1 == steps.len(), observer)?,
+        }
+        run.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
+        if run.result.outcome != Outcome::Converged {
+            break;
+        }
+    }
+    Ok(run.result)
+}
+
+/// The skips of the contact stage that apply to these steps.
+pub fn skipped_by_contact(model: &Model, steps: &[Step], options: &SolverOptions) -> Vec<Skipped> {
+    if !options.skip {
+        return Vec::new();
+    }
+    let mut skipped = Vec::new();
+    let frictionless = model.friction.ellipse().is_none();
+    let wearless = model.wear.intensity(model.friction.ellipse()).is_none();
+    let bare: Vec<&str> = steps
+        .iter()
+        .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
+        .map(|step| step.name.as_str())
+        .collect();
+    if !bare.is_empty() {
+        skipped.push(Skipped {
+            what: format!("tangential unknowns in step {}", bare.join(", ")),
+            why: "without friction and wear only pressures are unknown".to_owned(),
+        });
+    }
+    if steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some()) {
+        skipped.push(Skipped {
+            what: "cold starts".to_owned(),
+            why: "each increment starts from the tractions of the one before".to_owned(),
+        });
+    }
+    skipped
+}
+
+/// Formulation 12: with friction the number of increments is part of the load path.
+fn path_dependence(steps: &[Step]) -> Option<String> {
+    let frictional = steps.iter().filter(|step| step.friction && step.cycles.is_none());
+    let single: Vec<&str> =
+        frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();
+    (!single.is_empty()).then(|| {
+        format!(
+            "friction depends on the load path: step {} is taken in one increment; more increments may move the \
+             tangential force by a few percent for tilted fibres",
+            single.join(", ")
+        )
+    })
+}

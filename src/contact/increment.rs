@@ -1,0 +1,306 @@
+//! The equations of one increment: gap, slip and wear for given tractions.
+
+use super::scales::{Hat, Scales};
+use crate::friction::FrictionEllipse;
+use crate::linalg::operator::Flexibility;
+use crate::wear::WearIntensity;
+
+/// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
+const STICK_MARGIN: f64 = 1e-6;
+
+/// Normal control of an end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NormalControl {
+    /// The normal rigid motion is given.
+    Approach,
+    /// The normal force is given (N, compression positive); the approach is found.
+    Force(f64),
+}
+
+/// Tangential control of an end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TangentialControl {
+    /// The tangential rigid motion is given.
+    Shift,
+    /// The tangential force on body 2 along local (x, y) is given; the shift is found.
+    Force([f64; 2]),
+}
+
+/// Where the slip of an end is measured from.
+#[derive(Debug, Clone)]
+pub enum SlipReference {
+    /// Tangential gaps `[2, N]` at the end of the previous increment.
+    Previous(Vec<f64>),
+    /// The other end of the stroke, except in cells that stick through the whole cycle, which keep the
+    /// tangential gap they stuck at.
+    OtherEnd {
+        /// Cells that stick through the cycle.
+        stuck: Vec<bool>,
+        /// Their tangential gaps, `[2, N]`.
+        at: Vec<f64>,
+    },
+}
+
+/// One end of an increment: what is prescribed there.
+#[derive(Debug, Clone)]
+pub struct End {
+    /// Normal control.
+    pub normal: NormalControl,
+    /// Tangential control.
+    pub tangential: TangentialControl,
+    /// Where its slip is measured from.
+    pub reference: SlipReference,
+}
+
+/// The equations of one increment.
+pub struct Increment<'a> {
+    /// S on the frame.
+    pub flexibility: &'a dyn Flexibility,
+    /// Cell areas, `[N]`.
+    pub areas: &'a [f64],
+    /// Gap at zero tractions and zero rigid motion, unworn, `[3, N]`.
+    pub initial_gap: &'a [f64],
+    /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row:
+    /// `[N]` of 3 x 3; `None` on flat frames, where they are the identity.
+    pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
+    /// Friction ellipse, `None` without friction.
+    pub friction: Option<FrictionEllipse>,
+    /// Wear intensity, `None` without wear.
+    pub wear: Option<WearIntensity>,
+    /// Scales that match the operator and the ellipse.
+    pub scales: &'a Scales,
+    /// Worn depth at the start, `[N]`.
+    pub worn: &'a [f64],
+    /// Number of times the slip of this increment happens (1, or the cycles of an implicit stage).
+    pub repeats: f64,
+    /// Whether tangential components that nothing asks for are left out of the operator applications.
+    pub skip: bool,
+    /// Its one or two ends.
+    pub ends: Vec<End>,
+}
+
+/// Tractions and what follows from them; the buffers are made once and reused.
+#[derive(Debug, Clone)]
+pub struct Iterate {
+    /// Hatted tractions, per end `[3, N]`.
+    pub hatted: Vec<f64>,
+    /// Rigid motion of body 2 along the frame's (x, y, n), per end.
+    pub rigid: Vec<[f64; 3]>,
+    /// Physical tractions, per end `[3, N]`, MPa.
+    pub tractions: Vec<f64>,
+    /// S P, per end `[3, N]`, mm (tangential planes are not computed without friction).
+    pub elastic: Vec<f64>,
+    /// Gap with rigid motion and wear, per end `[3, N]`, mm.
+    pub gap: Vec<f64>,
+    /// Slip, per end `[2, N]`, mm.
+    pub slip: Vec<f64>,
+    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `repeats`).
+    pub wear_rate: Vec<f64>,
+    /// Hatted slip and normal gap, per end `[3, N]`.
+    pub gradient: Vec<f64>,
+}
+
+impl Iterate {
+    /// Zero tractions with given rigid motions, one per end.
+    pub fn new(n: usize, rigid: Vec<[f64; 3]>) -> Self {
+        let ends = rigid.len();
+        let zeros = || vec![0.0; 3 * n * ends];
+        Self {
+            hatted: zeros(),
+            rigid,
+            tractions: zeros(),
+            elastic: zeros(),
+            gap: zeros(),
+            slip: vec![0.0; 2 * n * ends],
+            wear_rate: vec![0.0; n],
+            gradient: zeros(),
+        }
+    }
+}
+
+impl Increment<'_> {
+    /// Number of cells.
+    pub fn n(&self) -> usize {
+        self.areas.len()
+    }
+
+    pub(crate) fn hat(&self) -> Option<Hat> {
+        self.friction.as_ref().map(Hat::new)
+    }
+
+    /// Hatted tractions of physical ones, per end `[3, N]`; without friction the tangential planes are dropped.
+    pub fn hat_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
+        let n = self.n();
+        for (physical, out) in tractions.chunks(3 * n).zip(hatted.chunks_mut(3 * n)) {
+            out[2 * n..].copy_from_slice(&physical[2 * n..]);
+            for i in 0..n {
+                let q = self.hat().map_or([0.0; 2], |hat| hat.untraction([physical[i], physical[n + i]]));
+                out[i] = q[0];
+                out[n + i] = q[1];
+            }
+        }
+    }
+
+    /// Whether only normal components are computed while iterating: nothing slips against friction or wears.
+    pub fn normal_only(&self) -> bool {
+        self.skip && self.friction.is_none() && self.wear.is_none()
+    }
+
+    /// Number of operator applications of one [`Increment::evaluate`].
+    pub fn applications(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Fills everything in `it` from its hatted tractions and rigid motions. Does not allocate.
+    pub fn evaluate(&self, it: &mut Iterate) {
+        self.apply_flexibility(it);
+        self.fill_gap(it);
+        self.fill_slip(it);
+        self.fill_wear(it);
+        self.fill_gradient(it);
+    }
+
+    fn apply_flexibility(&self, it: &mut Iterate) {
+        let n = self.n();
+        for end in 0..self.ends.len() {
+            let planes = end * 3 * n..(end + 1) * 3 * n;
+            let hatted = &it.hatted[planes.clone()];
+            let tractions = &mut it.tractions[planes.clone()];
+            tractions[2 * n..].copy_from_slice(&hatted[2 * n..]);
+            match self.hat() {
+                Some(hat) => {
+                    for i in 0..n {
+                        let q = hat.traction([hatted[i], hatted[n + i]]);
+                        tractions[i] = q[0];
+                        tractions[n + i] = q[1];
+                    }
+                    self.flexibility.apply(tractions, &mut it.elastic[planes]);
+                }
+                None => {
+                    tractions[..2 * n].fill(0.0);
+                    let elastic = &mut it.elastic[planes];
+                    if self.normal_only() {
+                        self.flexibility.apply_normal(&tractions[2 * n..], &mut elastic[2 * n..]);
+                    } else {
+                        self.flexibility.apply(tractions, elastic);
+                    }
+                }
+            }
+        }
+    }
+
+    fn fill_gap(&self, it: &mut Iterate) {
+        let n = self.n();
+        for end in 0..self.ends.len() {
+            let base = end * 3 * n;
+            let motion = it.rigid[end];
+            for i in 0..n {
+                let local = match self.rigid_axes {
+                    None => motion,
+                    Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),
+                };
+                for (plane, shift) in local.iter().enumerate() {
+                    let k = base + plane * n + i;
+                    it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
+                }
+            }
+        }
+    }
+
+    fn fill_slip(&self, it: &mut Iterate) {
+        let n = self.n();
+        for (end, spec) in self.ends.iter().enumerate() {
+            for plane in 0..2 {
+                for i in 0..n {
+                    let here = it.gap[end * 3 * n + plane * n + i];
+                    let from = match &spec.reference {
+                        SlipReference::Previous(at) => at[plane * n + i],
+                        SlipReference::OtherEnd { stuck, at } if stuck[i] => at[plane * n + i],
+                        SlipReference::OtherEnd { .. } => it.gap[(1 - end) * 3 * n + plane * n + i],
+                    };
+                    it.slip[end * 2 * n + plane * n + i] = here - from;
+                }
+            }
+        }
+    }
+
+    /// dw = p |Δg|_i summed over the ends (formulation 2.3, implicit in p and slip), added to the normal gap.
+    fn fill_wear(&self, it: &mut Iterate) {
+        let n = self.n();
+        it.wear_rate.fill(0.0);
+        if let Some(wear) = &self.wear {
+            let (sin, cos) = wear.angle.sin_cos();
+            for end in 0..self.ends.len() {
+                for i in 0..n {
+                    let v = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
+                    let along = [cos * v[0] + sin * v[1], -sin * v[0] + cos * v[1]];
+                    let p = it.tractions[end * 3 * n + 2 * n + i];
+                    it.wear_rate[i] += p * (wear.i[0] * along[0]).hypot(wear.i[1] * along[1]);
+                }
+            }
+        }
+        for end in 0..self.ends.len() {
+            for i in 0..n {
+                it.gap[end * 3 * n + 2 * n + i] += self.worn[i] + self.repeats * it.wear_rate[i];
+            }
+        }
+    }
+
+    fn fill_gradient(&self, it: &mut Iterate) {
+        let n = self.n();
+        let hat = self.hat();
+        for end in 0..self.ends.len() {
+            let base = end * 3 * n;
+            for i in 0..n {
+                it.gradient[base + 2 * n + i] = it.gap[base + 2 * n + i];
+                if let Some(hat) = &hat {
+                    let s = hat.slip([it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]]);
+                    it.gradient[base + i] = s[0];
+                    it.gradient[base + n + i] = s[1];
+                }
+            }
+        }
+    }
+
+    /// Whether cell `i` carries pressure and sticks: |q|_μ < p (1 - 1e-6).
+    pub fn sticks(&self, it: &Iterate, end: usize, i: usize) -> bool {
+        let n = self.n();
+        let base = end * 3 * n;
+        let p = it.hatted[base + 2 * n + i];
+        self.friction.is_some()
+            && p > 0.0
+            && it.hatted[base + i].hypot(it.hatted[base + n + i]) < p * (1.0 - STICK_MARGIN)
+    }
+
+    /// Natural residual (formulation 7.1): what one local projection step with c = 1 / diag S would change,
+    /// relative to the largest pressure; 0 for an open state without penetration.
+    pub fn natural_residual(&self, it: &Iterate) -> f64 {
+        let n = self.n();
+        let mut worst: f64 = 0.0;
+        let mut p_max: f64 = 0.0;
+        for end in 0..self.ends.len() {
+            let base = end * 3 * n;
+            for i in 0..n {
+                let p = it.hatted[base + 2 * n + i];
+                let rho = (p - self.scales.c_normal[i] * it.gap[base + 2 * n + i]).max(0.0);
+                worst = worst.max((p - rho).abs());
+                p_max = p_max.max(p);
+                if self.friction.is_some() {
+                    let c = self.scales.c_tangential[i];
+                    let q = [it.hatted[base + i], it.hatted[base + n + i]];
+                    let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
+                    let norm = star[0].hypot(star[1]);
+                    let scale = if norm > rho { rho / norm } else { 1.0 };
+                    worst = worst.max((q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
+                }
+            }
+        }
+        if worst == 0.0 {
+            0.0
+        } else if p_max > 0.0 {
+            worst / p_max
+        } else {
+            f64::INFINITY
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Projection of hatted tractions on the admissible set: p >= 0, |q̂| <= p, and, under force control, the given
+//! resultants.
+//!
+//! A prescribed force enters as the multiplier of the projection: the rigid motion that makes the projected
+//! tractions carry it. So force control costs no more operator applications than displacement control.
+
+use super::increment::{Increment, NormalControl, TangentialControl};
+use super::scales::Hat;
+
+/// Why no admissible tractions carry the prescribed force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoEquilibrium {
+    /// The tangential force exceeds what friction can carry.
+    GrossSliding,
+}
+
+/// Step sizes of the normal and the tangential block, MPa/mm.
+#[derive(Debug, Clone, Copy)]
+pub struct StepSizes {
+    /// Normal.
+    pub normal: f64,
+    /// Tangential (hatted).
+    pub tangential: f64,
+}
+
+/// `out = proj(hatted - step * gradient)` for every end; under force control `rigid` gets the motion that carries
+/// the force. Does not allocate.
+///
+/// # Errors
+/// [`NoEquilibrium`] if the tangential force is beyond the friction capacity of the pressures.
+pub fn project(
+    problem: &Increment,
+    steps: StepSizes,
+    from: (&[f64], &[f64]),
+    out: &mut [f64],
+    rigid: &mut [[f64; 3]],
+) -> Result<(), NoEquilibrium> {
+    let n = problem.n();
+    let (hatted, gradient) = from;
+    for (k, end) in problem.ends.iter().enumerate() {
+        let range = k * 3 * n..(k + 1) * 3 * n;
+        let (old, g) = (&hatted[range.clone()], &gradient[range.clone()]);
+        let new = &mut out[range];
+        for j in 2 * n..3 * n {
+            new[j] = old[j] - steps.normal * g[j];
+        }
+        let pressures = &mut new[2 * n..];
+        if let NormalControl::Force(force) = end.normal {
+            let lift = lift_for_force(pressures, problem.areas, force);
+            pressures.iter_mut().for_each(|p| *p += lift);
+            rigid[k][2] -= lift / steps.normal;
+        }
+        pressures.iter_mut().for_each(|p| *p = p.max(0.0));
+        if let Some(hat) = problem.hat() {
+            for j in 0..2 * n {
+                new[j] = old[j] - steps.tangential * g[j];
+            }
+            if let TangentialControl::Force(force) = end.tangential {
+                let shift = shift_for_force(new, problem.areas, &hat, force, steps.tangential)?;
+                let hatted_shift = hat.slip(shift);
+                for i in 0..n {
+                    new[i] -= steps.tangential * hatted_shift[0];
+                    new[n + i] -= steps.tangential * hatted_shift[1];
+                }
+                rigid[k][0] += shift[0];
+                rigid[k][1] += shift[1];
+            }
+            clip(new, n);
+        } else {
+            new[..2 * n].fill(0.0);
+        }
+    }
+    Ok(())
+}
+
+/// Radial return of every tangential traction on the disc of radius p.
+fn clip(planes: &mut [f64], n: usize) {
+    for i in 0..n {
+        let (a, b, p) = (planes[i], planes[n + i], planes[2 * n + i]);
+        let norm = a.hypot(b);
+        if norm > p {
+            let scale = p / norm;
+            planes[i] *= scale;
+            planes[n + i] *= scale;
+        }
+    }
+}
+
+/// The lift τ with Σ A max(z + τ, 0) = force: Newton on a convex, increasing, piecewise linear function, which ends
+/// exactly after finitely many steps.
+fn lift_for_force(z: &[f64], areas: &[f64], force: f64) -> f64 {
+    let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if force <= 0.0 {
+        return -top;
+    }
+    let total: f64 = areas.iter().sum();
+    let mut lift = -top + force / total;
+    for _ in 0..200 {
+        let (mut sum, mut slope) = (0.0, 0.0);
+        for (&value, &area) in z.iter().zip(areas) {
+            if value + lift > 0.0 {
+                sum += area * (value + lift);
+                slope += area;
+            }
+        }
+        let step = (sum - force) / slope;
+        lift -= step;
+        if step.abs() <= 1e-15 * (lift.abs() + top.abs()) {
+            break;
+        }
+    }
+    lift
+}
+
+/// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force, by damped Newton on a monotone map.
+fn shift_for_force(
+    planes: &[f64],
+    areas: &[f64],
+    hat: &Hat,
+    force: [f64; 2],
+    step: f64,
+) -> Result<[f64; 2], NoEquilibrium> {
+    let n = areas.len();
+    // In hatted components: wanted Σ A clip = f̂, with f̂ = M⁻¹ Rᵀ force, unknown y = a M Rᵀ v.
+    let wanted = hat.untraction(force);
+    let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
+    let size = wanted[0].hypot(wanted[1]);
+    if size >= capacity * (1.0 - 1e-12) {
+        return if size == 0.0 { Ok([0.0; 2]) } else { Err(NoEquilibrium::GrossSliding) };
+    }
+    let mut y = [0.0; 2];
+    let mut current = clipped_sum(planes, areas, y);
+    for _ in 0..100 {
+        let defect = [current.sum[0] - wanted[0], current.sum[1] - wanted[1]];
+        let error = defect[0].hypot(defect[1]);
+        if error <= 1e-14 * capacity {
+            break;
+        }
+        let floor = 1e-12 * (current.jacobian[0] + current.jacobian[2]) + 1e-300;
+        let (a, b, c) = (current.jacobian[0] + floor, current.jacobian[1], current.jacobian[2] + floor);
+        let det = a * c - b * b;
+        let direction = [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det];
+        let mut damping = 1.0;
+        loop {
+            let trial = [y[0] + damping * direction[0], y[1] + damping * direction[1]];
+            let next = clipped_sum(planes, areas, trial);
+            let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
+            if next_error < error || damping < 1e-6 {
+                y = trial;
+                current = next;
+                break;
+            }
+            damping *= 0.5;
+        }
+    }
+    // y = a M Rᵀ v, so v = R M⁻¹ y / a.
+    let scaled = [y[0] / hat.mu[0] / step, y[1] / hat.mu[1] / step];
+    Ok([hat.cos * scaled[0] - hat.sin * scaled[1], hat.sin * scaled[0] + hat.cos * scaled[1]])
+}
+
+struct ClippedSum {
+    sum: [f64; 2],
+    /// -d sum / d y: (11, 12, 22).
+    jacobian: [f64; 3],
+}
+
+fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
+    let n = areas.len();
+    let mut result = ClippedSum { sum: [0.0; 2], jacobian: [0.0; 3] };
+    for i in 0..n {
+        let p = planes[2 * n + i];
+        if p <= 0.0 {
+            continue;
+        }
+        let z = [planes[i] - y[0], planes[n + i] - y[1]];
+        let norm = z[0].hypot(z[1]);
+        let area = areas[i];
+        if norm <= p {
+            result.sum[0] += area * z[0];
+            result.sum[1] += area * z[1];
+            result.jacobian[0] += area;
+            result.jacobian[2] += area;
+        } else {
+            let e = [z[0] / norm, z[1] / norm];
+            let scale = p / norm;
+            result.sum[0] += area * p * e[0];
+            result.sum[1] += area * p * e[1];
+            result.jacobian[0] += area * scale * (1.0 - e[0] * e[0]);
+            result.jacobian[1] -= area * scale * e[0] * e[1];
+            result.jacobian[2] += area * scale * (1.0 - e[1] * e[1]);
+        }
+    }
+    result
+}

@@ -1,0 +1,132 @@
+//! Scales of a flexibility operator: local compliances for the natural residual, largest eigenvalues for step sizes.
+
+use crate::friction::FrictionEllipse;
+use crate::linalg::operator::Flexibility;
+
+/// Rotates the tangential components of a vector into the friction axes and scales them by the coefficients.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hat {
+    pub mu: [f64; 2],
+    pub cos: f64,
+    pub sin: f64,
+}
+
+impl Hat {
+    pub fn new(ellipse: &FrictionEllipse) -> Self {
+        let (sin, cos) = ellipse.angle.sin_cos();
+        Self { mu: ellipse.mu, cos, sin }
+    }
+
+    /// Physical (x, y) traction of a hatted one: q = R M q̂.
+    pub fn traction(&self, hatted: [f64; 2]) -> [f64; 2] {
+        let (a, b) = (self.mu[0] * hatted[0], self.mu[1] * hatted[1]);
+        [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
+    }
+
+    /// Hatted traction of a physical one: q̂ = M⁻¹ Rᵀ q.
+    pub fn untraction(&self, q: [f64; 2]) -> [f64; 2] {
+        [(self.cos * q[0] + self.sin * q[1]) / self.mu[0], (-self.sin * q[0] + self.cos * q[1]) / self.mu[1]]
+    }
+
+    /// Hatted slip: M Rᵀ v.
+    pub fn slip(&self, v: [f64; 2]) -> [f64; 2] {
+        [self.mu[0] * (self.cos * v[0] + self.sin * v[1]), self.mu[1] * (-self.sin * v[0] + self.cos * v[1])]
+    }
+}
+
+/// Local compliances and step sizes of one operator and friction ellipse.
+#[derive(Debug, Clone)]
+pub struct Scales {
+    /// c_n = 1 / S_nn of each cell, MPa/mm (formulation 7.1).
+    pub c_normal: Vec<f64>,
+    /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell; empty without friction.
+    pub c_tangential: Vec<f64>,
+    /// Largest eigenvalue of S_nn, mm/MPa.
+    pub lambda_normal: f64,
+    /// Largest eigenvalue of M S_tt M; 0 without friction.
+    pub lambda_tangential: f64,
+}
+
+const POWER_ITERATIONS: usize = 12;
+
+impl Scales {
+    /// Reads the diagonal and runs a few power iterations (about 24 operator applications with friction).
+    pub fn new(operator: &dyn Flexibility, areas: &[f64], friction: Option<&FrictionEllipse>) -> Self {
+        let blocks = operator.diagonal_blocks();
+        let c_normal = blocks.iter().map(|s| 1.0 / s[(2, 2)]).collect();
+        let lambda_normal = largest_normal(operator, areas);
+        let Some(ellipse) = friction else {
+            return Self { c_normal, c_tangential: Vec::new(), lambda_normal, lambda_tangential: 0.0 };
+        };
+        let hat = Hat::new(ellipse);
+        let c_tangential = blocks
+            .iter()
+            .map(|s| {
+                let diagonal = |axis: [f64; 2]| {
+                    let q = hat.traction(axis);
+                    q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
+                };
+                1.0 / (diagonal([1.0, 0.0]) * diagonal([0.0, 1.0])).sqrt()
+            })
+            .collect();
+        let lambda_tangential = largest_tangential(operator, areas, &hat);
+        Self { c_normal, c_tangential, lambda_normal, lambda_tangential }
+    }
+}
+
+/// A fixed start vector near the smooth top eigenvector, with some of every direction in it.
+fn start(n: usize) -> Vec<f64> {
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    (0..n)
+        .map(|_| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            1.0 + 0.2 * ((seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5)
+        })
+        .collect()
+}
+
+fn weighted_norm(areas: &[f64], v: &[f64]) -> f64 {
+    v.chunks(areas.len())
+        .map(|plane| plane.iter().zip(areas).map(|(x, a)| a * x * x).sum::<f64>())
+        .sum::<f64>()
+        .sqrt()
+}
+
+fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {
+    let n = areas.len();
+    let mut v = start(n);
+    let mut image = vec![0.0; n];
+    let mut lambda = 0.0;
+    for _ in 0..POWER_ITERATIONS {
+        let norm = weighted_norm(areas, &v);
+        v.iter_mut().for_each(|x| *x /= norm);
+        operator.apply_normal(&v, &mut image);
+        lambda = weighted_norm(areas, &image);
+        std::mem::swap(&mut v, &mut image);
+    }
+    lambda
+}
+
+fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f64 {
+    let n = areas.len();
+    let mut v = start(2 * n);
+    let mut physical = vec![0.0; 3 * n];
+    let mut image = vec![0.0; 3 * n];
+    let mut lambda = 0.0;
+    for _ in 0..POWER_ITERATIONS {
+        let norm = weighted_norm(areas, &v);
+        for i in 0..n {
+            let q = hat.traction([v[i] / norm, v[n + i] / norm]);
+            physical[i] = q[0];
+            physical[n + i] = q[1];
+        }
+        operator.apply(&physical, &mut image);
+        for i in 0..n {
+            let s = hat.slip([image[i], image[n + i]]);
+            v[i] = s[0];
+            v[n + i] = s[1];
+        }
+        lambda = weighted_norm(areas, &v);
+    }
+    lambda
+}

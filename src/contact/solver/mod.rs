@@ -1,0 +1,56 @@
+//! Contact solvers: each turns an increment and a start into tractions whose natural residual meets the tolerance.
+
+mod barzilai_borwein;
+mod projected;
+mod uzawa;
+
+pub use projected::{SolveReport, Stop};
+
+use super::increment::{Increment, Iterate};
+
+/// Which solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The default for the problem at hand; now Barzilai-Borwein throughout.
+    #[default]
+    Auto,
+    /// Projected gradient with Barzilai-Borwein steps (formulation 6.2, step 2).
+    BarzilaiBorwein,
+    /// Uzawa predictor-corrector with radial return (formulation 5), the method of the source paper.
+    Uzawa,
+}
+
+/// Solver settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolverOptions {
+    /// Bound on the natural residual.
+    pub tolerance: f64,
+    /// Solver.
+    pub method: Method,
+    /// Bound on the iterations of one solve.
+    pub max_iterations: usize,
+    /// Whether work that a scene does not need is skipped.
+    pub skip: bool,
+}
+
+impl Default for SolverOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: true }
+    }
+}
+
+/// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
+pub type Watch<'a> = dyn FnMut(usize, f64) -> bool + 'a;
+
+/// Solves the increment from the tractions and rigid motions in `it`, which holds the answer afterwards.
+pub fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
+    match options.method {
+        Method::Auto | Method::BarzilaiBorwein => barzilai_borwein::solve(problem, it, options, watch),
+        Method::Uzawa => uzawa::solve(problem, it, options, watch),
+    }
+}

@@ -1,0 +1,128 @@
+//! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
+
+use super::super::increment::{Increment, Iterate};
+use super::super::projection::{NoEquilibrium, StepSizes, project};
+use super::{SolverOptions, Watch};
+
+/// Why a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The natural residual met the tolerance.
+    Converged,
+    /// The iteration limit.
+    Iterations,
+    /// No equilibrium: the tangential force is beyond friction.
+    GrossSliding,
+    /// The watcher asked for it.
+    Interrupted,
+    /// A traction or a gap was not a number.
+    NotFinite,
+}
+
+/// What a solve did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    /// Why it ended.
+    pub stop: Stop,
+    /// Natural residual of the state left in the iterate.
+    pub residual: f64,
+    /// Iterations.
+    pub iterations: usize,
+    /// Operator applications.
+    pub applications: usize,
+}
+
+/// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
+pub(super) trait StepRule {
+    /// Sizes before any change is known.
+    fn first(&self) -> StepSizes;
+    /// Sizes after the iterate went from `old` to `new`.
+    fn next(&mut self, problem: &Increment, old: &Iterate, new: &Iterate) -> StepSizes;
+    /// Called when the iteration goes back to its best state because it stopped gaining.
+    fn restart(&mut self) -> StepSizes;
+}
+
+/// Iterations without a new best residual after which the loop goes back to the best state.
+const PATIENCE: usize = 400;
+
+/// Upper bounds on the eigenvalues of the normal and tangential blocks of the increment, the wear diagonal and the
+/// coupling of two ends included.
+pub(super) fn spectral_bounds(problem: &Increment, it: &Iterate) -> (f64, f64) {
+    let n = problem.n();
+    let ends = problem.ends.len() as f64;
+    let mut diagonal: f64 = 0.0;
+    if let Some(wear) = &problem.wear {
+        let intensity = wear.i[0].max(wear.i[1]);
+        for end in 0..problem.ends.len() {
+            for i in 0..n {
+                let slip = it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]);
+                diagonal = diagonal.max(slip * intensity);
+            }
+        }
+    }
+    let normal = problem.scales.lambda_normal + ends * problem.repeats * diagonal;
+    (normal, ends * problem.scales.lambda_tangential)
+}
+
+/// Runs the loop from the state in `it`; leaves the best state found in it.
+pub(super) fn iterate(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    rule: &mut dyn StepRule,
+    watch: &mut Watch,
+) -> SolveReport {
+    problem.evaluate(it);
+    let mut report = SolveReport {
+        stop: Stop::Iterations,
+        residual: f64::INFINITY,
+        iterations: 0,
+        applications: problem.applications(),
+    };
+    let mut steps = rule.first();
+    let mut best = it.clone();
+    let mut best_at = 0;
+    let mut next = it.clone();
+    loop {
+        let residual = problem.natural_residual(it);
+        if residual.is_nan() || !it.rigid.iter().flatten().all(|x| x.is_finite()) {
+            report.stop = Stop::NotFinite;
+            break;
+        }
+        if residual < report.residual {
+            report.residual = residual;
+            best.clone_from(it);
+            best_at = report.iterations;
+        }
+        if residual <= options.tolerance {
+            report.stop = Stop::Converged;
+            break;
+        }
+        if report.iterations >= options.max_iterations {
+            break;
+        }
+        if watch(report.iterations, residual) {
+            report.stop = Stop::Interrupted;
+            break;
+        }
+        if report.iterations > best_at + PATIENCE {
+            it.clone_from(&best);
+            best_at = report.iterations;
+            steps = rule.restart();
+        }
+        next.rigid.clone_from(&it.rigid);
+        if let Err(NoEquilibrium::GrossSliding) =
+            project(problem, steps, (&it.hatted, &it.gradient), &mut next.hatted, &mut next.rigid)
+        {
+            report.stop = Stop::GrossSliding;
+            break;
+        }
+        problem.evaluate(&mut next);
+        report.applications += problem.applications();
+        report.iterations += 1;
+        steps = rule.next(problem, it, &next);
+        std::mem::swap(it, &mut next);
+    }
+    it.clone_from(&best);
+    report
+}

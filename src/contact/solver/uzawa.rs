@@ -1,0 +1,43 @@
+//! Uzawa predictor-corrector with radial return: the reference method (formulation 5).
+//!
+//! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of
+//! q - r_t M² Δg_t on |q|_μ <= p, which in hatted variables is a clip to the disc of radius p. Steps
+//! r = 1.8 / λ_max, constant; the rate is 1 - O(h/L), so it is slow on fine frames.
+
+use super::super::increment::{Increment, Iterate};
+use super::super::projection::StepSizes;
+use super::projected::{SolveReport, StepRule, iterate, spectral_bounds};
+use super::{SolverOptions, Watch};
+
+const RELAXATION: f64 = 1.8;
+
+struct Constant(StepSizes);
+
+impl StepRule for Constant {
+    fn first(&self) -> StepSizes {
+        self.0
+    }
+
+    fn next(&mut self, _: &Increment, _: &Iterate, _: &Iterate) -> StepSizes {
+        self.0
+    }
+
+    /// Over-relaxation beyond stability shows as a lack of gain: halve it.
+    fn restart(&mut self) -> StepSizes {
+        self.0.normal *= 0.5;
+        self.0.tangential *= 0.5;
+        self.0
+    }
+}
+
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
+    problem.evaluate(it);
+    let (normal, tangential) = spectral_bounds(problem, it);
+    let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
+    iterate(problem, it, options, &mut Constant(steps), watch)
+}

@@ -1,0 +1,68 @@
+//! Controls along a step: totals at its end, reached linearly from the state before.
+
+use crate::contact::{NormalControl, TangentialControl};
+
+use super::step::{Normal, Step, Tangential};
+
+/// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Held {
+    pub normal: Normal,
+    pub tangential: Tangential,
+}
+
+/// The controls of one increment and the rigid motion it starts from, (x, y, n) with n = -approach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Controls {
+    pub rigid: [f64; 3],
+    pub normal: NormalControl,
+    pub tangential: TangentialControl,
+}
+
+/// A step's path from where it starts to what it prescribes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Path {
+    /// Rigid motion at the start.
+    pub rigid: [f64; 3],
+    /// Force on body 1 at the start, (x, y, n).
+    pub force: [f64; 3],
+    /// What is prescribed at the end.
+    pub end: Held,
+}
+
+impl Path {
+    /// The path of `step` from a start, with `held` in force before it.
+    pub fn new(step: &Step, held: Held, rigid: [f64; 3], force: [f64; 3]) -> Self {
+        let end = Held {
+            normal: step.normal.unwrap_or(held.normal),
+            tangential: step.tangential.unwrap_or(held.tangential),
+        };
+        Self { rigid, force, end }
+    }
+
+    /// Controls at `fraction` of the path; `now` is the present rigid motion, the guess for what is free.
+    pub fn at(&self, fraction: f64, now: [f64; 3]) -> Controls {
+        let between = |from: f64, to: f64| from + fraction * (to - from);
+        let mut rigid = now;
+        let normal = match self.end.normal {
+            Normal::Approach(depth) => {
+                rigid[2] = between(self.rigid[2], -depth);
+                NormalControl::Approach
+            }
+            Normal::Force(force) => NormalControl::Force(between(-self.force[2], force)),
+        };
+        let tangential = match self.end.tangential {
+            Tangential::Shift(shift) => {
+                rigid[0] = between(self.rigid[0], shift[0]);
+                rigid[1] = between(self.rigid[1], shift[1]);
+                TangentialControl::Shift
+            }
+            // Reported forces act on body 1, the solver's on body 2.
+            Tangential::Force(force) => TangentialControl::Force([
+                -between(self.force[0], force[0]),
+                -between(self.force[1], force[1]),
+            ]),
+        };
+        Controls { rigid, normal, tangential }
+    }
+}

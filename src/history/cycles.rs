@@ -1,0 +1,314 @@
+//! Fretting cycles taken in jumps (formulation 11.2, 11.3).
+//!
+//! A jump of ΔN cycles integrates dw/dN = F(w), F = p₊|s₊|_i + p₋|s₋|_i, with the two stroke ends P₊, P₋ solved
+//! together: the slip of a stroke is the difference of the tangential gaps at its ends (elastic recovery included),
+//! and the wear of the stage is implicit in both. Cells that stick through the whole cycle keep the tangential gap
+//! they stuck at.
+
+use std::time::Instant;
+
+use crate::contact::certificate::{self, StateChecks};
+use crate::contact::solver::SolveReport;
+use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+use crate::error::{Error, Result};
+
+use super::control::Held;
+use super::increments::{Laws, Stage, problem, solve};
+use super::step::{Cycles, IncrementRecord, Integrator, Normal, Observer, Outcome, Step, Tangential};
+use super::{Run, state};
+
+/// γ of the L-stable two-stage SDIRK method.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// Passes over the set of cells that stick through a cycle, at most.
+const STICK_PASSES: usize = 8;
+
+/// Slip below this share of the stroke counts as none when cells leave the set that sticks.
+const NO_SLIP: f64 = 1e-6;
+
+/// The two stroke ends, solved, and the set of cells that stick.
+struct Stroke {
+    it: Iterate,
+    stuck: Vec<bool>,
+    at: Vec<f64>,
+}
+
+/// Sums over the stages of a jump.
+struct Jump {
+    report: SolveReport,
+    checks: StateChecks,
+    dissipation: f64,
+}
+
+impl Run<'_> {
+    /// Runs the jumps of a step of fretting cycles.
+    pub(super) fn cycles(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        last: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let center = self.state.rigid;
+        let mut stroke = self.first_strokes(step, cycles, center, observer)?;
+        if self.result.outcome != Outcome::Converged {
+            return Ok(());
+        }
+        let touched = state::touches_edge(&self.prepared, &stroke.it);
+        let before = self.state.cycles_done;
+        for jump in 0..cycles.jumps {
+            let clock = Instant::now();
+            let done = |k: usize| (cycles.count as f64 * k as f64 / cycles.jumps as f64).round();
+            let size = done(jump + 1) - done(jump);
+            let count = cycles.jumps as f64;
+            let stage = Stage { name: &step.name, from: jump as f64 / count, to: (jump + 1) as f64 / count };
+            let summed = self.jump(step, cycles, size, &mut stroke, observer, &stage)?;
+            self.state.cycles_done = before + done(jump + 1) as u64;
+            self.state.dissipation += summed.dissipation;
+            self.record_jump(step, (jump + 1, touched), &stroke, &summed, clock, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                return Ok(());
+            }
+        }
+        if !last {
+            self.return_to_center(step, center, observer)?;
+        }
+        Ok(())
+    }
+
+    /// The first cycle, resolved stroke by stroke without wear: +amplitude, then -amplitude.
+    fn first_strokes(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        center: [f64; 3],
+        observer: &mut dyn Observer,
+    ) -> Result<Stroke> {
+        if self.prepared.rigid_axes.is_some() && matches!(self.held.normal, Normal::Force(_)) {
+            return Err(Error::input(format!(
+                "step \"{}\" cycles under a prescribed normal force on a curved contact frame: prescribe an approach, \
+                 or use a grid frame",
+                step.name
+            )));
+        }
+        let n = self.prepared.n();
+        let along = [cycles.angle.cos() * cycles.amplitude, cycles.angle.sin() * cycles.amplitude];
+        let mut pair = Iterate::new(n, vec![center; 2]);
+        let mut stuck = vec![true; n];
+        let mut at = vec![0.0; 2 * n];
+        for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let rigid = [center[0] + sign * along[0], center[1] + sign * along[1], self.state.rigid[2]];
+            let it = self.stroke_to(step, rigid, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                break;
+            }
+            pair.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
+            pair.rigid[end] = it.rigid[0];
+            for i in 0..n {
+                let slip = it.slip[i].hypot(it.slip[n + i]);
+                stuck[i] &= it.hatted[2 * n + i] > 0.0 && slip <= NO_SLIP * cycles.amplitude;
+            }
+            at.copy_from_slice(&it.gap[..2 * n]);
+        }
+        Ok(Stroke { it: pair, stuck, at })
+    }
+
+    /// One increment without wear to a given rigid motion; the state follows.
+    fn stroke_to(&mut self, step: &Step, rigid: [f64; 3], observer: &mut dyn Observer) -> Result<Iterate> {
+        let normal = match self.held.normal {
+            Normal::Approach(_) => NormalControl::Approach,
+            Normal::Force(force) => NormalControl::Force(force),
+        };
+        let end = End {
+            normal,
+            tangential: TangentialControl::Shift,
+            reference: SlipReference::Previous(self.state.reference.clone()),
+        };
+        let worn = self.state.worn.clone();
+        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
+        let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
+        problem.hat_tractions(&self.state.tractions, &mut it.hatted);
+        let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
+        let report = solve(&problem, &mut it, &self.options, observer, &stage)?;
+        let checks = certificate::check(&problem, &mut it);
+        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
+        let values = state::resultants(&self.prepared, &problem, &it, 0);
+        let fields = state::frame_state(&problem, &it, 0, &worn);
+        self.state.take(&it, 0);
+        let approach = -it.rigid[0][2];
+        let mut record = IncrementRecord {
+            name: step.name.clone(),
+            approach,
+            shift: values.shift,
+            normal_force: values.normal_force,
+            tangential_force: values.tangential_force,
+            certificate: state::certificate(&checks, approach, balance),
+            ..IncrementRecord::default()
+        };
+        self.finish(&mut record, &report, &checks);
+        if self.result.outcome != Outcome::Converged {
+            self.deliver(record, fields, observer)?;
+        }
+        Ok(it)
+    }
+
+    /// Integrates the wear over `size` cycles; the worn depth of the state and the stroke follow.
+    fn jump(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        size: f64,
+        stroke: &mut Stroke,
+        observer: &mut dyn Observer,
+        stage: &Stage,
+    ) -> Result<Jump> {
+        // (implicit weight, share of the stage in the jump): w_stage = w_explicit + a ΔN F(w_stage).
+        let (stages, explicit): (&[(f64, f64)], bool) = match cycles.integrator {
+            Integrator::Sdirk2 => (&[(GAMMA, 1.0 - GAMMA), (GAMMA, GAMMA)], false),
+            Integrator::BackwardEuler => (&[(1.0, 1.0)], false),
+            Integrator::Explicit => (&[(0.0, 1.0)], true),
+        };
+        let start = self.state.worn.clone();
+        let mut jump = Jump {
+            report: SolveReport {
+                stop: crate::contact::solver::Stop::Converged,
+                residual: 0.0,
+                iterations: 0,
+                applications: 0,
+            },
+            checks: StateChecks::default(),
+            dissipation: 0.0,
+        };
+        let mut gathered = vec![0.0; start.len()];
+        for (weight, share) in stages {
+            let worn: Vec<f64> = start.iter().zip(&gathered).map(|(w, g)| w + g).collect();
+            self.stage(step, cycles, (&worn, weight * size), stroke, &mut jump, (observer, stage))?;
+            jump.dissipation += share * size * jump.checks.dissipation;
+            gathered.iter_mut().zip(&stroke.it.wear_rate).for_each(|(g, rate)| *g += share * size * rate);
+        }
+        self.state.worn.iter_mut().zip(&gathered).for_each(|(w, g)| *w += g);
+        if explicit {
+            // The state that belongs to the new worn depth, for the record and the next jump.
+            let worn = self.state.worn.clone();
+            self.stage(step, cycles, (&worn, 0.0), stroke, &mut jump, (observer, stage))?;
+        }
+        Ok(jump)
+    }
+
+    /// Solves both stroke ends with the wear of `repeats` cycles implicit in them.
+    fn stage(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (worn, repeats): (&[f64], f64),
+        stroke: &mut Stroke,
+        jump: &mut Jump,
+        (observer, stage): (&mut dyn Observer, &Stage),
+    ) -> Result<()> {
+        let normal = match self.held.normal {
+            Normal::Approach(_) => NormalControl::Approach,
+            Normal::Force(force) => NormalControl::Force(force),
+        };
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats };
+        for _ in 0..STICK_PASSES {
+            let end = End {
+                normal,
+                tangential: TangentialControl::Shift,
+                reference: SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() },
+            };
+            let problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
+            let report = solve(&problem, &mut stroke.it, &self.options, observer, stage)?;
+            jump.report = SolveReport {
+                stop: report.stop,
+                residual: report.residual,
+                iterations: jump.report.iterations + report.iterations,
+                applications: jump.report.applications + report.applications,
+            };
+            jump.checks = certificate::check(&problem, &mut stroke.it);
+            if !update_stuck(&problem, stroke, cycles.amplitude) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn record_jump(
+        &mut self,
+        step: &Step,
+        (number, touched_before): (usize, bool),
+        stroke: &Stroke,
+        jump: &Jump,
+        clock: Instant,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let worn = self.state.worn.clone();
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0 };
+        let end = End {
+            normal: NormalControl::Approach,
+            tangential: TangentialControl::Shift,
+            reference: SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() },
+        };
+        let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end.clone(), end]);
+        let ends = [0, 1].map(|end| state::resultants(&self.prepared, &problem, &stroke.it, end));
+        let mean = |value: fn(&super::step::StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+        let approach = -0.5 * (stroke.it.rigid[0][2] + stroke.it.rigid[1][2]);
+        let balance = state::energy_balance(&self.prepared, &self.state, &stroke.it, 1);
+        let fields = state::frame_state(&problem, &stroke.it, 0, &worn);
+        self.state.take(&stroke.it, 1);
+        let mut record = IncrementRecord {
+            name: step.name.clone(),
+            increment: number,
+            approach,
+            shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
+            normal_force: mean(|e| e.normal_force),
+            tangential_force: ends[0].tangential_force,
+            moment: ends[0].moment,
+            contact_area: mean(|e| e.contact_area),
+            stick_area: mean(|e| e.stick_area),
+            peak_pressure: mean(|e| e.peak_pressure),
+            contact_touches_edge: state::touches_edge(&self.prepared, &stroke.it),
+            certificate: state::certificate(&jump.checks, approach, balance),
+            seconds: clock.elapsed().as_secs_f64(),
+            stroke_ends: Some(ends),
+            ..IncrementRecord::default()
+        };
+        self.finish(&mut record, &jump.report, &jump.checks);
+        if record.contact_touches_edge && !touched_before && self.result.outcome == Outcome::Converged {
+            self.result.outcome = Outcome::NotConverged("frame-edge");
+        }
+        self.deliver(record, fields, observer)
+    }
+
+    /// Brings body 2 back to the centre of the cycles for the steps that follow.
+    fn return_to_center(&mut self, step: &Step, center: [f64; 3], observer: &mut dyn Observer) -> Result<()> {
+        let rigid = [center[0], center[1], self.state.rigid[2]];
+        self.held = Held { normal: self.held.normal, tangential: Tangential::Shift([center[0], center[1]]) };
+        self.stroke_to(step, rigid, observer)?;
+        Ok(())
+    }
+}
+
+/// Cells that stick at both ends join the set that sticks through the cycle (at the tangential gap they have now);
+/// cells of the set that slipped leave it. Returns whether the set changed.
+fn update_stuck(problem: &Increment, stroke: &mut Stroke, amplitude: f64) -> bool {
+    let n = problem.n();
+    let it = &stroke.it;
+    let mut changed = false;
+    for i in 0..n {
+        let both = problem.sticks(it, 0, i) && problem.sticks(it, 1, i);
+        let slip = (0..2)
+            .map(|end| it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]))
+            .fold(0.0, f64::max);
+        if stroke.stuck[i] && !both && slip > NO_SLIP * amplitude {
+            stroke.stuck[i] = false;
+            changed = true;
+        } else if !stroke.stuck[i] && both && slip <= NO_SLIP * amplitude {
+            stroke.stuck[i] = true;
+            stroke.at[i] = it.gap[i];
+            stroke.at[n + i] = it.gap[n + i];
+            changed = true;
+        }
+    }
+    changed
+}

@@ -1,0 +1,217 @@
+//! A monotone step: load increments from the state before it to what it prescribes.
+
+use std::time::Instant;
+
+use crate::contact::certificate::{self, StateChecks};
+use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
+use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+use crate::error::{Error, Result};
+
+use super::control::{Controls, Path};
+use super::model::Prepared;
+use super::step::{IncrementRecord, Observer, Outcome, Step};
+use super::{Run, state};
+
+/// Which laws act in an increment, and how often its slip happens.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Laws {
+    pub friction: bool,
+    pub wear: bool,
+    pub repeats: f64,
+}
+
+/// The equations of an increment with worn depth `worn` at its start.
+pub(super) fn problem<'b>(
+    prepared: &'b Prepared,
+    options: &SolverOptions,
+    worn: &'b [f64],
+    laws: Laws,
+    ends: Vec<End>,
+) -> Increment<'b> {
+    let model = prepared.model;
+    Increment {
+        flexibility: model.flexibility.as_ref(),
+        areas: &model.frame.areas,
+        initial_gap: &model.initial_gap,
+        rigid_axes: prepared.rigid_axes.as_deref(),
+        friction: if laws.friction { prepared.ellipse } else { None },
+        wear: if laws.wear { prepared.intensity } else { None },
+        scales: &prepared.scales,
+        worn,
+        repeats: laws.repeats,
+        skip: options.skip,
+        ends,
+    }
+}
+
+/// A stage of the run as the observer sees it: its name and the part of it that one solve fills.
+pub(super) struct Stage<'s> {
+    pub name: &'s str,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Solves, telling the observer how far the residual has come on a logarithmic scale.
+///
+/// # Errors
+/// If a number becomes non-finite.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &Stage,
+) -> Result<SolveReport> {
+    let mut first = None;
+    let report = solver::solve(problem, it, options, &mut |_, residual| {
+        let start: f64 = *first.get_or_insert(residual.max(options.tolerance * 10.0));
+        let done = (start / residual).ln() / (start / options.tolerance).ln();
+        let done = if done.is_finite() { done.clamp(0.0, 1.0) } else { 0.0 };
+        observer.progress(stage.name, stage.from + (stage.to - stage.from) * done, Some(residual));
+        observer.interrupted()
+    });
+    if report.stop == Stop::NotFinite {
+        return Err(Error::numerical(format!(
+            "step \"{}\": a traction or a gap is not a finite number",
+            stage.name
+        )));
+    }
+    Ok(report)
+}
+
+impl Run<'_> {
+    /// Runs all increments of a monotone step.
+    pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+        let (force, _) = self.prepared.resultants(&self.state.tractions);
+        let path = Path::new(step, self.held, self.state.rigid, force);
+        self.held = path.end;
+        for number in 1..=step.increments {
+            let controls = path.at(number as f64 / step.increments as f64, self.state.rigid);
+            self.increment(step, number, &controls, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn increment(
+        &mut self,
+        step: &Step,
+        number: usize,
+        controls: &Controls,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let clock = Instant::now();
+        self.check_controls(step, controls)?;
+        let end = End {
+            normal: controls.normal,
+            tangential: controls.tangential,
+            reference: SlipReference::Previous(self.state.reference.clone()),
+        };
+        let worn = self.state.worn.clone();
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 1.0 };
+        let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
+        if self.options.skip {
+            problem.hat_tractions(&self.state.tractions, &mut it.hatted);
+        }
+        let count = step.increments as f64;
+        let stage = Stage { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
+        let report = solve(&problem, &mut it, &self.options, observer, &stage)?;
+        let checks = certificate::check(&problem, &mut it);
+        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
+        self.state.worn.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += rate);
+        let values = state::resultants(&self.prepared, &problem, &it, 0);
+        let fields = state::frame_state(&problem, &it, 0, &self.state.worn);
+        self.state.take(&it, 0);
+        self.state.dissipation += checks.dissipation;
+        let approach = -it.rigid[0][2];
+        let mut record = IncrementRecord {
+            name: step.name.clone(),
+            increment: number,
+            approach,
+            shift: values.shift,
+            normal_force: values.normal_force,
+            tangential_force: values.tangential_force,
+            moment: values.moment,
+            contact_area: values.contact_area,
+            stick_area: values.stick_area,
+            peak_pressure: values.peak_pressure,
+            contact_touches_edge: state::touches_edge(&self.prepared, &it),
+            certificate: state::certificate(&checks, approach, balance),
+            seconds: clock.elapsed().as_secs_f64(),
+            ..IncrementRecord::default()
+        };
+        self.finish(&mut record, &report, &checks);
+        self.deliver(record, fields, observer)
+    }
+
+    /// Refuses what no increment can do: forces on a curved frame, a tangential force without friction.
+    fn check_controls(&self, step: &Step, controls: &Controls) -> Result<()> {
+        let tangential = matches!(controls.tangential, TangentialControl::Force(_));
+        let forced = tangential || matches!(controls.normal, NormalControl::Force(_));
+        if forced && self.prepared.rigid_axes.is_some() {
+            return Err(Error::input(format!(
+                "step \"{}\" prescribes a force, but the contact frame is curved: prescribe approach and shift, or \
+                 use a grid frame",
+                step.name
+            )));
+        }
+        if tangential && (!step.friction || self.prepared.ellipse.is_none()) {
+            return Err(Error::input(format!(
+                "step \"{}\" prescribes a tangential force, but there is no friction in this step to carry it: give \
+                 [friction] a law, or prescribe shift",
+                step.name
+            )));
+        }
+        Ok(())
+    }
+
+    /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
+    pub(super) fn finish(
+        &mut self,
+        record: &mut IncrementRecord,
+        report: &SolveReport,
+        checks: &StateChecks,
+    ) {
+        let areas = &self.prepared.model.frame.areas;
+        let volume: f64 = self.state.worn.iter().zip(areas).map(|(w, a)| w * a).sum();
+        let share = self.prepared.model.wear_share;
+        record.worn_volume = volume;
+        record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
+        record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
+        record.cycles_done = self.state.cycles_done;
+        record.dissipation = self.state.dissipation;
+        record.iterations = report.iterations;
+        record.operator_applications = report.applications;
+        record.converged =
+            report.stop == Stop::Converged && checks.natural_residual <= self.options.tolerance;
+        self.result.outcome = match report.stop {
+            Stop::Interrupted => Outcome::Interrupted,
+            Stop::GrossSliding => Outcome::NotConverged("gross-sliding"),
+            _ if record.converged => Outcome::Converged,
+            _ => Outcome::NotConverged("iterations"),
+        };
+        if record.contact_touches_edge {
+            self.result.warnings.push(format!(
+                "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \
+                 the frame",
+                record.name, record.increment
+            ));
+        }
+    }
+
+    /// Hands a record to the observer and keeps it.
+    pub(super) fn deliver(
+        &mut self,
+        record: IncrementRecord,
+        fields: super::FrameState,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        observer.increment_done(&record, &fields)?;
+        self.result.records.push(record);
+        self.result.state = fields;
+        Ok(())
+    }
+}

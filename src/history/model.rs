@@ -1,0 +1,136 @@
+//! What the history runs on: frame, flexibility, initial gap and laws, with what follows from them once.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::contact::Scales;
+use crate::error::{Error, Result};
+use crate::frame::ContactFrame;
+use crate::friction::{FrictionEllipse, FrictionLaw};
+use crate::geometry::{Point, Triad};
+use crate::linalg::operator::Flexibility;
+use crate::wear::{WearIntensity, WearLaw};
+
+/// Inputs of a run.
+pub struct Model {
+    /// The contact frame.
+    pub frame: ContactFrame,
+    /// S on the frame, both bodies.
+    pub flexibility: Box<dyn Flexibility>,
+    /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
+    pub initial_gap: Vec<f64>,
+    /// Friction law.
+    pub friction: FrictionLaw,
+    /// Wear law.
+    pub wear: WearLaw,
+    /// Share of the worn depth taken from body 1, 0..=1.
+    pub wear_share: f64,
+}
+
+/// A model with its derived quantities.
+pub(super) struct Prepared<'a> {
+    pub model: &'a Model,
+    pub ellipse: Option<FrictionEllipse>,
+    pub intensity: Option<WearIntensity>,
+    pub scales: Scales,
+    /// Axes (x, y, n) that resultants are reported in.
+    pub axes: Triad,
+    pub center: Point,
+    pub edge: Vec<bool>,
+    pub rigid_axes: Option<Vec<Matrix3<f64>>>,
+}
+
+impl<'a> Prepared<'a> {
+    /// Checks sizes and values and computes scales; `with_friction` says whether any step has friction.
+    pub fn new(model: &'a Model, with_friction: bool) -> Result<Self> {
+        let n = model.frame.n_cells();
+        if n == 0 {
+            return Err(Error::input("the contact frame has no cells"));
+        }
+        if model.initial_gap.len() != 3 * n || model.flexibility.n_cells() != n {
+            return Err(Error::numerical(format!(
+                "frame of {n} cells, gap of {} values and flexibility of {} cells do not belong together",
+                model.initial_gap.len(),
+                model.flexibility.n_cells()
+            )));
+        }
+        if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
+            return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
+        }
+        let ellipse = if with_friction { model.friction.ellipse() } else { None };
+        let intensity = model.wear.intensity(model.friction.ellipse());
+        let scales = Scales::new(model.flexibility.as_ref(), &model.frame.areas, ellipse.as_ref());
+        let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
+        if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
+            return Err(Error::numerical(format!(
+                "the flexibility of cell {cell} along its normal is not positive: the operator is damaged"
+            )));
+        }
+        let axes = Triad::horizontal(model.frame.grid.map_or(0.0, |grid| grid.azimuth));
+        Ok(Self {
+            model,
+            ellipse,
+            intensity,
+            scales,
+            axes,
+            center: center(&model.frame),
+            edge: edge_cells(&model.frame),
+            rigid_axes: rigid_axes(&model.frame, &axes),
+        })
+    }
+
+    pub fn n(&self) -> usize {
+        self.model.frame.n_cells()
+    }
+
+    /// Force and moment (about the frame's centre) on body 1 in the frame's axes, for tractions on body 2.
+    pub fn resultants(&self, tractions: &[f64]) -> ([f64; 3], [f64; 3]) {
+        let n = self.n();
+        let frame = &self.model.frame;
+        let mut force = Vector3::zeros();
+        let mut moment = Vector3::zeros();
+        for i in 0..n {
+            let local = Vector3::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
+            let on_body1 = -frame.triads[i].to_global(&local) * frame.areas[i];
+            force += on_body1;
+            moment += (frame.centers[i] - self.center).cross(&on_body1);
+        }
+        (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
+    }
+}
+
+fn center(frame: &ContactFrame) -> Point {
+    if let Some(grid) = frame.grid {
+        return Point::new(grid.center[0], grid.center[1], frame.centers[0].z);
+    }
+    let area: f64 = frame.areas.iter().sum();
+    frame.centers.iter().zip(&frame.areas).map(|(c, a)| c * *a).sum::<Point>() / area
+}
+
+/// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.
+fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
+    let flat = frame.triads.iter().all(|t| (t.0 - axes.0).amax() < 1e-12);
+    (!flat).then(|| frame.triads.iter().map(|t| t.0.transpose() * axes.0).collect())
+}
+
+/// Cells on the rim of the frame: a contact that reaches them may be cut off by it.
+fn edge_cells(frame: &ContactFrame) -> Vec<bool> {
+    if let Some(grid) = frame.grid {
+        let [nx, ny] = grid.cells;
+        return (0..nx * ny)
+            .map(|i| i / ny == 0 || i / ny == nx - 1 || i % ny == 0 || i % ny == ny - 1)
+            .collect();
+    }
+    let size = frame.areas.iter().copied().fold(0.0, f64::max).sqrt();
+    let key = |p: &Point| p.map(|x| (x / (1e-6 * size)).round() as i64);
+    let mut sides: std::collections::HashMap<_, usize> = std::collections::HashMap::new();
+    let side = |corners: &[Point], k: usize| {
+        let (a, b) = (key(&corners[k]), key(&corners[(k + 1) % corners.len()]));
+        if (a.x, a.y, a.z) < (b.x, b.y, b.z) { (a, b) } else { (b, a) }
+    };
+    for corners in &frame.corners {
+        for k in 0..corners.len() {
+            *sides.entry(side(corners, k)).or_default() += 1;
+        }
+    }
+    frame.corners.iter().map(|corners| (0..corners.len()).any(|k| sides[&side(corners, k)] == 1)).collect()
+}

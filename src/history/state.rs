@@ -1,0 +1,136 @@
+//! The state carried from increment to increment, and what is reported of it.
+
+use crate::contact::certificate::StateChecks;
+use crate::contact::{Increment, Iterate};
+
+use super::model::Prepared;
+use super::step::{Certificate, FrameState, StrokeEnd};
+
+/// State at the end of an increment.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    /// Tractions on body 2, `[3, N]`.
+    pub tractions: Vec<f64>,
+    /// S P, `[3, N]`.
+    pub elastic: Vec<f64>,
+    /// Tangential gaps that slip is measured from, `[2, N]`.
+    pub reference: Vec<f64>,
+    /// Worn depth, `[N]`.
+    pub worn: Vec<f64>,
+    /// Rigid motion of body 2 along the frame's x, y, n (n = -approach).
+    pub rigid: [f64; 3],
+    /// Cumulative friction dissipation.
+    pub dissipation: f64,
+    /// Cumulative number of cycles.
+    pub cycles_done: u64,
+}
+
+impl State {
+    /// Undeformed bodies at first touch.
+    pub fn undeformed(prepared: &Prepared) -> Self {
+        let n = prepared.n();
+        Self {
+            tractions: vec![0.0; 3 * n],
+            elastic: vec![0.0; 3 * n],
+            reference: prepared.model.initial_gap[..2 * n].to_vec(),
+            worn: vec![0.0; n],
+            rigid: [0.0; 3],
+            dissipation: 0.0,
+            cycles_done: 0,
+        }
+    }
+
+    /// Takes tractions, gap and rigid motion of one end of a solved increment.
+    pub fn take(&mut self, it: &Iterate, end: usize) {
+        let n = self.worn.len();
+        let planes = end * 3 * n..(end + 1) * 3 * n;
+        self.tractions.copy_from_slice(&it.tractions[planes.clone()]);
+        self.elastic.copy_from_slice(&it.elastic[planes.clone()]);
+        self.reference.copy_from_slice(&it.gap[planes.start..planes.start + 2 * n]);
+        self.rigid = it.rigid[end];
+    }
+}
+
+/// Resultants and areas of one end.
+pub(super) fn resultants(prepared: &Prepared, problem: &Increment, it: &Iterate, end: usize) -> StrokeEnd {
+    let n = prepared.n();
+    let base = end * 3 * n;
+    let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
+    let mut result = StrokeEnd {
+        shift: [it.rigid[end][0], it.rigid[end][1]],
+        normal_force: -force[2],
+        tangential_force: [force[0], force[1]],
+        moment,
+        ..StrokeEnd::default()
+    };
+    for i in 0..n {
+        let p = it.tractions[base + 2 * n + i];
+        let area = prepared.model.frame.areas[i];
+        result.peak_pressure = result.peak_pressure.max(p);
+        if p > 0.0 {
+            result.contact_area += area;
+            if problem.sticks(it, end, i) {
+                result.stick_area += area;
+            }
+        }
+    }
+    result
+}
+
+/// Whether a cell on the rim of the frame carries pressure at any end.
+pub(super) fn touches_edge(prepared: &Prepared, it: &Iterate) -> bool {
+    let n = prepared.n();
+    (0..it.rigid.len())
+        .any(|end| (0..n).any(|i| prepared.edge[i] && it.tractions[end * 3 * n + 2 * n + i] > 0.0))
+}
+
+/// The fields of one end, for output.
+pub(super) fn frame_state(problem: &Increment, it: &Iterate, end: usize, worn: &[f64]) -> FrameState {
+    let n = worn.len();
+    let base = end * 3 * n;
+    let status = (0..n)
+        .map(|i| {
+            let open = it.tractions[base + 2 * n + i] <= 0.0;
+            if open { 0 } else { 1 + u8::from(!problem.sticks(it, end, i)) }
+        })
+        .collect();
+    FrameState {
+        tractions: it.tractions[base..base + 3 * n].to_vec(),
+        gap: it.gap[base..base + 3 * n].to_vec(),
+        slip: it.slip[end * 2 * n..(end + 1) * 2 * n].to_vec(),
+        status,
+        wear_depth: worn.to_vec(),
+    }
+}
+
+/// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
+/// symmetric operator (formulation 7.5).
+pub(super) fn energy_balance(prepared: &Prepared, before: &State, it: &Iterate, end: usize) -> f64 {
+    let n = prepared.n();
+    let (mut change, mut work, mut scale) = (0.0, 0.0, 0.0);
+    for plane in 0..3 {
+        for i in 0..n {
+            let area = prepared.model.frame.areas[i];
+            let k = plane * n + i;
+            let (p0, u0) = (before.tractions[k], before.elastic[k]);
+            let (p1, u1) = (it.tractions[end * 3 * n + k], it.elastic[end * 3 * n + k]);
+            change += 0.5 * area * (p1 * u1 - p0 * u0);
+            work += 0.5 * area * (p0 + p1) * (u1 - u0);
+            scale += 0.5 * area * ((p1 * u1).abs() + (p0 * u0).abs());
+        }
+    }
+    if scale > 0.0 { (change - work).abs() / scale } else { 0.0 }
+}
+
+/// The certificate as results report it.
+pub(super) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f64) -> Certificate {
+    let depth = if approach == 0.0 { 1.0 } else { approach.abs() };
+    Certificate {
+        natural_residual: checks.natural_residual,
+        min_gap: checks.min_gap / depth,
+        max_cone_violation: checks.max_cone_violation,
+        normal_gap_energy: checks.normal_gap_energy,
+        tangential_gap_energy: checks.tangential_gap_energy,
+        energy_balance,
+    }
+}
