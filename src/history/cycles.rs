@@ -104,9 +104,9 @@ impl Run<'_> {
             }
             pair.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
             pair.rigid[end] = it.rigid[0];
-            for i in 0..n {
+            for (i, stuck) in stuck.iter_mut().enumerate() {
                 let slip = it.slip[i].hypot(it.slip[n + i]);
-                stuck[i] &= it.hatted[2 * n + i] > 0.0 && slip <= NO_SLIP * cycles.amplitude;
+                *stuck &= it.hatted[2 * n + i] > 0.0 && slip <= NO_SLIP * cycles.amplitude;
             }
             at.copy_from_slice(&it.gap[..2 * n]);
         }

@@ -6,7 +6,7 @@ use crate::contact::Scales;
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::friction::{FrictionEllipse, FrictionLaw};
-use crate::geometry::{Point, Triad};
+use crate::geometry::Triad;
 use crate::linalg::operator::Flexibility;
 use crate::wear::{WearIntensity, WearLaw};
 
@@ -34,7 +34,6 @@ pub(super) struct Prepared<'a> {
     pub scales: Scales,
     /// Axes (x, y, n) that resultants are reported in.
     pub axes: Triad,
-    pub center: Point,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
 }
@@ -65,15 +64,14 @@ impl<'a> Prepared<'a> {
                 "the flexibility of cell {cell} along its normal is not positive: the operator is damaged"
             )));
         }
-        let axes = Triad::horizontal(model.frame.grid.map_or(0.0, |grid| grid.azimuth));
+        let axes = Triad::horizontal(model.frame.azimuth);
         Ok(Self {
             model,
             ellipse,
             intensity,
             scales,
             axes,
-            center: center(&model.frame),
-            edge: edge_cells(&model.frame),
+            edge: model.frame.rim(),
             rigid_axes: rigid_axes(&model.frame, &axes),
         })
     }
@@ -82,7 +80,7 @@ impl<'a> Prepared<'a> {
         self.model.frame.n_cells()
     }
 
-    /// Force and moment (about the frame's centre) on body 1 in the frame's axes, for tractions on body 2.
+    /// Force and moment (about the frame's origin) on body 1 in the frame's axes, for tractions on body 2.
     pub fn resultants(&self, tractions: &[f64]) -> ([f64; 3], [f64; 3]) {
         let n = self.n();
         let frame = &self.model.frame;
@@ -92,45 +90,14 @@ impl<'a> Prepared<'a> {
             let local = Vector3::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
             let on_body1 = -frame.triads[i].to_global(&local) * frame.areas[i];
             force += on_body1;
-            moment += (frame.centers[i] - self.center).cross(&on_body1);
+            moment += (frame.centers[i] - frame.origin).cross(&on_body1);
         }
         (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
     }
-}
-
-fn center(frame: &ContactFrame) -> Point {
-    if let Some(grid) = frame.grid {
-        return Point::new(grid.center[0], grid.center[1], frame.centers[0].z);
-    }
-    let area: f64 = frame.areas.iter().sum();
-    frame.centers.iter().zip(&frame.areas).map(|(c, a)| c * *a).sum::<Point>() / area
 }
 
 /// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
     let flat = frame.triads.iter().all(|t| (t.0 - axes.0).amax() < 1e-12);
     (!flat).then(|| frame.triads.iter().map(|t| t.0.transpose() * axes.0).collect())
-}
-
-/// Cells on the rim of the frame: a contact that reaches them may be cut off by it.
-fn edge_cells(frame: &ContactFrame) -> Vec<bool> {
-    if let Some(grid) = frame.grid {
-        let [nx, ny] = grid.cells;
-        return (0..nx * ny)
-            .map(|i| i / ny == 0 || i / ny == nx - 1 || i % ny == 0 || i % ny == ny - 1)
-            .collect();
-    }
-    let size = frame.areas.iter().copied().fold(0.0, f64::max).sqrt();
-    let key = |p: &Point| p.map(|x| (x / (1e-6 * size)).round() as i64);
-    let mut sides: std::collections::HashMap<_, usize> = std::collections::HashMap::new();
-    let side = |corners: &[Point], k: usize| {
-        let (a, b) = (key(&corners[k]), key(&corners[(k + 1) % corners.len()]));
-        if (a.x, a.y, a.z) < (b.x, b.y, b.z) { (a, b) } else { (b, a) }
-    };
-    for corners in &frame.corners {
-        for k in 0..corners.len() {
-            *sides.entry(side(corners, k)).or_default() += 1;
-        }
-    }
-    frame.corners.iter().map(|corners| (0..corners.len()).any(|k| sides[&side(corners, k)] == 1)).collect()
 }

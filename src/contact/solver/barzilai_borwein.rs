@@ -43,7 +43,7 @@ fn products(problem: &Increment, old: &Iterate, new: &Iterate, planes: std::ops:
 
 impl BarzilaiBorwein {
     fn size(&self, [ss, sy, yy]: [f64; 3], shortest: f64, current: f64) -> f64 {
-        if !(sy > 0.0) {
+        if sy.is_nan() || sy <= 0.0 {
             return current;
         }
         let size = if self.even { ss / sy } else { sy / yy };
