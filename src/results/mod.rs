@@ -3,8 +3,13 @@
 //! Every file is written under a temporary name and renamed when it is complete ([`output`]), so that a failed run
 //! loses nothing that was there before. No number that is not finite is written silently.
 
+pub mod body_fields;
+pub mod fields;
+pub mod frame_fields;
+pub mod locate;
 pub mod memory;
 pub mod output;
 pub mod recorder;
 pub mod summary;
 pub mod table;
+pub mod vtu;

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
 use crate::history::step::{FrameState, IncrementRecord, Observer};
+use crate::results::fields::FieldWriter;
 use crate::results::output::{OutputDir, write_failure};
 use crate::results::summary::Summary;
 use crate::results::table::history_csv;
@@ -16,6 +17,7 @@ pub type Progress<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + 'a>;
 pub struct Recorder<'a> {
     output: Option<OutputDir>,
     records: Vec<IncrementRecord>,
+    fields: Option<FieldWriter<'a>>,
     progress: Option<Progress<'a>>,
     stop: Option<&'a AtomicBool>,
 }
@@ -29,6 +31,12 @@ impl<'a> Recorder<'a> {
     /// Keeps records and writes files into `output`.
     pub fn into_directory(output: OutputDir) -> Self {
         Self { output: Some(output), ..Self::default() }
+    }
+
+    /// Also writes fields, where there is an output directory.
+    pub fn with_fields(mut self, fields: FieldWriter<'a>) -> Self {
+        self.fields = Some(fields);
+        self
     }
 
     /// Also shows progress.
@@ -58,7 +66,8 @@ impl<'a> Recorder<'a> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::results::memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
-        if let Err(error) = write_history(&mut output, summary) {
+        let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output));
+        if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
             let target = output.path().to_owned();
             // Frees the disk of what was gathered before the summary is tried.
@@ -85,9 +94,12 @@ impl Observer for Recorder<'_> {
         }
     }
 
-    fn increment_done(&mut self, record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.records.push(record.clone());
-        Ok(())
+        match (&mut self.fields, &mut self.output) {
+            (Some(fields), Some(output)) => fields.increment(output, state),
+            _ => Ok(()),
+        }
     }
 
     fn interrupted(&self) -> bool {
