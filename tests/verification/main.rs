@@ -3,6 +3,7 @@ mod bem;
 mod contact;
 mod coupling;
 mod fem;
+mod fields;
 mod laws;
 mod mesh;
 mod wear;
