@@ -1,1 +1,3 @@
-//! (to be filled)
+//! Boundary-element bodies: what is known of a body from its surface alone.
+
+pub mod half_space;

@@ -1,0 +1,234 @@
+//! Convolution on a zero-padded grid by real fast Fourier transforms, planned once.
+//!
+//! Rows (fixed ix, along y) are transformed first, and only those that carry data; then the columns of the half
+//! spectrum (fixed k_y, along x), where the caller multiplies by its symbol; then back. Each row and each column
+//! is computed by itself, so that the result does not depend on the number of threads.
+
+use std::sync::Arc;
+
+use nalgebra::Complex;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::{Fft, FftPlanner};
+
+/// Pieces into which the rows and the columns are divided for the threads.
+const TASKS: usize = 16;
+
+/// Columns gathered at once: their complex numbers share a cache line.
+const BLOCK: usize = 4;
+
+/// The plans for a grid of `cells` padded with zeros to `padded`.
+pub(super) struct Convolution {
+    /// Cells along x and y.
+    pub(super) cells: [usize; 2],
+    /// Padded sizes, at least 2 cells - 1, products of small primes.
+    pub(super) padded: [usize; 2],
+    rows: Arc<dyn RealToComplex<f64>>,
+    rows_back: Arc<dyn ComplexToReal<f64>>,
+    columns: Arc<dyn Fft<f64>>,
+    columns_back: Arc<dyn Fft<f64>>,
+}
+
+/// Work space of a convolution of up to three components.
+pub(super) struct Buffers {
+    /// `[ix][component][k_y]`
+    rows: Vec<Complex<f64>>,
+    /// `[k_y][component][ix]`
+    columns: Vec<Complex<f64>>,
+    tasks: Vec<Scratch>,
+}
+
+/// Work space of one piece.
+struct Scratch {
+    real: Vec<f64>,
+    spectrum: Vec<Complex<f64>>,
+    /// `[BLOCK][component][padded_x]`
+    columns: Vec<Complex<f64>>,
+    fft: Vec<Complex<f64>>,
+}
+
+impl Convolution {
+    pub(super) fn new(cells: [usize; 2]) -> Self {
+        let padded = cells.map(|n| fast_size(2 * n - 1));
+        let mut planner = FftPlanner::new();
+        let mut real_planner = RealFftPlanner::new();
+        Self {
+            cells,
+            padded,
+            rows: real_planner.plan_fft_forward(padded[1]),
+            rows_back: real_planner.plan_fft_inverse(padded[1]),
+            columns: planner.plan_fft_forward(padded[0]),
+            columns_back: planner.plan_fft_inverse(padded[0]),
+        }
+    }
+
+    /// Number of k_y of the half spectrum.
+    pub(super) fn half_spectrum(&self) -> usize {
+        self.padded[1] / 2 + 1
+    }
+
+    /// Work space for three components.
+    pub(super) fn buffers(&self) -> Buffers {
+        let zero = Complex::new(0.0, 0.0);
+        let size = 3 * self.cells[0] * self.half_spectrum();
+        let fft = [
+            self.rows.get_scratch_len(),
+            self.rows_back.get_scratch_len(),
+            self.columns.get_inplace_scratch_len(),
+            self.columns_back.get_inplace_scratch_len(),
+        ];
+        let scratch = || Scratch {
+            real: vec![0.0; self.padded[1]],
+            spectrum: vec![zero; self.half_spectrum()],
+            columns: vec![zero; BLOCK * 3 * self.padded[0]],
+            fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
+        };
+        Buffers {
+            rows: vec![zero; size],
+            columns: vec![zero; size],
+            tasks: (0..TASKS).map(|_| scratch()).collect(),
+        }
+    }
+
+    /// Transforms `input` (C planes over the cells), lets `multiply(k_y, columns)` act on the C columns
+    /// `[padded_x]` of each k_y, and transforms back into `output`. Not normalised; does not allocate.
+    pub(super) fn apply<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        buffers: &mut Buffers,
+        multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
+    ) {
+        let Buffers { rows, columns, tasks } = buffers;
+        let size = C * self.cells[0] * self.half_spectrum();
+        self.forward_rows::<C>(input, &mut rows[..size], tasks);
+        self.through_columns::<C>(&rows[..size], &mut columns[..size], tasks, multiply);
+        self.backward_rows::<C>(&columns[..size], output, tasks);
+    }
+
+    fn forward_rows<const C: usize>(&self, input: &[f64], rows: &mut [Complex<f64>], tasks: &mut [Scratch]) {
+        let [nx, ny] = self.cells;
+        let half = self.half_spectrum();
+        let per_task = nx.div_ceil(TASKS);
+        rows.par_chunks_mut(per_task * C * half).zip(tasks).enumerate().for_each(|(task, (rows, scratch))| {
+            for (k, spectrum) in rows.chunks_exact_mut(half).enumerate() {
+                let (ix, component) = (task * per_task + k / C, k % C);
+                let start = component * nx * ny + ix * ny;
+                scratch.real[..ny].copy_from_slice(&input[start..start + ny]);
+                scratch.real[ny..].fill(0.0);
+                self.rows
+                    .process_with_scratch(&mut scratch.real, spectrum, &mut scratch.fft)
+                    .expect("buffers of the planned lengths");
+            }
+        });
+    }
+
+    fn through_columns<const C: usize>(
+        &self,
+        rows: &[Complex<f64>],
+        columns: &mut [Complex<f64>],
+        tasks: &mut [Scratch],
+        multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
+    ) {
+        let nx = self.cells[0];
+        let per_task = self.half_spectrum().div_ceil(TASKS);
+        columns.par_chunks_mut(per_task * C * nx).zip(tasks).enumerate().for_each(|(task, (columns, scratch))| {
+            for (block, columns) in columns.chunks_mut(BLOCK * C * nx).enumerate() {
+                let first = task * per_task + block * BLOCK;
+                let count = columns.len() / (C * nx);
+                self.gather::<C>(rows, first, count, &mut scratch.columns);
+                for (k, columns) in columns.chunks_exact_mut(C * nx).enumerate() {
+                    let work = &mut scratch.columns[k * C * self.padded[0]..(k + 1) * C * self.padded[0]];
+                    self.columns.process_with_scratch(work, &mut scratch.fft);
+                    let mut split = work.chunks_exact_mut(self.padded[0]);
+                    multiply(first + k, std::array::from_fn(|_| split.next().expect("C columns")));
+                    self.columns_back.process_with_scratch(work, &mut scratch.fft);
+                    for (column, padded) in columns.chunks_exact_mut(nx).zip(work.chunks_exact(self.padded[0])) {
+                        column.copy_from_slice(&padded[..nx]);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Copies the columns k_y = first, ..., first + count - 1 from the rows and pads them with zeros.
+    fn gather<const C: usize>(
+        &self,
+        rows: &[Complex<f64>],
+        first: usize,
+        count: usize,
+        work: &mut [Complex<f64>],
+    ) {
+        let (nx, half, length) = (self.cells[0], self.half_spectrum(), self.padded[0]);
+        for ix in 0..nx {
+            for component in 0..C {
+                let start = (ix * C + component) * half + first;
+                for (k, value) in rows[start..start + count].iter().enumerate() {
+                    work[(k * C + component) * length + ix] = *value;
+                }
+            }
+        }
+        for column in work[..count * C * length].chunks_exact_mut(length) {
+            column[nx..].fill(Complex::new(0.0, 0.0));
+        }
+    }
+
+    fn backward_rows<const C: usize>(&self, columns: &[Complex<f64>], output: &mut [f64], tasks: &mut [Scratch]) {
+        let [nx, ny] = self.cells;
+        let per_task = nx.div_ceil(TASKS);
+        for (component, plane) in output.chunks_exact_mut(nx * ny).enumerate() {
+            plane.par_chunks_mut(per_task * ny).zip(&mut *tasks).enumerate().for_each(|(task, (rows, scratch))| {
+                for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
+                    let ix = task * per_task + k;
+                    for (ky, value) in scratch.spectrum.iter_mut().enumerate() {
+                        *value = columns[(ky * C + component) * nx + ix];
+                    }
+                    self.real_row(scratch);
+                    row.copy_from_slice(&scratch.real[..ny]);
+                }
+            });
+        }
+    }
+
+    /// Inverse transform of `scratch.spectrum` into `scratch.real`; the rounding left in the imaginary parts of
+    /// the real harmonics is removed first.
+    fn real_row(&self, scratch: &mut Scratch) {
+        scratch.spectrum[0].im = 0.0;
+        if self.padded[1] % 2 == 0 {
+            scratch.spectrum[self.padded[1] / 2].im = 0.0;
+        }
+        self.rows_back
+            .process_with_scratch(&mut scratch.spectrum, &mut scratch.real, &mut scratch.fft)
+            .expect("buffers of the planned lengths");
+    }
+
+    /// Transform of a real plane `entry(ix, iy)` over the whole padded grid, `[k_y][padded_x]`.
+    pub(super) fn transform(&self, entry: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Complex<f64>> {
+        let (half, [px, py]) = (self.half_spectrum(), self.padded);
+        let zero = Complex::new(0.0, 0.0);
+        let mut rows = vec![zero; px * half];
+        rows.par_chunks_mut(half).enumerate().for_each(|(ix, spectrum)| {
+            let mut real: Vec<f64> = (0..py).map(|iy| entry(ix, iy)).collect();
+            self.rows.process(&mut real, spectrum).expect("buffers of the planned lengths");
+        });
+        let mut columns = vec![zero; px * half];
+        columns.par_chunks_mut(px).enumerate().for_each(|(ky, column)| {
+            column.iter_mut().enumerate().for_each(|(ix, value)| *value = rows[ix * half + ky]);
+            self.columns.process(column);
+        });
+        columns
+    }
+}
+
+/// The smallest size >= `least` whose transform is fast: even, without prime factors above 5 (or 1).
+pub(super) fn fast_size(least: usize) -> usize {
+    let smooth = |mut n: usize| {
+        for prime in [2, 3, 5] {
+            while n % prime == 0 {
+                n /= prime;
+            }
+        }
+        n == 1
+    };
+    (least..).find(|&n| smooth(n) && (n % 2 == 0 || n == 1)).expect("powers of two have no bound")
+}

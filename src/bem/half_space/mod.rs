@@ -1,0 +1,28 @@
+//! Elastic half-spaces of any anisotropy: surface Green's function, polygon integrals, operators on the frame.
+//!
+//! Everything is in the axes (x, y, n) of the frame; stiffnesses are given in those axes. The lower body has the
+//! outward normal +n, the upper one -n. `u(x) = ∫ G(x - y) t(y) dA`, rows of G = displacement, columns =
+//! traction on the body, G(x) = Γ(φ) / |x| with x = |x| (cos φ, sin φ), G(-x) = G(x)^T. The contact sees
+//! S = G(lower) + G(upper), since body 2 carries the traction P and body 1 carries -P.
+//!
+//! The way from a stiffness to an operator:
+//!
+//! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] ->
+//! [`FftFlexibility`] (grid frames) or [`DenseFlexibility`] (any plane frame)
+
+mod angular_table;
+pub mod barnett_lothe;
+pub mod dense;
+pub mod fft;
+mod fft_plan;
+pub mod green;
+mod kernel_table;
+mod memory;
+pub mod patch;
+pub mod polygon;
+
+pub use barnett_lothe::Side;
+pub use dense::DenseFlexibility;
+pub use fft::{CrossBlocks, FftFlexibility};
+pub use green::SurfaceGreen;
+pub use patch::PatchIntegrator;
