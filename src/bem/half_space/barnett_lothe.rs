@@ -101,7 +101,8 @@ impl BarnettLothe {
     /// # Source
     /// Formulation 8.1.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
-        let l_inverse = self.l.try_inverse().expect("L is positive definite for a positive definite stiffness");
+        let l_inverse =
+            self.l.try_inverse().expect("L is positive definite for a positive definite stiffness");
         let coupling = self.s * l_inverse;
         [(l_inverse + l_inverse.transpose()) * 0.5, (coupling - coupling.transpose()) * 0.5]
     }
@@ -125,7 +126,9 @@ impl Contractions {
     fn new(stiffness: &Stiffness, m: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
         let contract = |a: &Vector3<f64>, b: &Vector3<f64>| {
             Matrix3::from_fn(|i, k| {
-                (0..3).map(|j| (0..3).map(|l| stiffness.component(i, j, k, l) * a[j] * b[l]).sum::<f64>()).sum()
+                (0..3)
+                    .map(|j| (0..3).map(|l| stiffness.component(i, j, k, l) * a[j] * b[l]).sum::<f64>())
+                    .sum()
             })
         };
         Self { q: contract(m, m), r: contract(m, normal), t: contract(normal, normal) }

@@ -44,7 +44,11 @@ impl DenseFlexibility {
         let mut rows = vec![0.0; 9 * n * n];
         let (rows_x, rest) = rows.split_at_mut(3 * n * n);
         let (rows_y, rows_n) = rest.split_at_mut(3 * n * n);
-        (rows_x.par_chunks_exact_mut(3 * n), rows_y.par_chunks_exact_mut(3 * n), rows_n.par_chunks_exact_mut(3 * n))
+        (
+            rows_x.par_chunks_exact_mut(3 * n),
+            rows_y.par_chunks_exact_mut(3 * n),
+            rows_n.par_chunks_exact_mut(3 * n),
+        )
             .into_par_iter()
             .zip(centers)
             .for_each(|((row_x, row_y, row_n), &center)| {

@@ -48,7 +48,12 @@ impl FftFlexibility {
     ///
     /// # Errors
     /// If the grid is empty, the spacing is not positive and finite, or the tables do not fit into the memory.
-    pub fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen, cross: CrossBlocks) -> Result<Self> {
+    pub fn new(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+    ) -> Result<Self> {
         check(cells, spacing)?;
         let table = KernelTable::new(cells, spacing, &PatchIntegrator::new(green));
         let convolution = Convolution::new(cells);

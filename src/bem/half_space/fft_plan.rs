@@ -110,17 +110,19 @@ impl Convolution {
         let [nx, ny] = self.cells;
         let half = self.half_spectrum();
         let per_task = nx.div_ceil(TASKS);
-        rows.par_chunks_mut(per_task * C * half).zip(tasks).enumerate().for_each(|(task, (rows, scratch))| {
-            for (k, spectrum) in rows.chunks_exact_mut(half).enumerate() {
-                let (ix, component) = (task * per_task + k / C, k % C);
-                let start = component * nx * ny + ix * ny;
-                scratch.real[..ny].copy_from_slice(&input[start..start + ny]);
-                scratch.real[ny..].fill(0.0);
-                self.rows
-                    .process_with_scratch(&mut scratch.real, spectrum, &mut scratch.fft)
-                    .expect("buffers of the planned lengths");
-            }
-        });
+        rows.par_chunks_mut(per_task * C * half).zip(tasks).enumerate().for_each(
+            |(task, (rows, scratch))| {
+                for (k, spectrum) in rows.chunks_exact_mut(half).enumerate() {
+                    let (ix, component) = (task * per_task + k / C, k % C);
+                    let start = component * nx * ny + ix * ny;
+                    scratch.real[..ny].copy_from_slice(&input[start..start + ny]);
+                    scratch.real[ny..].fill(0.0);
+                    self.rows
+                        .process_with_scratch(&mut scratch.real, spectrum, &mut scratch.fft)
+                        .expect("buffers of the planned lengths");
+                }
+            },
+        );
     }
 
     fn through_columns<const C: usize>(
@@ -132,23 +134,27 @@ impl Convolution {
     ) {
         let nx = self.cells[0];
         let per_task = self.half_spectrum().div_ceil(TASKS);
-        columns.par_chunks_mut(per_task * C * nx).zip(tasks).enumerate().for_each(|(task, (columns, scratch))| {
-            for (block, columns) in columns.chunks_mut(BLOCK * C * nx).enumerate() {
-                let first = task * per_task + block * BLOCK;
-                let count = columns.len() / (C * nx);
-                self.gather::<C>(rows, first, count, &mut scratch.columns);
-                for (k, columns) in columns.chunks_exact_mut(C * nx).enumerate() {
-                    let work = &mut scratch.columns[k * C * self.padded[0]..(k + 1) * C * self.padded[0]];
-                    self.columns.process_with_scratch(work, &mut scratch.fft);
-                    let mut split = work.chunks_exact_mut(self.padded[0]);
-                    multiply(first + k, std::array::from_fn(|_| split.next().expect("C columns")));
-                    self.columns_back.process_with_scratch(work, &mut scratch.fft);
-                    for (column, padded) in columns.chunks_exact_mut(nx).zip(work.chunks_exact(self.padded[0])) {
-                        column.copy_from_slice(&padded[..nx]);
+        columns.par_chunks_mut(per_task * C * nx).zip(tasks).enumerate().for_each(
+            |(task, (columns, scratch))| {
+                for (block, columns) in columns.chunks_mut(BLOCK * C * nx).enumerate() {
+                    let first = task * per_task + block * BLOCK;
+                    let count = columns.len() / (C * nx);
+                    self.gather::<C>(rows, first, count, &mut scratch.columns);
+                    for (k, columns) in columns.chunks_exact_mut(C * nx).enumerate() {
+                        let work = &mut scratch.columns[k * C * self.padded[0]..(k + 1) * C * self.padded[0]];
+                        self.columns.process_with_scratch(work, &mut scratch.fft);
+                        let mut split = work.chunks_exact_mut(self.padded[0]);
+                        multiply(first + k, std::array::from_fn(|_| split.next().expect("C columns")));
+                        self.columns_back.process_with_scratch(work, &mut scratch.fft);
+                        for (column, padded) in
+                            columns.chunks_exact_mut(nx).zip(work.chunks_exact(self.padded[0]))
+                        {
+                            column.copy_from_slice(&padded[..nx]);
+                        }
                     }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Copies the columns k_y = first, ..., first + count - 1 from the rows and pads them with zeros.
@@ -173,20 +179,27 @@ impl Convolution {
         }
     }
 
-    fn backward_rows<const C: usize>(&self, columns: &[Complex<f64>], output: &mut [f64], tasks: &mut [Scratch]) {
+    fn backward_rows<const C: usize>(
+        &self,
+        columns: &[Complex<f64>],
+        output: &mut [f64],
+        tasks: &mut [Scratch],
+    ) {
         let [nx, ny] = self.cells;
         let per_task = nx.div_ceil(TASKS);
         for (component, plane) in output.chunks_exact_mut(nx * ny).enumerate() {
-            plane.par_chunks_mut(per_task * ny).zip(&mut *tasks).enumerate().for_each(|(task, (rows, scratch))| {
-                for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
-                    let ix = task * per_task + k;
-                    for (ky, value) in scratch.spectrum.iter_mut().enumerate() {
-                        *value = columns[(ky * C + component) * nx + ix];
+            plane.par_chunks_mut(per_task * ny).zip(&mut *tasks).enumerate().for_each(
+                |(task, (rows, scratch))| {
+                    for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
+                        let ix = task * per_task + k;
+                        for (ky, value) in scratch.spectrum.iter_mut().enumerate() {
+                            *value = columns[(ky * C + component) * nx + ix];
+                        }
+                        self.real_row(scratch);
+                        row.copy_from_slice(&scratch.real[..ny]);
                     }
-                    self.real_row(scratch);
-                    row.copy_from_slice(&scratch.real[..ny]);
-                }
-            });
+                },
+            );
         }
     }
 
@@ -194,7 +207,7 @@ impl Convolution {
     /// the real harmonics is removed first.
     fn real_row(&self, scratch: &mut Scratch) {
         scratch.spectrum[0].im = 0.0;
-        if self.padded[1] % 2 == 0 {
+        if self.padded[1].is_multiple_of(2) {
             scratch.spectrum[self.padded[1] / 2].im = 0.0;
         }
         self.rows_back
@@ -224,11 +237,11 @@ impl Convolution {
 pub(super) fn fast_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3, 5] {
-            while n % prime == 0 {
+            while n.is_multiple_of(prime) {
                 n /= prime;
             }
         }
         n == 1
     };
-    (least..).find(|&n| smooth(n) && (n % 2 == 0 || n == 1)).expect("powers of two have no bound")
+    (least..).find(|&n| smooth(n) && (n.is_multiple_of(2) || n == 1)).expect("powers of two have no bound")
 }

@@ -111,7 +111,8 @@ impl SurfaceGreen {
 
     /// Whether tangential tractions move the surface along the normal (and normal ones along it) at all.
     pub fn couples_normal_tangential(&self) -> bool {
-        let cross = self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
+        let cross =
+            self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
         cross.map(|c| c.norm()).fold(0.0, f64::max) > VANISHING * self.largest()
     }
 
@@ -146,7 +147,7 @@ impl SurfaceGreen {
         let re = SYMMETRIC.map(|(i, j)| transform(&|w: &Admittance| w[0][(i, j)], 1.0));
         let im = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| transform(&|w: &Admittance| w[1][(i, j)], -1.0));
         let weight = 1.0 / (2.0 * PI * 2.0 * half as f64);
-        let sign = |k: usize| if k % 2 == 0 { weight } else { -weight };
+        let sign = |k: usize| if k.is_multiple_of(2) { weight } else { -weight };
         Self {
             even: (0..half / 2).map(|k| std::array::from_fn(|c| re[c][2 * k] * sign(k))).collect(),
             odd: (0..half / 2).map(|k| std::array::from_fn(|c| im[c][2 * k + 1] * -sign(k))).collect(),
@@ -196,7 +197,11 @@ fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Resul
 
 /// Σ over all orders of both signs, order by order: the phase is `first` for the lowest and grows by `ratio`;
 /// the order 0 (phase 1 of the even harmonics) has no partner of the other sign.
-fn real_sum<const N: usize>(harmonics: &[[Complex<f64>; N]], first: Complex<f64>, ratio: Complex<f64>) -> [f64; N] {
+fn real_sum<const N: usize>(
+    harmonics: &[[Complex<f64>; N]],
+    first: Complex<f64>,
+    ratio: Complex<f64>,
+) -> [f64; N] {
     let mut sum = [0.0; N];
     let mut phase = first * 2.0;
     for (k, harmonic) in harmonics.iter().enumerate() {

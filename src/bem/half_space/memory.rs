@@ -9,7 +9,8 @@ use crate::error::{Error, Result};
 pub(super) fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     let available = available();
     if available.is_some_and(|free| bytes > u128::from(free)) || bytes > isize::MAX as u128 {
-        let free = available.map_or("less".to_owned(), |free| format!("{} ({free} bytes)", readable(free.into())));
+        let free =
+            available.map_or("less".to_owned(), |free| format!("{} ({free} bytes)", readable(free.into())));
         return Err(Error::resources(format!(
             "{what} needs {} ({bytes} bytes) of memory, available is {free}; {mend}",
             readable(bytes)
