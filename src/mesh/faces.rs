@@ -158,3 +158,15 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
         format!("does not share its middle nodes with the {} face of {solid} it lies on", face.kind.name());
     Err(wrong(mesh, name, cell, &what))
 }
+
+/// Three solids that share one face, if there are any.
+pub(super) fn face_of_three_solids(mesh: &Mesh) -> Option<[CellRef; 3]> {
+    let mut owners: HashMap<FaceKey, [Option<CellRef>; 2]> = HashMap::new();
+    let mut three = None;
+    each_solid_face(mesh, |key, owner, _| match owners.entry(key).or_default() {
+        [Some(a), Some(b)] => three = three.or(Some([*a, *b, owner])),
+        [Some(_), second] => *second = Some(owner),
+        [first, _] => *first = Some(owner),
+    });
+    three
+}

@@ -3,6 +3,8 @@
 pub mod faces;
 pub mod gmsh;
 mod groups;
+pub mod quality;
+pub mod structured;
 
 use crate::element::ElementKind;
 

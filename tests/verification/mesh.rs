@@ -1,1 +1,8 @@
-//! (filled by its part)
+//! Meshes: what gmsh and meshio write is read as it is meant; damaged files are refused, never fatal.
+
+mod gmsh_writes;
+mod kinds;
+mod quality;
+mod reader;
+mod tools;
+mod writer;

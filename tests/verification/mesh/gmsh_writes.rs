@@ -1,0 +1,158 @@
+//! What gmsh writes is read, in both versions and both file types.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::process::Command;
+
+use approx::assert_relative_eq;
+
+use orthowear::mesh::faces::{group_faces, outer_faces};
+use orthowear::mesh::quality::check;
+use orthowear::mesh::{Mesh, gmsh};
+
+use super::tools;
+
+/// Numbers of cells by kind, of points, and of cells by group: what must not depend on the file's format.
+pub fn counts(mesh: &Mesh) -> (usize, BTreeMap<String, usize>, BTreeMap<(String, usize), usize>) {
+    let kinds = mesh.blocks.iter().map(|b| (b.kind.name().to_string(), b.n_cells())).collect();
+    let groups = mesh.groups.iter().map(|g| ((g.name.clone(), g.dim), g.cells.len())).collect();
+    (mesh.n_points(), kinds, groups)
+}
+
+/// Points of each group as a sorted set, rounded to 1e-9 so that a last digit does not matter.
+pub fn group_points(mesh: &Mesh) -> BTreeMap<(String, usize), BTreeSet<[i64; 3]>> {
+    let round = |x: [f64; 3]| x.map(|v| (v * 1e9).round() as i64);
+    mesh.groups
+        .iter()
+        .map(|g| {
+            let nodes = g.cells.iter().flat_map(|&c| mesh.cell_nodes(c));
+            ((g.name.clone(), g.dim), nodes.map(|&n| round(mesh.points[n])).collect())
+        })
+        .collect()
+}
+
+const BLOCK: &str = r#"
+Point(1) = {0, 0, 0, 0.6}; Point(9) = {5, 5, 5, 1}; Point(2) = {1, 0, 0};
+Line(1) = {1, 2}; Transfinite Curve{1} = 3;
+face[] = Extrude{0, 1, 0}{Curve{1}; Layers{2}; Recombine;};
+body[] = Extrude{0, 0, -1}{Surface{face[1]}; Layers{2}; Recombine;};
+Physical Surface("contact face", 7) = {body[0]};
+Physical Surface("both", 8) = {body[0], face[1]};
+Physical Volume("block", 3) = {body[1]};
+Physical Curve(77) = {1};
+Physical Point("p", 5) = {1};
+"#;
+
+/// Truth: the geometry. A unit cube of 2 x 2 x 2 elements: 27 (order 2: 125) points, 8 solids, 4 faces in
+/// "contact face", 8 in "both" (one of which is "contact face" again), 2 lines in the unnamed group 77; the
+/// free point at (5, 5, 5) is in no element.
+#[test]
+fn every_format_that_gmsh_writes_gives_the_same_mesh() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    fs::write(dir.path().join("block.geo"), BLOCK).expect("a written file");
+    for order in ["1", "2"] {
+        for format in ["msh22", "msh41"] {
+            for extra in [&[][..], &["-bin"], &["-save_parametric"], &["-bin", "-save_parametric"]] {
+                let out = format!("{order}{format}{}.msh", extra.concat());
+                let mut arguments = vec!["-3", "block.geo", "-order", order, "-format", format, "-o", &out];
+                arguments.extend(extra);
+                if !tools::gmsh(&arguments, dir.path()) {
+                    return;
+                }
+                let mesh = gmsh::read(&dir.path().join(&out)).unwrap_or_else(|e| panic!("{out}: {e}"));
+                assert_eq!(mesh.n_points(), if order == "1" { 27 } else { 125 }, "{out}");
+                assert_eq!(mesh.volume_cells().count(), 8, "{out}");
+                let group = |name| mesh.group(name).expect("the group").cells.len();
+                assert_eq!(
+                    [group("contact face"), group("both"), group("77"), group("p")],
+                    [4, 8, 2, 1],
+                    "{out}"
+                );
+                assert_eq!(group("block"), 8, "{out}");
+                let faces = group_faces(&mesh, "contact face").expect("outer faces");
+                assert!(faces.iter().flat_map(|f| &f.nodes).all(|&n| mesh.points[n][2] == -1.0), "{out}");
+            }
+        }
+    }
+}
+
+/// Truth: the .geo scripts as today's gmsh meshes them, in each format; the committed meshes must equal that in
+/// counts, groups and, as sets to 1e-9 mm, in the points of each group (gmsh's last digits may vary).
+#[test]
+fn committed_meshes_are_what_the_scripts_make() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let meshes = tools::root().join("meshes");
+    if !tools::gmsh(&["-version"], dir.path()) {
+        return;
+    }
+    tools::run(Command::new(tools::root().join("scripts/meshes")).arg(dir.path()));
+    for name in ["cfrp-block.msh", "cfrp-block-coarse.msh", "steel-cap.msh"] {
+        let committed = gmsh::read(&meshes.join(name)).expect("a committed mesh");
+        let made = gmsh::read(&dir.path().join(name)).expect("a fresh mesh");
+        assert_eq!(counts(&committed), counts(&made), "{name}: run scripts/meshes");
+        assert_eq!(group_points(&committed), group_points(&made), "{name}: run scripts/meshes");
+        // The other formats, from the fresh mesh.
+        for arguments in [&["msh22"][..], &["msh41"], &["msh41", "-bin"]] {
+            let out = format!("{}{name}", arguments.concat());
+            let mut all = vec!["-save", name, "-o", &out, "-format"];
+            all.extend(arguments);
+            tools::gmsh(&all, dir.path());
+            let other = gmsh::read(&dir.path().join(&out)).expect("a converted mesh");
+            assert_eq!(counts(&committed), counts(&other), "{out}");
+            assert_eq!(group_points(&committed), group_points(&other), "{out}");
+        }
+    }
+    let bytes: u64 = fs::read_dir(&meshes)
+        .expect("the folder of meshes")
+        .filter_map(|entry| entry.ok()?.metadata().ok())
+        .map(|file| file.len())
+        .sum();
+    assert!(bytes <= 3_000_000, "{bytes} bytes in meshes/");
+}
+
+/// Truth: the dimensions in the scripts: a 24 x 24 x 12 mm block with a 3 x 3 mm patch of 24 x 24 faces whose top is
+/// z = 0; a cap whose lower nodes lie on the sphere of R = 50 mm about (0, 0, 50) to 1e-12 of R. The block's
+/// volume is exact to round-off. The cap's is 24² x 12 less the space below it, ∬ (R - √(R² - x² - y²)) dx dy
+/// (Simpson's rule, 560.6 mm³), less what its facets cut off: on average at most 2 h²/12R for cells of h <= 4.5 mm.
+#[test]
+fn committed_meshes_have_the_dimensions_they_should() {
+    let read = |name: &str| gmsh::read(&tools::root().join("meshes").join(name)).expect("a committed mesh");
+    for (name, across) in [("cfrp-block.msh", 24), ("cfrp-block-coarse.msh", 10)] {
+        let mesh = read(name);
+        let quality = check(&mesh).expect("a sound mesh");
+        assert_relative_eq!(quality.volume, 24.0 * 24.0 * 12.0, max_relative = 1e-12);
+        assert_eq!((quality.parts.len(), quality.coincident_points), (1, 0));
+        let contact = group_faces(&mesh, "contact").expect("outer faces");
+        assert_eq!(contact.len(), across * across);
+        let on_patch = |x: [f64; 3]| x[2] == 0.0 && x[0].abs() <= 1.5 + 1e-12 && x[1].abs() <= 1.5 + 1e-12;
+        assert!(contact.iter().flat_map(|face| &face.nodes).all(|&node| on_patch(mesh.points[node])));
+        assert!(mesh.group_nodes("base").expect("the group").iter().all(|&n| mesh.points[n][2] == -12.0));
+        covers_the_skin(&mesh, &["contact", "top", "sides", "base"]);
+    }
+    let cap = read("steel-cap.msh");
+    let quality = check(&cap).expect("a sound mesh");
+    let below = simpson(|x| simpson(|y| 50.0 - (2500.0 - x * x - y * y).sqrt()));
+    let cut_off = 24.0 * 24.0 * 12.0 - below - quality.volume;
+    assert!(cut_off > 0.0 && cut_off < 24.0 * 24.0 * 2.0 * 4.5 * 4.5 / (12.0 * 50.0), "{cut_off}");
+    for group in ["contact", "bottom"] {
+        for node in cap.group_nodes(group).expect("the group") {
+            let [x, y, z] = cap.points[node];
+            assert_relative_eq!((x * x + y * y + (z - 50.0).powi(2)).sqrt(), 50.0, max_relative = 1e-12);
+        }
+    }
+    assert!(cap.points.contains(&[0.0, 0.0, 0.0]), "it touches z = 0 in a node");
+    covers_the_skin(&cap, &["contact", "bottom", "sides", "top"]);
+}
+
+fn covers_the_skin(mesh: &Mesh, groups: &[&str]) {
+    let covered: usize = groups.iter().map(|name| group_faces(mesh, name).expect("outer faces").len()).sum();
+    assert_eq!(covered, outer_faces(mesh).len(), "{}", mesh.source);
+}
+
+/// Integral over [-12, 12] by Simpson's rule.
+fn simpson(f: impl Fn(f64) -> f64) -> f64 {
+    let n = 100;
+    let h = 24.0 / n as f64;
+    let weight = |i: usize| if i == 0 || i == n { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+    (0..=n).map(|i| weight(i) * f(-12.0 + h * i as f64)).sum::<f64>() * h / 3.0
+}

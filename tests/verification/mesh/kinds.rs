@@ -1,0 +1,173 @@
+//! The tables of element kinds against their geometry.
+
+use std::collections::HashMap;
+
+use orthowear::element::ElementKind::{self, *};
+
+/// Corners of gmsh's reference solids (reference manual, "Node ordering").
+fn reference_corners(kind: ElementKind) -> Vec<[f64; 3]> {
+    match kind {
+        Tet4 | Tet10 => vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]],
+        Hex8 | Hex20 | Hex27 => vec![
+            [-1., -1., -1.],
+            [1., -1., -1.],
+            [1., 1., -1.],
+            [-1., 1., -1.],
+            [-1., -1., 1.],
+            [1., -1., 1.],
+            [1., 1., 1.],
+            [-1., 1., 1.],
+        ],
+        Wedge6 | Wedge15 | Wedge18 => {
+            vec![[0., 0., -1.], [1., 0., -1.], [0., 1., -1.], [0., 0., 1.], [1., 0., 1.], [0., 1., 1.]]
+        }
+        _ => vec![[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.], [0., 0., 1.]],
+    }
+}
+
+/// Edges on which gmsh puts the middle nodes, in its order (reference manual, "Node ordering").
+fn edges(kind: ElementKind) -> Vec<[usize; 2]> {
+    match kind {
+        Tet10 => vec![[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]],
+        Hex20 | Hex27 => vec![
+            [0, 1],
+            [0, 3],
+            [0, 4],
+            [1, 2],
+            [1, 5],
+            [2, 3],
+            [2, 6],
+            [3, 7],
+            [4, 5],
+            [4, 7],
+            [5, 6],
+            [6, 7],
+        ],
+        Wedge15 | Wedge18 => {
+            vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]]
+        }
+        Pyramid13 | Pyramid14 => vec![[0, 1], [0, 3], [0, 4], [1, 2], [1, 4], [2, 3], [2, 4], [3, 4]],
+        _ => vec![],
+    }
+}
+
+fn mean(points: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
+    let (mut sum, mut n) = ([0.0; 3], 0.0);
+    for x in points {
+        (0..3).for_each(|k| sum[k] += x[k]);
+        n += 1.0;
+    }
+    sum.map(|s| s / n)
+}
+
+/// Reference nodes known from corners and edges; face and volume centres are left to the test.
+fn corner_and_edge_nodes(kind: ElementKind) -> Vec<[f64; 3]> {
+    let mut x = reference_corners(kind);
+    for [a, b] in edges(kind) {
+        x.push(mean([x[a], x[b]]));
+    }
+    x
+}
+
+fn solids() -> impl Iterator<Item = ElementKind> {
+    ElementKind::ALL.into_iter().filter(|kind| kind.dim() == 3)
+}
+
+/// Truth: gmsh's table of element types (reference manual, "MSH file format"): number of nodes by type.
+#[test]
+fn type_numbers_have_the_node_counts_of_the_gmsh_manual() {
+    let manual = [
+        (1, 2),
+        (2, 3),
+        (3, 4),
+        (4, 4),
+        (5, 8),
+        (6, 6),
+        (7, 5),
+        (8, 3),
+        (9, 6),
+        (10, 9),
+        (11, 10),
+        (12, 27),
+        (13, 18),
+        (14, 14),
+        (15, 1),
+        (16, 8),
+        (17, 20),
+        (18, 15),
+        (19, 13),
+    ];
+    for (code, nodes) in manual {
+        let kind = ElementKind::from_gmsh_code(code).expect("a known type");
+        assert_eq!((kind.gmsh_code(), kind.n_nodes()), (code, nodes));
+        assert!(kind.name().ends_with(&nodes.to_string()) || nodes == 1, "{}", kind.name());
+    }
+    assert_eq!(manual.len(), ElementKind::ALL.len());
+    assert!((20..140).chain([0]).all(|code| ElementKind::from_gmsh_code(code).is_none()));
+}
+
+/// Truth: geometry. Each face's normal points away from the solid's middle, its middle nodes lie on its own
+/// edges in the order of the face's corners, and every directed edge is met once in each direction, which only
+/// a closed, consistently oriented surface does.
+#[test]
+fn faces_close_the_solid_with_outward_normals() {
+    for kind in solids() {
+        let x = corner_and_edge_nodes(kind);
+        let centre = mean(reference_corners(kind));
+        let mut directed = HashMap::new();
+        for (face, local) in kind.local_faces() {
+            let m = face.n_corners();
+            assert_eq!(local.len(), face.n_nodes(), "{kind:?}");
+            let p: Vec<_> = local[..m].iter().map(|&i| nalgebra::Vector3::from(x[i])).collect();
+            let normal = (p[1] - p[0]).cross(&(p[2] - p[0]));
+            assert!(normal.dot(&(p[0] - nalgebra::Vector3::from(centre))) > 0.0, "{kind:?} {local:?}");
+            for i in 0..m {
+                *directed.entry((local[i], local[(i + 1) % m])).or_insert(0) += 1;
+                if face.n_nodes() > m {
+                    assert_eq!(x[local[m + i]], mean([x[local[i]], x[local[(i + 1) % m]]]), "{kind:?}");
+                }
+            }
+        }
+        assert!(directed.iter().all(|(&(a, b), &n)| n == 1 && directed.get(&(b, a)) == Some(&1)), "{kind:?}");
+    }
+}
+
+/// Truth: VTK's order of middle nodes (VTK user's guide, quadratic cells): around the first face, around the
+/// opposite one, then along the edges between them.
+#[test]
+fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
+    let vtk_edges = |kind| match kind {
+        Tet10 => vec![[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
+        Hex20 | Hex27 => vec![
+            [0, 1],
+            [1, 2],
+            [2, 3],
+            [3, 0],
+            [4, 5],
+            [5, 6],
+            [6, 7],
+            [7, 4],
+            [0, 4],
+            [1, 5],
+            [2, 6],
+            [3, 7],
+        ],
+        Wedge15 | Wedge18 => vec![[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]],
+        Pyramid13 | Pyramid14 => vec![[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]],
+        _ => vec![],
+    };
+    for kind in ElementKind::ALL {
+        let order = kind.vtk_order();
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        assert!(sorted.iter().enumerate().all(|(i, &node)| i == node), "{kind:?} is no permutation");
+        assert_eq!(order.len(), if kind == Pyramid14 { 13 } else { kind.n_nodes() });
+        if kind.dim() < 3 {
+            continue;
+        }
+        let x = corner_and_edge_nodes(kind);
+        for (i, [a, b]) in vtk_edges(kind).into_iter().enumerate() {
+            assert_eq!(x[order[kind.n_corners() + i]], mean([x[a], x[b]]), "{kind:?}");
+        }
+    }
+}

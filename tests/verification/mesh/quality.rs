@@ -1,0 +1,231 @@
+//! Quality checks and the built-in mesher against geometry.
+
+use approx::assert_relative_eq;
+use nalgebra::Vector3;
+use orthowear::element::ElementKind;
+use orthowear::mesh::faces::{group_faces, outer_faces};
+use orthowear::mesh::quality::check;
+use orthowear::mesh::structured::{GradedBlock, Side, Solids};
+use orthowear::mesh::{Block, CellRef, Mesh};
+
+fn graded(solids: Solids, side: Side, distortion: f64) -> Mesh {
+    GradedBlock {
+        half_width: [3.0, 4.0],
+        depth: 2.5,
+        patch_half_width: [1.0, 1.5],
+        patch_cells: [4, 3],
+        outer_cells: 2,
+        depth_cells: 3,
+        first_depth: Some(0.3),
+        solids,
+        side,
+        distortion,
+    }
+    .mesh()
+    .expect("a valid block")
+}
+
+/// Area vector of faces with straight edges, from the diagonals.
+fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
+    let x: Vec<Vector3<f64>> = nodes.iter().map(|&n| mesh.points[n].into()).collect();
+    match x.len() {
+        3 => (x[1] - x[0]).cross(&(x[2] - x[0])) / 2.0,
+        _ => (x[2] - x[0]).cross(&(x[3] - x[1])) / 2.0,
+    }
+}
+
+/// Truth: geometry of a 6 x 8 x 2.5 box: volume 120 whatever the cells and the distortion of the inside (the
+/// boundary stays), areas 6 of the patch 2 x 3, 42 of the rest, 48 of the base, 70 of the sides; normals outward;
+/// the surfaces together are the outer skin. Tolerance 1e-12: round-off of sums of about 100 terms.
+#[test]
+fn structured_blocks_fill_their_box() {
+    for solids in [Solids::Hex8, Solids::Tet4] {
+        for side in [Side::Lower, Side::Upper] {
+            for distortion in [0.0, 0.1] {
+                let mesh = graded(solids, side, distortion);
+                let quality = check(&mesh).expect("a sound mesh");
+                assert_relative_eq!(quality.volume, 120.0, max_relative = 1e-12);
+                assert_eq!((quality.parts.len(), quality.coincident_points), (1, 0));
+                let up = if side == Side::Lower { 1.0 } else { -1.0 };
+                let rest = if side == Side::Lower { "top" } else { "bottom" };
+                let mut n_faces = 0;
+                for (name, area, normal) in
+                    [("contact", 6.0, up), (rest, 42.0, up), ("base", 48.0, -up), ("sides", 70.0, 0.0)]
+                {
+                    let faces = group_faces(&mesh, name).expect("outer faces");
+                    let areas: Vec<_> = faces.iter().map(|f| area_vector(&mesh, &f.nodes)).collect();
+                    assert_relative_eq!(
+                        areas.iter().map(|a| a.norm()).sum::<f64>(),
+                        area,
+                        max_relative = 1e-12
+                    );
+                    let total: Vector3<f64> = areas.iter().sum();
+                    assert_relative_eq!(total, Vector3::z() * normal * area, epsilon = 1e-12);
+                    n_faces += faces.len();
+                }
+                assert_eq!(n_faces, outer_faces(&mesh).len());
+                let z = group_faces(&mesh, "contact").expect("faces").into_iter().flat_map(|f| f.nodes);
+                assert!(
+                    z.map(|n| mesh.points[n]).all(|x| x[2] == 0.0 && x[0].abs() <= 1.0 && x[1].abs() <= 1.5)
+                );
+            }
+        }
+    }
+}
+
+/// Truth: what was asked for. The first cell has the wanted height, cells grow by one ratio.
+#[test]
+fn gradings_are_geometric_from_the_wanted_first_cell() {
+    let mesh = graded(Solids::Hex8, Side::Lower, 0.0);
+    let mut z: Vec<f64> = mesh.points.iter().map(|x| -x[2]).collect();
+    z.sort_by(f64::total_cmp);
+    z.dedup();
+    assert_eq!(z.len(), 4);
+    assert_relative_eq!(z[1], 0.3, max_relative = 1e-12);
+    assert_relative_eq!((z[2] - z[1]) / (z[1] - z[0]), (z[3] - z[2]) / (z[2] - z[1]), max_relative = 1e-12);
+    let mut x: Vec<f64> = mesh.points.iter().map(|x| x[0]).collect();
+    x.sort_by(f64::total_cmp);
+    assert!(x.iter().zip(x.iter().rev()).all(|(a, b)| a == &-b), "symmetric to the last bit");
+}
+
+/// Truth: geometry. Moving a hexahedron's corner through the opposite face folds it; swapping its two quads
+/// turns it inside out; a corner on the line between its neighbours collapses a tetrahedron.
+#[test]
+fn inverted_and_collapsed_elements_are_named() {
+    let cube = GradedBlock::uniform([1.0, 1.0], 2.0, [2, 2, 2]).mesh().expect("a block");
+    let named = |mesh: &Mesh, words: &[&str]| {
+        let message = check(mesh).expect_err("refused").to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    };
+    let first = |mesh: &Mesh| mesh.volume_cells().next().expect("a solid");
+    let tag = format!("hex8 {} ", cube.tag(first(&cube)));
+
+    let mut folded = cube.clone();
+    folded.points[0] = [0.5, 0.5, 0.5];
+    named(&folded, &[&tag, "folded", "1 elements"]);
+
+    let mut inverted = cube.clone();
+    inverted.blocks[1].nodes[..8].rotate_left(4);
+    named(&inverted, &[&tag, "inside out", "ReverseMesh"]);
+
+    let mut flat = GradedBlock { solids: Solids::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
+        .mesh()
+        .expect("a block");
+    let nodes = flat.cell_nodes(first(&flat)).to_vec();
+    let middle =
+        (0..3).map(|k| 0.5 * (flat.points[nodes[0]][k] + flat.points[nodes[3]][k])).collect::<Vec<_>>();
+    flat.points[nodes[1]] = [middle[0], middle[1], middle[2]];
+    named(&flat, &["tet4", "collapsed"]);
+
+    let surfaces = Mesh { blocks: vec![cube.blocks[0].clone()], ..cube.clone() };
+    named(&surfaces, &["no solid elements", "gmsh -3"]);
+}
+
+/// Truth: two unit cubes apart are two parts; put side by side without merging, they have four points twice.
+#[test]
+fn parts_and_unmerged_nodes_are_counted() {
+    let cube = GradedBlock::uniform([0.5, 0.5], 1.0, [1, 1, 1]).mesh().expect("a block");
+    let two = |shift: f64| {
+        let mut mesh = cube.clone();
+        let n = mesh.n_points();
+        mesh.points.extend(cube.points.iter().map(|x| [x[0] + shift, x[1], x[2]]));
+        let solids = &mut mesh.blocks[1];
+        solids.nodes.extend(cube.blocks[1].nodes.iter().map(|node| node + n));
+        solids.tags.push(99);
+        mesh
+    };
+    let apart = check(&two(3.0)).expect("measured");
+    assert_eq!((apart.parts.len(), apart.coincident_points), (2, 0));
+    let touching = check(&two(1.0)).expect("measured");
+    assert_eq!((touching.parts.len(), touching.coincident_points), (2, 4));
+    assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
+    let message = touching.require_connected("two.msh").expect_err("two parts").to_string();
+    assert!(
+        message.contains("two.msh") && message.contains("2 parts") && message.contains("element 99"),
+        "{message}"
+    );
+    assert!(touching.warnings()[0].contains("4 nodes"));
+    assert!(check(&cube).expect("measured").require_connected("cube").is_ok());
+
+    let mut thrice = cube.clone();
+    for tag in [98, 99] {
+        let nodes = thrice.blocks[1].nodes[..8].to_vec();
+        thrice.blocks[1].nodes.extend(nodes);
+        thrice.blocks[1].tags.push(tag);
+    }
+    assert!(check(&thrice).expect_err("overlap").to_string().contains("share one face"));
+}
+
+/// Truth: V = 1/3 ∮ x·n dS by hand: unit wedge 1/2 x height 2 = 1, pyramid 4 x 1 / 3, tetrahedron 1/6; a
+/// hexahedron whose top is twisted by raising one corner by 1 over a unit square gains 1/4 (mean of bilinear z).
+#[test]
+fn volumes_of_all_shapes() {
+    let one = |kind: ElementKind, points: Vec<[f64; 3]>| {
+        let nodes = (0..points.len()).collect();
+        let mesh = Mesh { points, blocks: vec![Block { kind, nodes, tags: vec![1] }], ..Mesh::default() };
+        check(&mesh).expect("a sound cell").volume
+    };
+    let tet = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+    assert_relative_eq!(one(ElementKind::Tet4, tet), 1.0 / 6.0, max_relative = 1e-14);
+    let wedge = vec![[0., 0., -1.], [1., 0., -1.], [0., 1., -1.], [0., 0., 1.], [1., 0., 1.], [0., 1., 1.]];
+    assert_relative_eq!(one(ElementKind::Wedge6, wedge), 1.0, max_relative = 1e-14);
+    let pyramid = vec![[-1., -1., 0.], [1., -1., 0.], [1., 1., 0.], [-1., 1., 0.], [0., 0., 1.]];
+    assert_relative_eq!(one(ElementKind::Pyramid5, pyramid), 4.0 / 3.0, max_relative = 1e-14);
+    let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
+    let mut hex: Vec<_> = [0.0, 1.0].iter().flat_map(|&z| square.map(|[x, y]| [x, y, z])).collect();
+    hex[6][2] = 2.0;
+    assert_relative_eq!(one(ElementKind::Hex8, hex), 1.25, max_relative = 1e-14);
+}
+
+/// Truth: a group of surfaces is refused by name wherever its elements are no faces of the outer skin.
+#[test]
+fn faces_that_are_not_on_the_outside_are_refused() {
+    let mesh = GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 2]).mesh().expect("a block");
+    let refused = |mesh: &Mesh, name: &str, words: &[&str]| {
+        let message = group_faces(mesh, name).expect_err("refused").to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?} not in: {message}");
+    };
+    refused(
+        &mesh,
+        "contakt",
+        &["contakt", "Did you mean \"contact\"", "\"base\" (surfaces)", "\"block\" (volumes)"],
+    );
+    refused(&mesh, "block", &["group of volumes", "surfaces are wanted", "\"contact\""]);
+    refused(&mesh, "top", &["has no elements"]);
+
+    let with_quad = |nodes: [usize; 4]| {
+        let mut mesh = mesh.clone();
+        mesh.blocks[0].nodes.extend(nodes);
+        mesh.blocks[0].tags.push(777);
+        let cell = mesh.blocks[0].n_cells() - 1;
+        mesh.groups[0].cells.push(CellRef { block: 0, cell });
+        mesh
+    };
+    refused(&with_quad([4, 5, 7, 6]), "contact", &["element 777 (quad4)", "inner face", "outside"]);
+    refused(&with_quad([0, 1, 7, 6]), "contact", &["element 777 (quad4)", "belongs to no solid element"]);
+    refused(&with_quad([8, 10, 11, 9]), "contact", &["element 777 (quad4)", "same face as element 1"]);
+
+    let mut turned = mesh.clone();
+    turned.blocks[0].nodes[..4].reverse();
+    let normal = |mesh: &Mesh| area_vector(mesh, &group_faces(mesh, "contact").expect("faces")[0].nodes);
+    assert_eq!(normal(&turned), normal(&mesh));
+    assert_eq!(normal(&turned), Vector3::z() * 4.0);
+}
+
+/// Truth: each wrong parameter is named.
+#[test]
+fn structured_blocks_refuse_what_cannot_be_meshed() {
+    let block = GradedBlock::uniform([1.0, 1.0], 1.0, [2, 2, 2]);
+    let refused = |block: &GradedBlock, word: &str| {
+        let message = block.mesh().expect_err("refused").to_string();
+        assert!(message.contains(word), "{message}");
+    };
+    refused(&GradedBlock { depth: f64::NAN, ..block.clone() }, "NaN");
+    refused(&GradedBlock { depth: -1.0, ..block.clone() }, "-1");
+    refused(&GradedBlock { patch_cells: [0, 1], ..block.clone() }, "at least 1");
+    refused(&GradedBlock { patch_half_width: [0.5, 0.5], ..block.clone() }, "half-width 0.5");
+    refused(&GradedBlock { outer_cells: 2, ..block.clone() }, "smaller than the block's 1");
+    refused(&GradedBlock { first_depth: Some(2.0), ..block.clone() }, "first cell");
+    refused(&GradedBlock { distortion: 0.5, ..block.clone() }, "distortion 0.5");
+    refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
+}
