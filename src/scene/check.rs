@@ -1,0 +1,311 @@
+//! Checks a scene's tree against the JSON Schema, collecting every mistake.
+
+use serde_json::Value as Json;
+
+use super::document::{Document, Entry, Node, Value, is_whole};
+use super::mistake::Mistake;
+use super::not_yet;
+use super::suggest::{closest, list};
+
+/// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
+pub fn check(document: &Document, schema: &Json) -> (Vec<Mistake>, Vec<String>) {
+    let mut walk = Walk { document, root: schema, mistakes: Vec::new(), unknown: Vec::new() };
+    walk.node(&document.root, schema, "");
+    (walk.mistakes, walk.unknown)
+}
+
+/// A walk over the tree and the schema side by side.
+struct Walk<'a> {
+    document: &'a Document,
+    root: &'a Json,
+    mistakes: Vec<Mistake>,
+    unknown: Vec<String>,
+}
+
+impl<'a> Walk<'a> {
+    fn report(&mut self, key: &str, message: String, label: &str, mend: String) {
+        self.mistakes.push(Mistake::at(self.document, key, message).label(label).mend(mend));
+    }
+
+    /// The schema behind a reference.
+    fn resolve(&self, schema: &'a Json) -> &'a Json {
+        let target = schema.get("$ref").and_then(Json::as_str).and_then(|r| r.strip_prefix('#'));
+        target.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
+    }
+
+    fn node(&mut self, node: &Node, schema: &'a Json, key: &str) {
+        let schema = self.resolve(schema);
+        if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
+            return match tag_of(branches) {
+                Some(tag) => self.tagged(node, branches, tag, key),
+                None => self.words(node, &branch_words(branches), key),
+            };
+        }
+        if let Some(words) = schema.get("enum").and_then(Json::as_array) {
+            let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
+            return self.words(node, &words, key);
+        }
+        match schema.get("type").and_then(Json::as_str) {
+            Some("object") => self.object(node, schema, key, None),
+            Some("array") => self.array(node, schema, key),
+            Some("number") => self.number(node, schema, key, false),
+            Some("integer") => self.number(node, schema, key, true),
+            Some("string") if !matches!(node.value, Value::String(_)) => self.wrong_type(node, key, "a text in double quotes"),
+            Some("boolean") if !matches!(node.value, Value::Boolean(_)) => self.wrong_type(node, key, "true or false"),
+            _ => {}
+        }
+    }
+
+    /// One of a few words.
+    fn words(&mut self, node: &Node, words: &[&str], key: &str) {
+        let allowed = list(words, "\"");
+        let Value::String(found) = &node.value else {
+            return self.wrong_type(node, key, &format!("one of {allowed}"));
+        };
+        if words.contains(&found.as_str()) {
+            return;
+        }
+        let name = last(key);
+        if let Some(what) = not_yet::value(name, found) {
+            let message = format!("`{name} = \"{found}\"` ({what}) is not available in this version");
+            return self.report(key, message, "not available yet", format!("available: {allowed}"));
+        }
+        let hint = match closest(found, words) {
+            Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
+            None => format!("allowed: {allowed}"),
+        };
+        self.report(key, format!("`{name}` is \"{found}\", which is not known"), "not known", hint);
+    }
+
+    /// A table whose `tag` says which keys it has.
+    fn tagged(&mut self, node: &Node, branches: &'a [Json], tag: &'a str, key: &str) {
+        let Value::Table(entries) = &node.value else {
+            return self.wrong_type(node, key, &format!("a table with `{tag}`"));
+        };
+        let words: Vec<&str> = branches.iter().filter_map(|branch| tag_word(self.resolve(branch), tag)).collect();
+        let Some(entry) = entries.iter().find(|entry| entry.name == tag) else {
+            let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+            let near = entries.iter().map(|e| e.name.as_str()).find(|name| closest(name, &[tag]).is_some());
+            let mut mend = format!("add `{tag} = ...`, one of {}", list(&words, "\""));
+            if let Some(near) = near {
+                mend = format!("did you mean `{tag}` where `{near}` stands? {mend}");
+            }
+            return self.report(key, format!("{place} lacks `{tag}`"), &format!("lacks `{tag}`"), mend);
+        };
+        let found = match &entry.node.value {
+            Value::String(text) => text.as_str(),
+            _ => "",
+        };
+        match branches.iter().find(|branch| tag_word(self.resolve(branch), tag) == Some(found)) {
+            Some(branch) => self.object(node, self.resolve(branch), key, Some((tag, branches))),
+            None => self.words(&entry.node, &words, &join(key, tag)),
+        }
+    }
+
+    /// A table with named keys, or with names of the user's.
+    fn object(&mut self, node: &Node, schema: &'a Json, key: &str, variant: Option<(&'a str, &'a [Json])>) {
+        let Value::Table(entries) = &node.value else {
+            return self.wrong_type(node, key, "a table");
+        };
+        let properties = schema.get("properties").and_then(Json::as_object);
+        let free = schema.get("additionalProperties").filter(|s| s.is_object());
+        for entry in entries {
+            let path = join(key, &entry.name);
+            match properties.and_then(|p| p.get(&entry.name)).or(free) {
+                Some(schema) => self.node(&entry.node, schema, &path),
+                None => self.unknown_key(entry, &path, key, schema, variant),
+            }
+        }
+        let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
+        for name in required.filter_map(Json::as_str) {
+            if entries.iter().all(|entry| entry.name != name) {
+                self.missing_key(name, key, properties.and_then(|p| p.get(name)));
+            }
+        }
+    }
+
+    fn missing_key(&mut self, name: &str, key: &str, schema: Option<&'a Json>) {
+        let what = schema
+            .and_then(|s| s.get("description").or(self.resolve(s).get("description")))
+            .and_then(Json::as_str)
+            .unwrap_or("");
+        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
+    }
+
+    fn unknown_key(
+        &mut self,
+        entry: &Entry,
+        path: &str,
+        key: &str,
+        schema: &'a Json,
+        variant: Option<(&'a str, &'a [Json])>,
+    ) {
+        self.unknown.push(path.to_owned());
+        let name = &entry.name;
+        let known: Vec<&str> = names(schema);
+        if let Some(what) = not_yet::key(key, name) {
+            let message = format!("`{name}` ({what}) is not available in this version");
+            let mend = format!("remove it; keys available here: {}", list(&known, "`"));
+            return self.report(path, message, "not available yet", mend);
+        }
+        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let owner = variant.and_then(|(tag, branches)| {
+            let owner = branches.iter().map(|b| self.resolve(b)).find(|b| names(b).contains(&name.as_str()))?;
+            Some(format!("it belongs to {tag} = \"{}\"", tag_word(owner, tag)?))
+        });
+        let mut mend = format!("allowed keys: {}", list(&known, "`"));
+        if let Some(owner) = owner {
+            mend = format!("{owner}; {mend}");
+        } else if let Some(word) = closest(name, &known) {
+            mend = format!("did you mean `{word}`? {mend}");
+        }
+        self.report(path, format!("{place} has no key `{name}`"), "unknown key", mend);
+    }
+
+    fn array(&mut self, node: &Node, schema: &'a Json, key: &str) {
+        let Value::Array(items) = &node.value else {
+            let of_tables = schema.get("items").is_some_and(|s| self.resolve(s).get("properties").is_some());
+            if of_tables && matches!(node.value, Value::Table(_)) {
+                let mend = format!("write `[[{key}]]`, once for each element");
+                return self.report(key, format!("`{key}` is a table, not a list of tables"), "a single table", mend);
+            }
+            return self.wrong_type(node, key, &array_wanted(schema));
+        };
+        let least = schema.get("minItems").and_then(Json::as_u64).unwrap_or(0);
+        let most = schema.get("maxItems").and_then(Json::as_u64).unwrap_or(u64::MAX);
+        if !(least..=most).contains(&(items.len() as u64)) {
+            let mut mend = format!("give {}", array_wanted(schema));
+            if items.len() as u64 == 2 * most {
+                mend.push_str("; decimals are written with a point, as in 1.5");
+            }
+            let message = format!("`{}` has {} values", last(key), items.len());
+            self.report(key, message, &array_wanted(schema), mend);
+        }
+        if let Some(schema) = schema.get("items") {
+            for (i, item) in items.iter().enumerate() {
+                self.node(item, schema, &join(key, &i.to_string()));
+            }
+        }
+    }
+
+    fn number(&mut self, node: &Node, schema: &'a Json, key: &str, whole: bool) {
+        let found = match node.value {
+            Value::Integer(number) => number as f64,
+            Value::Float(number) => number,
+            _ => return self.wrong_type(node, key, if whole { "a whole number" } else { "a number" }),
+        };
+        let name = last_name(key);
+        if !found.is_finite() {
+            let message = format!("`{name}` is {found}, not a finite number");
+            return self.report(key, message, "not finite", "give a finite number".to_owned());
+        }
+        if whole && !is_whole(found) {
+            let message = format!("`{name}` is {found}, not a whole number");
+            return self.report(key, message, "not a whole number", "give a whole number".to_owned());
+        }
+        if let Some(bounds) = violated_bounds(found, schema) {
+            let message = format!("`{name}` is {found}, but must be {bounds}");
+            self.report(key, message, &format!("must be {bounds}"), format!("give a number {bounds}"));
+        }
+    }
+
+    fn wrong_type(&mut self, node: &Node, key: &str, wanted: &str) {
+        let mut mend = format!("give {wanted}");
+        if let Value::String(text) = &node.value {
+            if text.trim().parse::<f64>().is_ok() && wanted.contains("number") {
+                mend = format!("remove the quotes: {} = {}", last_name(key), text.trim());
+            } else if text.trim().replace(',', ".").parse::<f64>().is_ok() && wanted.contains("number") {
+                mend = format!("write it with a point and without quotes: {}", text.trim().replace(',', "."));
+            }
+        }
+        let message = format!("`{}` is {}, but must be {wanted}", last_name(key), node.describe());
+        self.report(key, message, &format!("must be {wanted}"), mend);
+    }
+}
+
+/// The key that tells the branches apart by a constant, if all have one.
+fn tag_of(branches: &[Json]) -> Option<&str> {
+    let first = branches.first()?.get("properties")?.as_object()?;
+    let (tag, _) = first.iter().find(|(_, schema)| schema.get("const").is_some())?;
+    Some(tag)
+}
+
+/// The constant of `tag` in a branch.
+fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
+    branch.get("properties")?.get(tag)?.get("const")?.as_str()
+}
+
+/// The words that branches of constants allow.
+fn branch_words(branches: &[Json]) -> Vec<&str> {
+    let of_enum = |b: &'static str, branch: &'_ Json| branch.get(b).and_then(Json::as_array).cloned();
+    debug_assert!(branches.iter().all(|b| b.get("const").is_some() || of_enum("enum", b).is_some()));
+    branches
+        .iter()
+        .flat_map(|branch| {
+            let many = branch.get("enum").and_then(Json::as_array).into_iter().flatten();
+            branch.get("const").into_iter().chain(many)
+        })
+        .filter_map(Json::as_str)
+        .collect()
+}
+
+/// The names of the keys of a table.
+fn names(schema: &Json) -> Vec<&str> {
+    schema.get("properties").and_then(Json::as_object).into_iter().flatten().map(|(name, _)| name.as_str()).collect()
+}
+
+/// What bounds a number violates, in words.
+fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
+    let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
+    let (least, most) = (bound("minimum"), bound("maximum"));
+    let (above, below) = (bound("exclusiveMinimum"), bound("exclusiveMaximum"));
+    let fine = least.is_none_or(|b| found >= b)
+        && most.is_none_or(|b| found <= b)
+        && above.is_none_or(|b| found > b)
+        && below.is_none_or(|b| found < b);
+    if fine {
+        return None;
+    }
+    let parts = [
+        least.map(|b| format!("at least {b}")),
+        above.map(|b| format!("above {b}")),
+        most.map(|b| format!("at most {b}")),
+        below.map(|b| format!("below {b}")),
+    ];
+    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
+}
+
+/// What a list must be, in words.
+fn array_wanted(schema: &Json) -> String {
+    let least = schema.get("minItems").and_then(Json::as_u64);
+    let most = schema.get("maxItems").and_then(Json::as_u64);
+    match (least, most) {
+        (Some(n), Some(m)) if n == m => format!("a list of {n} values"),
+        (Some(n), _) => format!("a list of at least {n}"),
+        _ => "a list".to_owned(),
+    }
+}
+
+/// A dotted key with one more part.
+fn join(key: &str, part: &str) -> String {
+    if key.is_empty() { part.to_owned() } else { format!("{key}.{part}") }
+}
+
+/// The last part of a dotted key.
+fn last(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+/// The last part of a dotted key that is a name, with the indices after it.
+fn last_name(key: &str) -> &str {
+    let mut start = key.len();
+    for part in key.rsplit('.') {
+        start = start.saturating_sub(part.len() + usize::from(start != key.len()));
+        if part.parse::<usize>().is_err() {
+            break;
+        }
+    }
+    &key[start..]
+}

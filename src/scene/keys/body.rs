@@ -1,0 +1,176 @@
+//! `[body1]` and `[body2]`.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A body; `kind` says how its elasticity is computed.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(missing_docs)]
+pub enum Body {
+    /// Finite elements on a gmsh mesh.
+    Fe(Box<FeBody>),
+    /// Boundary elements: a half-space, its surface in the plane of the frame.
+    HalfSpace {
+        /// Name of its material.
+        material: String,
+        /// Direction of material axis 1; default along x.
+        #[serde(default)]
+        #[schemars(with = "Fibre")]
+        fibre: Option<Fibre>,
+    },
+    /// A body that does not deform.
+    Rigid {},
+}
+
+/// A body of finite elements.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeBody {
+    /// Name of its material.
+    pub material: String,
+    /// Direction of material axis 1; default along x.
+    #[serde(default)]
+    #[schemars(with = "Fibre")]
+    pub fibre: Option<Fibre>,
+    /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file.
+    pub mesh: String,
+    /// Physical group of the contact surface.
+    pub contact: String,
+    /// Groups held in place.
+    #[serde(default)]
+    pub fixed: Vec<Fixed>,
+    /// Groups with prescribed displacements.
+    #[serde(default)]
+    pub displaced: Vec<Displaced>,
+    /// Surface groups under pressure.
+    #[serde(default)]
+    pub pressure: Vec<Pressure>,
+    /// Surface groups under a traction.
+    #[serde(default)]
+    pub traction: Vec<Traction>,
+    /// Force per volume.
+    #[serde(default)]
+    pub body_force: [f64; 3],
+    /// Volume groups with a material or a fibre of their own.
+    #[serde(default)]
+    pub regions: BTreeMap<String, Region>,
+    /// Element formulation; the default suits the mesh ("hex8-eas" for hexahedra, "tet4" for tetrahedra).
+    #[serde(default)]
+    #[schemars(with = "Element")]
+    pub element: Option<Element>,
+    /// Where the near field of the contact is computed; "auto" takes the mesh in this version.
+    #[serde(default)]
+    pub near_field: NearField,
+}
+
+/// Fibre direction (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fibre {
+    /// Angle out of the surface, degrees.
+    #[serde(default)]
+    #[schemars(range(min = -90, max = 90))]
+    pub tilt: f64,
+    /// Angle in the surface from +x towards +y, degrees.
+    #[serde(default)]
+    pub azimuth: f64,
+}
+
+/// Components of a displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[allow(missing_docs)]
+pub enum Component {
+    X,
+    Y,
+    Z,
+}
+
+/// A group whose displacement is zero in some components.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fixed {
+    /// Physical group.
+    pub group: String,
+    /// Components held; default all.
+    #[serde(default = "all_components")]
+    #[schemars(length(min = 1))]
+    pub components: Vec<Component>,
+}
+
+/// A group with a prescribed displacement.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Displaced {
+    /// Physical group.
+    pub group: String,
+    /// Components prescribed; default all.
+    #[serde(default = "all_components")]
+    #[schemars(length(min = 1))]
+    pub components: Vec<Component>,
+    /// Their values, in the order of `components`.
+    pub value: Vec<f64>,
+}
+
+/// A surface group under pressure.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pressure {
+    /// Physical group.
+    pub group: String,
+    /// Pressure, positive towards the body.
+    pub value: f64,
+}
+
+/// A surface group under a traction.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Traction {
+    /// Physical group.
+    pub group: String,
+    /// Force per area along x, y, z.
+    pub value: [f64; 3],
+}
+
+/// A volume group with properties of its own.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Name of its material; default the body's.
+    #[serde(default)]
+    #[schemars(with = "String")]
+    pub material: Option<String>,
+    /// Direction of its material axis 1; default the body's.
+    #[serde(default)]
+    #[schemars(with = "Fibre")]
+    pub fibre: Option<Fibre>,
+}
+
+/// Finite elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Element {
+    /// Hexahedron with enhanced (incompatible) modes: good in bending.
+    Hex8Eas,
+    /// Hexahedron with 2 x 2 x 2 integration.
+    Hex8,
+    /// Tetrahedron of constant strain.
+    Tet4,
+}
+
+/// Where the near field of the contact is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum NearField {
+    #[default]
+    Auto,
+    Mesh,
+}
+
+fn all_components() -> Vec<Component> {
+    vec![Component::X, Component::Y, Component::Z]
+}

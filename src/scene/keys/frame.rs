@@ -1,0 +1,112 @@
+//! `[frame]` and `[gap]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The contact frame.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(missing_docs)]
+pub enum Frame {
+    /// Uniform rectangular cells in the plane z = 0.
+    Grid {
+        /// Half of the frame's sides along its x and y.
+        half_width: [Positive; 2],
+        /// Number of cells along its x and y.
+        cells: [Count; 2],
+        /// Centre in global x, y.
+        #[serde(default)]
+        center: [f64; 2],
+        /// Angle of the frame's x from global x towards y, degrees.
+        #[serde(default)]
+        azimuth: f64,
+        /// Periodic directions; only [false, false] in this version.
+        #[serde(default)]
+        periodic: [bool; 2],
+    },
+    /// The faces of a meshed body's contact group, one cell per face.
+    Mesh {
+        /// Body whose faces are taken, 1 or 2; default the one with more faces.
+        #[serde(default)]
+        #[schemars(with = "u8", range(min = 1, max = 2))]
+        body: Option<u8>,
+    },
+}
+
+/// The initial gap; shapes are parabolic unless `exact = true`, and stand on body 2 above the plane z = 0.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(missing_docs)]
+pub enum Gap {
+    /// r^2 / (2 radius).
+    Sphere {
+        /// Radius.
+        radius: Positive,
+        /// The sphere itself instead of its paraboloid.
+        #[serde(default)]
+        exact: bool,
+        /// Position of the lowest point in global x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// x^2 / (2 radii[0]) + y^2 / (2 radii[1]).
+    Ellipsoid {
+        /// Radii of curvature along the two axes.
+        radii: [Positive; 2],
+        /// Angle of the first axis from +x towards +y, degrees.
+        #[serde(default)]
+        angle: f64,
+        /// Position of the lowest point in global x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// Parabola across the cylinder's axis.
+    Cylinder {
+        /// Radius.
+        radius: Positive,
+        /// Angle of the axis from +x towards +y, degrees.
+        #[serde(default)]
+        angle: f64,
+        /// The circle itself instead of its parabola.
+        #[serde(default)]
+        exact: bool,
+        /// A point of the lowest line in global x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// r tan(slope).
+    Cone {
+        /// Angle between face and surface, degrees.
+        #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 90))]
+        slope: f64,
+        /// Position of the tip in global x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// No gap at all.
+    Flat {},
+    /// coefficient r^exponent.
+    Power {
+        /// Exponent.
+        exponent: Positive,
+        /// Coefficient.
+        coefficient: Positive,
+        /// Position of the lowest point in global x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// The distance of the two meshed surfaces along the normal.
+    Mesh {},
+}
+
+/// A number above zero.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline)]
+pub struct Positive(#[schemars(extend("exclusiveMinimum" = 0))] pub f64);
+
+/// A whole number, at least 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline)]
+pub struct Count(#[schemars(range(min = 1))] pub usize);

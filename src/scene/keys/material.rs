@@ -1,0 +1,67 @@
+//! `[materials.NAME]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// An elastic material; `model` names the set of constants.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(non_snake_case, missing_docs)]
+pub enum Material {
+    /// Two constants, the same in all directions.
+    Isotropic {
+        /// Young's modulus.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E: f64,
+        /// Poisson's ratio, between -1 and 0.5.
+        nu: f64,
+    },
+    /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
+    TransverselyIsotropic {
+        /// Young's modulus along the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E1: f64,
+        /// Young's modulus across the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E2: f64,
+        /// Shear modulus of the planes that hold the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G12: f64,
+        /// Poisson's ratio: contraction across under tension along the fibre.
+        nu12: f64,
+        /// Poisson's ratio across the fibre.
+        nu23: f64,
+    },
+    /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
+    Orthotropic {
+        /// Young's modulus along axis 1.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E1: f64,
+        /// Young's modulus along axis 2.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E2: f64,
+        /// Young's modulus along axis 3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E3: f64,
+        /// Shear modulus of plane 1-2.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G12: f64,
+        /// Shear modulus of plane 1-3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G13: f64,
+        /// Shear modulus of plane 2-3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G23: f64,
+        /// Poisson's ratio 12.
+        nu12: f64,
+        /// Poisson's ratio 13.
+        nu13: f64,
+        /// Poisson's ratio 23.
+        nu23: f64,
+    },
+    /// All constants as a symmetric 6 x 6 stiffness.
+    Stiffness {
+        /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
+        C: [[f64; 6]; 6],
+    },
+}

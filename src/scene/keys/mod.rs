@@ -1,0 +1,70 @@
+//! The keys of a scene as they are written; their comments are the descriptions of the JSON Schema.
+//!
+//! Angles are degrees here and become radians in the [plan](super::plan::Plan).
+
+pub mod body;
+pub mod frame;
+pub mod laws;
+pub mod material;
+pub mod solver;
+pub mod step;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A scene: two bodies, a contact frame, laws of friction and wear, and the steps of loading.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(dead_code)]
+pub struct Scene {
+    /// Title, shown with the results.
+    #[serde(default)]
+    pub title: String,
+    /// Names of the scene's consistent units; nothing is converted.
+    #[serde(default)]
+    pub units: Units,
+    /// Materials by name.
+    #[serde(default)]
+    pub materials: BTreeMap<String, material::Material>,
+    /// Lower body; its contact face has the outward normal n = +z.
+    pub body1: body::Body,
+    /// Upper body.
+    pub body2: body::Body,
+    /// Contact frame: where contact may happen.
+    pub frame: frame::Frame,
+    /// Initial gap between the undeformed surfaces.
+    pub gap: frame::Gap,
+    /// Friction law; none if absent.
+    #[serde(default)]
+    pub friction: laws::Friction,
+    /// Wear law; none if absent.
+    #[serde(default)]
+    pub wear: laws::Wear,
+    /// Load steps, in order.
+    #[schemars(length(min = 1))]
+    pub steps: Vec<step::Step>,
+    /// How the problem is solved.
+    #[serde(default)]
+    pub solver: solver::Solver,
+    /// What is written besides summary.json and history.csv.
+    #[serde(default)]
+    pub output: solver::Output,
+}
+
+/// Names of the units of length and force; stresses are force per length squared.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Units {
+    /// Unit of length.
+    pub length: String,
+    /// Unit of force.
+    pub force: String,
+}
+
+impl Default for Units {
+    fn default() -> Self {
+        Self { length: "mm".to_owned(), force: "N".to_owned() }
+    }
+}

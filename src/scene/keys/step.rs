@@ -1,0 +1,97 @@
+//! `[[steps]]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::frame::Count;
+
+/// A load step: totals at its end, measured from the initial state; what it does not name stays as it was.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Name in the results; default "step N".
+    #[serde(default)]
+    #[schemars(with = "String")]
+    pub name: Option<String>,
+    /// Motion of body 2 towards body 1; 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub approach: Option<f64>,
+    /// Normal force, compression positive. Excludes `approach`.
+    #[serde(default)]
+    #[schemars(with = "f64", range(min = 0))]
+    pub normal_force: Option<f64>,
+    /// Displacement of body 2 in the frame. Excludes `tangential_force`.
+    #[serde(default)]
+    #[schemars(with = "Shift")]
+    pub shift: Option<Shift>,
+    /// Tangential force on body 1 along the frame's x, y. Excludes `shift`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub tangential_force: Option<[f64; 2]>,
+    /// Number of equal increments; the result of frictional steps depends on the path.
+    #[serde(default = "one")]
+    pub increments: Count,
+    /// Whether friction acts in this step.
+    #[serde(default = "yes")]
+    pub friction: bool,
+    /// Whether wear acts in this step.
+    #[serde(default = "yes")]
+    pub wear: bool,
+    /// Fretting cycles about the position at the start of the step.
+    #[serde(default)]
+    #[schemars(with = "Cycles")]
+    pub cycles: Option<Cycles>,
+}
+
+/// A displacement in the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shift {
+    /// Distance.
+    pub distance: f64,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+}
+
+/// Fretting cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cycles {
+    /// Number of cycles.
+    #[schemars(range(min = 1))]
+    pub count: u64,
+    /// Half-amplitude of body 2's displacement.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub amplitude: f64,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+    /// Number of jumps that the cycles are taken in.
+    pub jumps: Count,
+    /// Increments per stroke; only 1 in this version.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 1))]
+    pub increments: Count,
+    /// Path of a cycle; only "line" in this version.
+    #[serde(default)]
+    pub path: Path,
+}
+
+/// Path of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum Path {
+    #[default]
+    Line,
+}
+
+fn one() -> Count {
+    Count(1)
+}
+
+fn yes() -> bool {
+    true
+}

@@ -1,0 +1,39 @@
+//! Keys and values of the scene's format that this version does not do yet, so that it can say so.
+
+/// What a key below `table` would be, if it belongs to a later version.
+pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
+    let first = table.split('.').next().unwrap_or("");
+    let cycles = table.ends_with(".cycles");
+    Some(match (first, name) {
+        ("steps", "amplitude2") if cycles => "elliptic cycles",
+        ("steps", "rotation") => "prescribed rotation",
+        ("steps", "moment") => "prescribed moment",
+        ("steps", "twist") => "prescribed twist",
+        ("steps", "spin_moment") => "prescribed spin moment",
+        ("steps", "rolling") => "steady rolling",
+        ("steps", "history") => "load history from a file",
+        ("frame", "outline") => "outline of the frame",
+        ("frame", "grow") => "growing frame",
+        ("wear", "tolerance") => "error-controlled cycle jumps",
+        ("gap", "exact") => "exact shape; only the paraboloid is",
+        _ => return None,
+    })
+}
+
+/// What a value of the key `name` would be, if it belongs to a later version.
+pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
+    Some(match (name, word) {
+        ("kind", "be") => "finite boundary-element body",
+        ("kind", "heights") => "gap from a file of heights",
+        ("near_field", "half-space") => "half-space near field",
+        ("path", "ellipse") => "elliptic cycles",
+        ("element", "hex8-bbar") => "selective integration",
+        ("element", "hex20" | "hex27" | "tet10" | "wedge6" | "wedge15" | "wedge18" | "pyramid5" | "pyramid13") => {
+            "finite element of this kind"
+        }
+        ("method", "newton") => "semismooth Newton",
+        ("method", "gauss-seidel") => "block Gauss-Seidel",
+        ("method", "cg") => "projected conjugate gradients",
+        _ => return None,
+    })
+}

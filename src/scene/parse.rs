@@ -1,0 +1,157 @@
+//! Reads a scene file and lays the command line's overrides over it.
+
+use std::fs;
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+
+use super::document::{Document, Entry, Node, Origin, Value, node, position, segments, table};
+use super::mistake::{Mistake, Mistakes, Place};
+
+/// Largest scene file read, bytes; anything larger is not a scene.
+const LARGEST: u64 = 16 << 20;
+
+/// The document of the scene file at `path` with the overrides (`key.path=value`) applied.
+///
+/// # Errors
+/// If the file cannot be read, is not UTF-8 or not TOML, or an override is malformed: all such mistakes.
+pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Mistakes> {
+    let bytes = read_bytes(path).map_err(|message| whole(path, message))?;
+    let text = match String::from_utf8(bytes.clone()) {
+        Ok(text) => text,
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
+            return Err(whole(
+                path,
+                format!("line {line} (byte {at}) is not UTF-8 text: save the scene with UTF-8 encoding"),
+            ));
+        }
+    };
+    let mut document = Document::new(path, text, &bytes, overrides);
+    let (parsed, errors) = DeTable::parse_recoverable(&document.text);
+    let mut mistakes: Vec<Mistake> =
+        errors.iter().map(|error| syntax_mistake(&document.text, error.message(), error.span())).collect();
+    let root = table(parsed.get_ref(), &Origin::File);
+    document.root.value = root;
+    for (i, line) in overrides.iter().enumerate() {
+        if let Err(mistake) = lay_over(&mut document.root, i, line) {
+            mistakes.push(*mistake);
+        }
+    }
+    if mistakes.is_empty() { Ok(document) } else { Err(Mistakes::new(&document, mistakes)) }
+}
+
+/// Bytes of a scene file, or why there are none.
+fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
+    let data = fs::metadata(path).map_err(|error| {
+        format!("cannot read the scene: {error}; give the path of a scene file (.toml)")
+    })?;
+    if data.is_dir() {
+        return Err("this is a folder; give the path of a scene file (.toml)".to_owned());
+    }
+    if data.len() > LARGEST {
+        return Err(format!("{} bytes are no scene (at most {LARGEST})", data.len()));
+    }
+    fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
+}
+
+/// A mistake that has no place in the text.
+fn whole(path: &Path, message: String) -> Mistakes {
+    let document = Document::new(path, String::new(), &[], &[]);
+    Mistakes::new(&document, vec![Mistake::at(&document, "", message)])
+}
+
+/// What the TOML reader found, with the usual mends.
+fn syntax_mistake(text: &str, message: &str, span: Option<std::ops::Range<usize>>) -> Mistake {
+    let span = span.unwrap_or(0..0);
+    let before = &text.as_bytes()[..span.start.min(text.len())];
+    let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |i| i + 1);
+    let line = text.get(start..).and_then(|rest| rest.lines().next()).unwrap_or("");
+    let mend = if message.contains("duplicate key") {
+        "keep one of the two"
+    } else if has_decimal_comma(line) {
+        "write decimals with a point, as in 50.0"
+    } else {
+        "a scene is a TOML file: `key = value` lines below `[table]` headings, texts in double quotes"
+    };
+    Mistake {
+        key: String::new(),
+        message: format!("not valid TOML: {message}"),
+        label: "here".to_owned(),
+        mend: mend.to_owned(),
+        place: Place::File(span),
+    }
+}
+
+/// Whether a line assigns a number with a decimal comma.
+fn has_decimal_comma(line: &str) -> bool {
+    let bytes = line.as_bytes();
+    bytes.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
+}
+
+/// Sets the value at `key.path` of `line` = `key.path=value` in the tree.
+fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake>> {
+    let wrong = |message: String, mend: &str| {
+        Box::new(Mistake {
+            key: String::new(),
+            message,
+            label: String::new(),
+            mend: mend.to_owned(),
+            place: Place::Option(line.to_owned()),
+        })
+    };
+    let form = "write it as --set key.path=value, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01";
+    let Some((key, value)) = line.split_once('=') else {
+        return Err(wrong(format!("`{line}` has no `=`"), form));
+    };
+    let (key, value) = (key.trim(), value.trim());
+    if key.is_empty() || key.split('.').any(str::is_empty) {
+        return Err(wrong(format!("`{key}` is not a key"), form));
+    }
+    let value = override_value(value, index)
+        .map_err(|message| wrong(message, "the value is written as in the scene file, e.g. 0.5, true, \"text\", [1, 2]"))?;
+    let parts: Vec<&str> = segments(key).collect();
+    set(root, &parts, value, index).map_err(|message| wrong(message, "name a key that the scene may have"))
+}
+
+/// The value of an override: TOML, or a bare word taken as text.
+fn override_value(text: &str, index: usize) -> Result<Node, String> {
+    let bare = !text.is_empty()
+        && text.starts_with(|c: char| c.is_ascii_alphabetic())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c))
+        && !["true", "false", "nan", "inf"].contains(&text);
+    if bare {
+        return Ok(Node { origin: Origin::Override(index), value: Value::String(text.to_owned()) });
+    }
+    match DeValue::parse(text) {
+        Ok(parsed) => Ok(node(&parsed, &|_| Origin::Override(index))),
+        Err(error) => Err(format!("`{text}` is not a TOML value: {}", error.message())),
+    }
+}
+
+/// Puts `value` at the end of the path, making tables on the way.
+fn set(at: &mut Node, path: &[&str], value: Node, index: usize) -> Result<(), String> {
+    let Some((segment, rest)) = path.split_first() else {
+        *at = value;
+        return Ok(());
+    };
+    match &mut at.value {
+        Value::Table(entries) => {
+            let i = entries.iter().position(|entry| entry.name == *segment).unwrap_or_else(|| {
+                let node = Node { origin: Origin::Override(index), value: Value::Table(Vec::new()) };
+                entries.push(Entry { name: (*segment).to_owned(), origin: Origin::Override(index), node });
+                entries.len() - 1
+            });
+            set(&mut entries[i].node, rest, value, index)
+        }
+        Value::Array(items) => {
+            let n = items.len();
+            match position(items, segment).and_then(|i| items.get_mut(i)) {
+                Some(item) => set(item, rest, value, index),
+                None => Err(format!("the list has no element `{segment}` (it has {n}, counted from 0)")),
+            }
+        }
+        _ => Err(format!("`{segment}` lies inside a value that is not a table")),
+    }
+}

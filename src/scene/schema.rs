@@ -1,0 +1,21 @@
+//! The JSON Schema of a scene, generated from the [keys](super::keys).
+
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use serde_json::Value;
+
+use super::keys::Scene;
+
+/// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
+pub fn json_schema() -> Value {
+    SchemaSettings::draft2020_12()
+        .with_transform(RecursiveTransform(drop_rust_formats))
+        .into_generator()
+        .into_root_schema_for::<Scene>()
+        .to_value()
+}
+
+/// Takes out `format`, which names Rust's number types.
+fn drop_rust_formats(schema: &mut schemars::Schema) {
+    schema.remove("format");
+}
