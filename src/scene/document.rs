@@ -93,6 +93,28 @@ impl Document {
         segments(key).try_fold(&self.root, |node, segment| node.child(segment).map(|(_, child)| child))
     }
 
+    /// Takes the entry at a dotted key out of its table.
+    pub(super) fn remove(&mut self, key: &str) {
+        let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+        let mut node = &mut self.root;
+        for segment in segments(table) {
+            let inner = match &mut node.value {
+                Value::Table(entries) => {
+                    entries.iter_mut().find(|entry| entry.name == segment).map(|entry| &mut entry.node)
+                }
+                Value::Array(items) => position(items, segment).and_then(|i| items.get_mut(i)),
+                _ => None,
+            };
+            match inner {
+                Some(inner) => node = inner,
+                None => return,
+            }
+        }
+        if let Value::Table(entries) = &mut node.value {
+            entries.retain(|entry| entry.name != name);
+        }
+    }
+
     /// Where `key` stands, or the nearest table around it that does.
     pub fn place(&self, key: &str) -> Place {
         let mut node = &self.root;

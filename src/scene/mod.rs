@@ -1,14 +1,40 @@
 //! The scene a user writes (TOML), and the validated plan it becomes.
 //!
 //! [`keys`] are the keys as written; [`document`] holds the file with the place of every value; [`check`] finds
-//! what the schema does not allow; [`resolve`] finds what makes no sense and builds the [`plan::Plan`]. Every
+//! what the schema does not allow; `resolve` finds what makes no sense and builds the [`plan::Plan`]. Every
 //! mistake is collected, so that a user mends them all at once.
 
 pub mod check;
 pub mod document;
 pub mod keys;
 pub mod mistake;
-pub mod not_yet;
+mod not_yet;
 pub mod parse;
+pub mod plan;
+mod resolve;
 pub mod schema;
 mod suggest;
+
+use std::path::Path;
+
+pub use document::Document;
+pub use mistake::{Mistake, Mistakes};
+pub use plan::Plan;
+
+/// The plan of the scene file at `path` with overrides `key.path=value`; reads its meshes too.
+///
+/// # Errors
+/// Everything wrong with the scene, all at once.
+pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
+    let mut document = parse::read_document(path, overrides)?;
+    let (mut mistakes, unknown) = check::check(&document, &schema::json_schema());
+    let clean = mistakes.is_empty();
+    // Without the keys that no table knows, what is left may still be checked.
+    unknown.iter().for_each(|key| document.remove(key));
+    let (plan, nonsense) = resolve::resolve(&document, clean);
+    mistakes.extend(nonsense);
+    match plan {
+        Some(plan) if mistakes.is_empty() => Ok(plan),
+        _ => Err(Mistakes::new(&document, mistakes)),
+    }
+}

@@ -15,7 +15,7 @@ pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
         ("frame", "outline") => "outline of the frame",
         ("frame", "grow") => "growing frame",
         ("wear", "tolerance") => "error-controlled cycle jumps",
-        ("gap", "exact") => "exact shape; only the paraboloid is",
+        ("gap", "exact") => "exact shape of this kind",
         _ => return None,
     })
 }
@@ -24,7 +24,6 @@ pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
 pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
     Some(match (name, word) {
         ("kind", "be") => "finite boundary-element body",
-        ("kind", "heights") => "gap from a file of heights",
         ("near_field", "half-space") => "half-space near field",
         ("path", "ellipse") => "elliptic cycles",
         ("element", "hex8-bbar") => "selective integration",

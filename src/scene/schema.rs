@@ -9,13 +9,16 @@ use super::keys::Scene;
 /// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
 pub fn json_schema() -> Value {
     SchemaSettings::draft2020_12()
-        .with_transform(RecursiveTransform(drop_rust_formats))
+        .with_transform(RecursiveTransform(tidy))
         .into_generator()
         .into_root_schema_for::<Scene>()
         .to_value()
 }
 
-/// Takes out `format`, which names Rust's number types.
-fn drop_rust_formats(schema: &mut schemars::Schema) {
+/// Takes out `format`, which names Rust's number types, and the null defaults of what may be absent.
+fn tidy(schema: &mut schemars::Schema) {
     schema.remove("format");
+    if schema.get("default").is_some_and(Value::is_null) {
+        schema.remove("default");
+    }
 }

@@ -30,6 +30,12 @@ pub enum Frame {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
+        /// Origin of the gap's shape and of moments in global x, y.
+        #[serde(default)]
+        center: [f64; 2],
+        /// Angle of the cells' x from global x towards y, degrees.
+        #[serde(default)]
+        azimuth: f64,
     },
 }
 
@@ -45,7 +51,7 @@ pub enum Gap {
         /// The sphere itself instead of its paraboloid.
         #[serde(default)]
         exact: bool,
-        /// Position of the lowest point in global x, y.
+        /// Position of the lowest point from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
@@ -56,7 +62,7 @@ pub enum Gap {
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
-        /// Position of the lowest point in global x, y.
+        /// Position of the lowest point from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
@@ -70,7 +76,7 @@ pub enum Gap {
         /// The circle itself instead of its parabola.
         #[serde(default)]
         exact: bool,
-        /// A point of the lowest line in global x, y.
+        /// A point of the lowest line from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
@@ -79,7 +85,7 @@ pub enum Gap {
         /// Angle between face and surface, degrees.
         #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 90))]
         slope: f64,
-        /// Position of the tip in global x, y.
+        /// Position of the tip from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
@@ -91,7 +97,19 @@ pub enum Gap {
         exponent: Positive,
         /// Coefficient.
         coefficient: Positive,
-        /// Position of the lowest point in global x, y.
+        /// Position of the lowest point from the frame's centre, along its x, y.
+        #[serde(default)]
+        offset: [f64; 2],
+    },
+    /// Heights given in a file.
+    Heights {
+        /// CSV file of heights, relative to the scene file; row = index along x, column = index along y.
+        file: String,
+        /// Distance of the values along x, y, centred in the frame and interpolated; default one value per cell.
+        #[serde(default)]
+        #[schemars(with = "[Positive; 2]")]
+        spacing: Option<[Positive; 2]>,
+        /// Shift of the heights from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
     },

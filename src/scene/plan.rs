@@ -1,0 +1,190 @@
+//! The validated inputs of a run; angles in radians.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use super::document::Document;
+use super::keys::Units;
+use super::keys::body::{Element, Fibre};
+use super::keys::laws::Integrator;
+use super::keys::solver::{Output, Solver};
+use crate::frame::InitialGap;
+use crate::friction::FrictionLaw;
+use crate::geometry::fibre_axes;
+use crate::history::step::Step;
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+use crate::wear::WearLaw;
+
+/// What a scene asks for, checked as far as it can be without solving anything.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Title; the file's name if the scene has none.
+    pub title: String,
+    /// Names of the units.
+    pub units: Units,
+    /// Body 1 (below) and body 2 (above).
+    pub bodies: [BodySpec; 2],
+    /// The contact frame.
+    pub frame: FrameSpec,
+    /// The initial gap.
+    pub gap: InitialGap,
+    /// The friction law.
+    pub friction: FrictionLaw,
+    /// The wear law.
+    pub wear: WearLaw,
+    /// Fraction of the worn depth taken from body 1.
+    pub wear_share: f64,
+    /// Integration of wear over cycle jumps.
+    pub integrator: Integrator,
+    /// The load steps.
+    pub steps: Vec<Step>,
+    /// Solver settings.
+    pub solver: Solver,
+    /// What is written.
+    pub output: Output,
+    /// What the user should know before running.
+    pub notes: Vec<String>,
+    /// The scene file, for messages that point into it.
+    pub document: Document,
+}
+
+/// A body.
+#[derive(Debug, Clone)]
+pub enum BodySpec {
+    /// Finite elements.
+    Fe(Box<FeSpec>),
+    /// Boundary-element half-space.
+    HalfSpace(Elastic),
+    /// Does not deform.
+    Rigid,
+}
+
+/// A material in place.
+#[derive(Debug, Clone)]
+pub struct Elastic {
+    /// Name of the material.
+    pub name: String,
+    /// Stiffness in material axes.
+    pub stiffness: Stiffness,
+    /// Whether the stiffness is the same in all directions.
+    pub isotropic: bool,
+    /// Direction of material axis 1; along x if absent.
+    pub fibre: Option<FibreAngles>,
+}
+
+/// Direction of a fibre, radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FibreAngles {
+    /// Angle out of the surface.
+    pub tilt: f64,
+    /// Angle in the surface from +x towards +y.
+    pub azimuth: f64,
+}
+
+/// A finite-element body.
+#[derive(Debug, Clone)]
+pub struct FeSpec {
+    /// Its material.
+    pub elastic: Elastic,
+    /// Its mesh.
+    pub mesh: Arc<Mesh>,
+    /// The mesh's file as the scene names it.
+    pub mesh_name: String,
+    /// Physical group of the contact surface.
+    pub contact: String,
+    /// Prescribed displacements.
+    pub supports: Vec<Support>,
+    /// Pressures on surface groups, positive towards the body.
+    pub pressures: Vec<(String, f64)>,
+    /// Tractions on surface groups along x, y, z.
+    pub tractions: Vec<(String, [f64; 3])>,
+    /// Force per volume.
+    pub body_force: [f64; 3],
+    /// Materials of volume groups that differ from the body's.
+    pub regions: Vec<(String, Elastic)>,
+    /// Element formulation; the mesh's own default if absent.
+    pub element: Option<Element>,
+}
+
+/// Displacement components prescribed on a group; `None` leaves one free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Support {
+    /// Physical group.
+    pub group: String,
+    /// Prescribed values along x, y, z.
+    pub values: [Option<f64>; 3],
+}
+
+/// The contact frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrameSpec {
+    /// Uniform rectangular cells.
+    Grid {
+        /// Half of the sides.
+        half_width: [f64; 2],
+        /// Number of cells.
+        cells: [usize; 2],
+        /// Centre in global x, y.
+        center: [f64; 2],
+        /// Angle of the frame's x from global x.
+        azimuth: f64,
+    },
+    /// The faces of a body's contact group.
+    Mesh {
+        /// Index of the body, 0 or 1.
+        body: usize,
+        /// Origin in global x, y.
+        center: [f64; 2],
+        /// Angle of the cells' x from global x.
+        azimuth: f64,
+    },
+}
+
+impl FrameSpec {
+    /// Angle of the frame's x from global x, radians.
+    pub fn azimuth(&self) -> f64 {
+        match self {
+            Self::Grid { azimuth, .. } | Self::Mesh { azimuth, .. } => *azimuth,
+        }
+    }
+}
+
+impl From<Fibre> for FibreAngles {
+    fn from(fibre: Fibre) -> Self {
+        Self { tilt: fibre.tilt.to_radians(), azimuth: fibre.azimuth.to_radians() }
+    }
+}
+
+impl Elastic {
+    /// Axes of the material as columns, in axes turned by `azimuth` (radians) from the global ones.
+    pub fn axes(&self, azimuth: f64) -> Matrix3<f64> {
+        let fibre = self.fibre.unwrap_or(FibreAngles { tilt: 0.0, azimuth: 0.0 });
+        fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
+    }
+
+    /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
+    pub fn in_axes(&self, azimuth: f64) -> Stiffness {
+        if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.axes(azimuth)) }
+    }
+}
+
+impl BodySpec {
+    /// The material, unless rigid.
+    pub fn elastic(&self) -> Option<&Elastic> {
+        match self {
+            Self::Fe(fe) => Some(&fe.elastic),
+            Self::HalfSpace(elastic) => Some(elastic),
+            Self::Rigid => None,
+        }
+    }
+
+    /// The finite-element body, if it is one.
+    pub fn fe(&self) -> Option<&FeSpec> {
+        match self {
+            Self::Fe(fe) => Some(fe),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Bodies: materials, meshes, groups, supports and loads.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::Resolver;
+use super::materials::Materials;
+use crate::error::Result;
+use crate::mesh::{Mesh, gmsh};
+use crate::scene::keys::body::{Body, Component, FeBody, Fibre};
+use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
+use crate::scene::suggest::{closest, list};
+
+/// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
+pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodySpec> {
+    let body: Body = r.section(key)?;
+    match body {
+        Body::Rigid {} => Some(BodySpec::Rigid),
+        Body::HalfSpace { material, fibre } => {
+            elastic(r, key, &material, fibre, materials).map(BodySpec::HalfSpace)
+        }
+        Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
+    }
+}
+
+/// The material named at `key`, in place.
+fn elastic(
+    r: &mut Resolver,
+    key: &str,
+    name: &str,
+    fibre: Option<Fibre>,
+    materials: &Materials,
+) -> Option<Elastic> {
+    let Some(found) = materials.get(name) else {
+        let names: Vec<&str> = materials.keys().map(String::as_str).collect();
+        let mut mend = format!("defined materials: {}", list(&names, "`"));
+        if let Some(word) = closest(name, &names) {
+            mend = format!("did you mean `{word}`? {mend}");
+        } else if names.is_empty() {
+            mend = format!("add a table [materials.{name}]");
+        }
+        r.wrong(&format!("{key}.material"), format!("the material `{name}` is not defined"), "not defined", mend);
+        return None;
+    };
+    let (stiffness, isotropic) = found.clone()?;
+    Some(Elastic { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
+}
+
+fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodySpec> {
+    let elastic_body = elastic(r, key, &body.material, body.fibre, materials);
+    let regions = regions(r, key, body, materials);
+    let supports = supports(r, key, body);
+    let mesh = read_mesh(r, key, &body.mesh)?;
+    check_groups(r, key, body, &mesh);
+    Some(BodySpec::Fe(Box::new(FeSpec {
+        elastic: elastic_body?,
+        mesh: Arc::new(mesh),
+        mesh_name: body.mesh.clone(),
+        contact: body.contact.clone(),
+        supports: supports?,
+        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        body_force: body.body_force,
+        regions: regions?,
+        element: body.element,
+    })))
+}
+
+fn regions(
+    r: &mut Resolver,
+    key: &str,
+    body: &FeBody,
+    materials: &Materials,
+) -> Option<Vec<(String, Elastic)>> {
+    let resolved: Vec<Option<(String, Elastic)>> = body
+        .regions
+        .iter()
+        .map(|(group, region)| {
+            let place = match region.material {
+                Some(_) => format!("{key}.regions.{group}"),
+                None => key.to_owned(),
+            };
+            let material = region.material.as_ref().unwrap_or(&body.material);
+            let found = elastic(r, &place, material, region.fibre.or(body.fibre), materials)?;
+            Some((group.clone(), found))
+        })
+        .collect();
+    resolved.into_iter().collect()
+}
+
+fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {
+    let mut supports: Vec<Support> = Vec::new();
+    for fixed in &body.fixed {
+        let values = fixed.components.iter().fold([None; 3], |mut values, component| {
+            values[index(*component)] = Some(0.0);
+            values
+        });
+        supports.push(Support { group: fixed.group.clone(), values });
+    }
+    let mut sound = true;
+    for (i, displaced) in body.displaced.iter().enumerate() {
+        if displaced.value.len() != displaced.components.len() {
+            r.wrong(
+                &format!("{key}.displaced.{i}.value"),
+                format!(
+                    "{} values for {} components",
+                    displaced.value.len(),
+                    displaced.components.len()
+                ),
+                "one value per component",
+                "give one value for each of `components`, in their order",
+            );
+            sound = false;
+            continue;
+        }
+        let mut values = [None; 3];
+        for (component, value) in displaced.components.iter().zip(&displaced.value) {
+            values[index(*component)] = Some(*value);
+        }
+        supports.push(Support { group: displaced.group.clone(), values });
+    }
+    if supports.is_empty() {
+        r.wrong(
+            key,
+            format!("nothing holds `{key}`: it has neither `fixed` nor `displaced` groups"),
+            "floats",
+            "add e.g. fixed = [{ group = \"base\" }]; a floating body has no unique displacement",
+        );
+        sound = false;
+    }
+    sound.then_some(supports)
+}
+
+fn index(component: Component) -> usize {
+    match component {
+        Component::X => 0,
+        Component::Y => 1,
+        Component::Z => 2,
+    }
+}
+
+fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
+    let path = r.document.folder.join(name);
+    let place = format!("{key}.mesh");
+    if !path.is_file() {
+        let message = format!("there is no mesh file {}", path.display());
+        let mend = format!("paths start at the folder of the scene file{}", neighbours(&path));
+        r.wrong(&place, message, "no such file", mend);
+        return None;
+    }
+    match gmsh::read(&path) {
+        Ok(mesh) => Some(mesh),
+        Err(error) => {
+            r.wrong(&place, error.to_string(), "this file", "gmsh writes .msh files of versions 2.2 and 4.1");
+            None
+        }
+    }
+}
+
+/// The mesh files that lie where one was looked for.
+fn neighbours(path: &Path) -> String {
+    let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else {
+        return String::new();
+    };
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".msh"))
+        .collect();
+    names.sort();
+    names.truncate(12);
+    if names.is_empty() { String::new() } else { format!("; found there: {}", names.join(", ")) }
+}
+
+/// Reports every group that the mesh does not have, or has in another dimension.
+fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+    let mut check = |place: String, found: Result<()>| {
+        if let Err(error) = found {
+            r.wrong(&place, error.message().to_owned(), "this group", "name a physical group of the mesh");
+        }
+    };
+    let surface = |name: &str| mesh.group_of_dim(name, 2).map(|_| ());
+    check(format!("{key}.contact"), surface(&body.contact));
+    for (i, fixed) in body.fixed.iter().enumerate() {
+        check(format!("{key}.fixed.{i}.group"), mesh.group(&fixed.group).map(|_| ()));
+    }
+    for (i, displaced) in body.displaced.iter().enumerate() {
+        check(format!("{key}.displaced.{i}.group"), mesh.group(&displaced.group).map(|_| ()));
+    }
+    for (i, load) in body.pressure.iter().enumerate() {
+        check(format!("{key}.pressure.{i}.group"), surface(&load.group));
+    }
+    for (i, load) in body.traction.iter().enumerate() {
+        check(format!("{key}.traction.{i}.group"), surface(&load.group));
+    }
+    for group in body.regions.keys() {
+        check(format!("{key}.regions.{group}"), mesh.group_of_dim(group, 3).map(|_| ()));
+    }
+}

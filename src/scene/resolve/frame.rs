@@ -1,0 +1,154 @@
+//! The contact frame and the initial gap.
+
+use crate::frame::gap::Heights;
+use crate::frame::{GapShape, InitialGap};
+use crate::mesh::faces::group_faces;
+use crate::scene::keys::frame::{Frame, Gap};
+use crate::scene::plan::{BodySpec, FrameSpec};
+
+use super::Resolver;
+
+/// The frame; a mesh frame names a meshed body.
+pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Option<FrameSpec> {
+    match r.section("frame")? {
+        Frame::Grid { half_width, cells, center, azimuth, periodic } => {
+            if periodic.contains(&true) {
+                let message = "periodic frames are not available in this version";
+                r.wrong("frame.periodic", message, "not available yet", "remove it, or write [false, false]");
+                return None;
+            }
+            Some(FrameSpec::Grid {
+                half_width: half_width.map(|w| w.0),
+                cells: cells.map(|n| n.0),
+                center,
+                azimuth: azimuth.to_radians(),
+            })
+        }
+        Frame::Mesh { body, center, azimuth } => {
+            let azimuth = azimuth.to_radians();
+            mesh_body(r, body, bodies).map(|body| FrameSpec::Mesh { body, center, azimuth })
+        }
+    }
+}
+
+/// Index of the body whose faces are the cells.
+fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2]) -> Option<usize> {
+    // A body that is wrong itself is reported elsewhere.
+    let [Some(body1), Some(body2)] = bodies else { return None };
+    let faces = [body1, body2].map(|body| {
+        body.fe().map(|fe| group_faces(&fe.mesh, &fe.contact).map_or(0, |faces| faces.len()))
+    });
+    match (wanted, faces) {
+        (None, [None, None]) => {
+            let message = "the frame takes the faces of a meshed body, but neither body has a mesh";
+            r.wrong("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
+            None
+        }
+        (None, [a, b]) => Some(usize::from(b > a)),
+        (Some(body), faces) => {
+            let index = usize::from(body == 2);
+            if faces[index].is_none() {
+                let message = format!("the frame takes the faces of body {body}, which has no mesh");
+                r.wrong("frame.body", message, "no mesh", format!("write body = {}, or kind = \"grid\"", 3 - body));
+                return None;
+            }
+            Some(index)
+        }
+    }
+}
+
+/// The gap, with angles from the frame's x.
+pub(super) fn resolve_gap(
+    r: &mut Resolver,
+    frame: Option<&FrameSpec>,
+    bodies: &[Option<BodySpec>; 2],
+) -> Option<InitialGap> {
+    let turned = |angle: f64| angle.to_radians() - frame.map_or(0.0, FrameSpec::azimuth);
+    let plain = |shape: GapShape, offset: [f64; 2]| InitialGap { shape, offset, exact: false };
+    Some(match r.section("gap")? {
+        Gap::Sphere { radius, exact, offset } => {
+            InitialGap { exact, ..plain(GapShape::Sphere { radius: radius.0 }, offset) }
+        }
+        Gap::Ellipsoid { radii, angle, offset } => {
+            plain(GapShape::Ellipsoid { radii: radii.map(|x| x.0), angle: turned(angle) }, offset)
+        }
+        Gap::Cylinder { radius, angle, exact, offset } => {
+            InitialGap { exact, ..plain(GapShape::Cylinder { radius: radius.0, angle: turned(angle) }, offset) }
+        }
+        Gap::Cone { slope, offset } => plain(GapShape::Cone { slope: slope.to_radians() }, offset),
+        Gap::Flat {} => GapShape::Flat.into(),
+        Gap::Power { exponent, coefficient, offset } => {
+            plain(GapShape::Power { exponent: exponent.0, coefficient: coefficient.0 }, offset)
+        }
+        Gap::Heights { file, spacing, offset } => {
+            let heights = heights(r, &file, spacing.map(|s| s.map(|x| x.0)), frame)?;
+            plain(GapShape::Heights(heights), offset)
+        }
+        Gap::Mesh {} => {
+            let meshed = bodies.iter().flatten().any(|body| body.fe().is_some());
+            if !meshed && bodies.iter().all(Option::is_some) {
+                let message = "the gap comes from the meshes, but neither body has one";
+                r.wrong("gap.kind", message, "no mesh", "name a shape, e.g. kind = \"sphere\" with radius");
+                return None;
+            }
+            GapShape::Mesh.into()
+        }
+    })
+}
+
+/// Heights read from a CSV file.
+fn heights(
+    r: &mut Resolver,
+    file: &str,
+    spacing: Option<[f64; 2]>,
+    frame: Option<&FrameSpec>,
+) -> Option<Heights> {
+    let path = r.document.folder.join(file);
+    let rows = match std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| parse_rows(&text)) {
+        Ok(rows) => rows,
+        Err(why) => {
+            let message = format!("the file of heights {} cannot be used: {why}", path.display());
+            let mend = "a CSV file of numbers: one line per index along x, one column per index along y";
+            r.wrong("gap.file", message, "this file", mend);
+            return None;
+        }
+    };
+    let shape = [rows.len(), rows[0].len()];
+    if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
+        && *cells != shape
+    {
+        let message = format!(
+            "the file has {} lines of {} values, the frame {} x {} cells",
+            shape[0], shape[1], cells[0], cells[1]
+        );
+        r.wrong("gap.file", message, "one value per cell", "match frame.cells, or give `spacing` to interpolate");
+        return None;
+    }
+    Some(Heights { values: rows.concat(), shape, spacing })
+}
+
+/// The numbers of a CSV text, line by line; all lines of one length.
+fn parse_rows(text: &str) -> Result<Vec<Vec<f64>>, String> {
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let row = line
+            .split(|c: char| ",;".contains(c) || c.is_whitespace())
+            .filter(|word| !word.is_empty())
+            .map(|word| match word.parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(number),
+                _ => Err(format!("line {}: \"{word}\" is not a finite number", i + 1)),
+            })
+            .collect::<Result<Vec<f64>, String>>()?;
+        if let Some(first) = rows.first()
+            && first.len() != row.len()
+        {
+            return Err(format!("line {} has {} values, the first {}", i + 1, row.len(), first.len()));
+        }
+        rows.push(row);
+    }
+    if rows.is_empty() { Err("it holds no numbers".to_owned()) } else { Ok(rows) }
+}

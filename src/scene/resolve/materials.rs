@@ -1,0 +1,59 @@
+//! Materials: engineering constants to stiffnesses.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix6;
+
+use super::Resolver;
+use crate::error::Result;
+use crate::material::{Orthotropic, Stiffness};
+use crate::scene::keys::material::Material;
+
+/// Materials by name; `None` where the constants are wrong (and reported).
+pub(super) type Materials = BTreeMap<String, Option<(Stiffness, bool)>>;
+
+/// The stiffness of each material and whether it is isotropic.
+pub(super) fn resolve(r: &mut Resolver) -> Materials {
+    let mut materials = Materials::new();
+    for name in r.names("materials") {
+        let key = format!("materials.{name}");
+        let found: Option<Material> = r.section(&key);
+        let stiffness = found.and_then(|material| match stiffness(&material) {
+            Ok(stiffness) => Some((stiffness, matches!(material, Material::Isotropic { .. }))),
+            Err(error) => {
+                r.wrong(
+                    &key,
+                    format!("the material `{name}` is not admissible: {}", error.message()),
+                    "not admissible",
+                    "check the constants: nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i",
+                );
+                None
+            }
+        });
+        materials.insert(name, stiffness);
+    }
+    materials
+}
+
+fn stiffness(material: &Material) -> Result<Stiffness> {
+    match *material {
+        Material::Isotropic { E, nu } => Stiffness::isotropic(E, nu),
+        Material::TransverselyIsotropic { E1, E2, G12, nu12, nu23 } => {
+            Stiffness::transversely_isotropic(E1, E2, G12, nu12, nu23)
+        }
+        Material::Orthotropic { E1, E2, E3, G12, G13, G23, nu12, nu13, nu23 } => {
+            Stiffness::orthotropic(&Orthotropic {
+                e1: E1,
+                e2: E2,
+                e3: E3,
+                g12: G12,
+                g13: G13,
+                g23: G23,
+                nu12,
+                nu13,
+                nu23,
+            })
+        }
+        Material::Stiffness { C } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
+    }
+}

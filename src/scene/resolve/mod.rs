@@ -1,0 +1,110 @@
+//! From the keys as written to the plan: what makes no sense is collected as mistakes.
+
+mod bodies;
+mod frame;
+mod laws;
+mod materials;
+mod steps;
+
+use serde::de::DeserializeOwned;
+
+use super::document::{Document, Value};
+use super::keys::Units;
+use super::keys::laws::{Friction, Wear};
+use super::keys::solver::{Output, Solver};
+use super::mistake::Mistake;
+use super::plan::Plan;
+
+/// What is resolved so far.
+pub(super) struct Resolver<'a> {
+    pub document: &'a Document,
+    pub mistakes: Vec<Mistake>,
+    pub notes: Vec<String>,
+    /// Whether the schema walk found nothing, so that a section that cannot be read is news.
+    pub clean: bool,
+}
+
+impl<'a> Resolver<'a> {
+    /// Collects a mistake at `key`.
+    pub fn wrong(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
+        self.mistakes.push(Mistake::at(self.document, key, message).label(label).mend(mend));
+    }
+
+    /// The section at `key` as its type; `None` if absent or already known to be broken.
+    pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
+        let json = self.document.get(key)?.to_json();
+        match serde_path_to_error::deserialize(json) {
+            Ok(section) => Some(section),
+            Err(error) => {
+                if self.clean {
+                    let place = error.path().to_string();
+                    self.wrong(key, format!("{}: {}", place, error.inner()), "here", "see docs/scene.md");
+                }
+                None
+            }
+        }
+    }
+
+    /// The same, or its default where the scene does not have it.
+    pub fn section_or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
+        if self.document.get(key).is_none() { Some(T::default()) } else { self.section(key) }
+    }
+
+    /// Number of elements of the list at `key`.
+    pub fn list_length(&self, key: &str) -> usize {
+        match self.document.get(key).map(|node| &node.value) {
+            Some(Value::Array(items)) => items.len(),
+            _ => 0,
+        }
+    }
+
+    /// Names of the entries of the table at `key`.
+    pub fn names(&self, key: &str) -> Vec<String> {
+        match self.document.get(key).map(|node| &node.value) {
+            Some(Value::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
+pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Mistake>) {
+    let mut r = Resolver { document, mistakes: Vec::new(), notes: Vec::new(), clean };
+    let plan = plan(&mut r);
+    let whole = clean && r.mistakes.is_empty();
+    (plan.filter(|_| whole), r.mistakes)
+}
+
+fn plan(r: &mut Resolver) -> Option<Plan> {
+    let title: Option<String> = r.section_or_default("title");
+    let units: Option<Units> = r.section_or_default("units");
+    let materials = materials::resolve(r);
+    let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
+    let frame = frame::resolve_frame(r, &bodies);
+    let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
+    let friction: Option<Friction> = r.section_or_default("friction");
+    let wear: Option<Wear> = r.section_or_default("wear");
+    let azimuth = frame.map_or(0.0, |frame| frame.azimuth());
+    let laws = laws::resolve(r, &bodies, friction, wear, azimuth);
+    let steps = steps::resolve(r, laws.as_ref());
+    let solver: Option<Solver> = r.section_or_default("solver");
+    let output: Option<Output> = r.section_or_default("output");
+    let [body1, body2] = bodies;
+    let laws = laws?;
+    Some(Plan {
+        title: title?,
+        units: units?,
+        bodies: [body1?, body2?],
+        frame: frame?,
+        gap: gap?,
+        friction: laws.friction,
+        wear: laws.wear,
+        wear_share: laws.share,
+        integrator: laws.integrator,
+        steps: steps?,
+        solver: solver?,
+        output: output?,
+        notes: std::mem::take(&mut r.notes),
+        document: r.document.clone(),
+    })
+}
