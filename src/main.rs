@@ -1,1 +1,8 @@
-fn main() { println!("{}", serde_json::to_string_pretty(&orthowear::scene::schema::json_schema()).unwrap()); }
+//! The program: command line in, exit code out.
+
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+fn main() -> std::process::ExitCode {
+    orthowear::cli::main(std::env::args_os())
+}

@@ -1,1 +1,130 @@
-//! t
+//! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
+
+mod check;
+mod render;
+mod run;
+mod schema;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::scene::Mistakes;
+
+/// Exit codes of the program.
+pub mod exit {
+    /// Done, converged.
+    pub const DONE: u8 = 0;
+    /// Unexpected failure.
+    pub const FAILED: u8 = 1;
+    /// The input is wrong.
+    pub const INPUT: u8 = 2;
+    /// Not converged, or the physics was lost; results so far are kept.
+    pub const NOT_CONVERGED: u8 = 3;
+    /// Stopped by a signal; results so far are kept.
+    pub const INTERRUPTED: u8 = 130;
+}
+
+/// Frictional contact and wear of orthotropic bodies: finite elements and half-spaces on a contact frame.
+#[derive(Debug, Parser)]
+#[command(name = "orthowear", version, arg_required_else_help = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Computes a scene and writes its results.
+    Run(RunArgs),
+    /// Checks a scene with its meshes and says what a run would compute, skip and need.
+    Check(SceneArgs),
+    /// Prints the JSON Schema of a scene.
+    Schema,
+}
+
+/// A scene and how to read it.
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// Replaces a value of the scene, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01.
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Number of threads; the results are the same for any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Directory of the results; default: the scene's name with .out beside the scene.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Continues an interrupted run (not available in this version).
+    #[arg(long)]
+    resume: bool,
+    /// Prints nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the program on its arguments, the program's name first; the exit code.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let command = match CommandLine::try_parse_from(arguments) {
+        Ok(line) => line.command,
+        Err(error) => {
+            // Help and version are no errors; a closed pipe is none of ours.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::INPUT));
+        }
+    };
+    std::panic::set_hook(Box::new(report_panic));
+    let code = std::panic::catch_unwind(|| match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Schema => schema::schema(),
+    });
+    ExitCode::from(code.unwrap_or(exit::FAILED))
+}
+
+/// What is printed when the program itself is wrong.
+fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
+    let what = info.payload_as_str().unwrap_or("no message");
+    let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
+    to_stderr(&format!(
+        "internal error, please report it with the scene: {what}{place}\n\
+         orthowear {} on {}\n",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::OS
+    ));
+}
+
+/// Sets the number of threads.
+fn use_threads(threads: Option<u16>) {
+    if let Some(threads) = threads {
+        // Fails only if a pool exists already, which then has the number of the first call.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
+    }
+}
+
+/// Prints the mistakes of a scene; the exit code.
+fn refuse(mistakes: &Mistakes) -> u8 {
+    to_stderr(&render::render(mistakes));
+    exit::INPUT
+}
+
+/// Prints to standard output; a reader that has gone is no failure.
+fn to_stdout(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// Prints to standard error; a reader that has gone is no failure.
+fn to_stderr(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}

@@ -50,8 +50,12 @@ impl<'a> Walk<'a> {
             Some("array") => self.array(node, schema, key),
             Some("number") => self.number(node, schema, key, false),
             Some("integer") => self.number(node, schema, key, true),
-            Some("string") if !matches!(node.value, Value::String(_)) => self.wrong_type(node, key, "a text in double quotes"),
-            Some("boolean") if !matches!(node.value, Value::Boolean(_)) => self.wrong_type(node, key, "true or false"),
+            Some("string") if !matches!(node.value, Value::String(_)) => {
+                self.wrong_type(node, key, "a text in double quotes")
+            }
+            Some("boolean") if !matches!(node.value, Value::Boolean(_)) => {
+                self.wrong_type(node, key, "true or false")
+            }
             _ => {}
         }
     }
@@ -82,7 +86,8 @@ impl<'a> Walk<'a> {
         let Value::Table(entries) = &node.value else {
             return self.wrong_type(node, key, &format!("a table with `{tag}`"));
         };
-        let words: Vec<&str> = branches.iter().filter_map(|branch| tag_word(self.resolve(branch), tag)).collect();
+        let words: Vec<&str> =
+            branches.iter().filter_map(|branch| tag_word(self.resolve(branch), tag)).collect();
         let Some(entry) = entries.iter().find(|entry| entry.name == tag) else {
             let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
             let near = entries.iter().map(|e| e.name.as_str()).find(|name| closest(name, &[tag]).is_some());
@@ -117,8 +122,14 @@ impl<'a> Walk<'a> {
             }
         }
         let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
+        let known = names(schema);
         for name in required.filter_map(Json::as_str) {
-            if entries.iter().all(|entry| entry.name != name) {
+            // A misspelt key is reported once, with the right spelling.
+            let there = |entry: &Entry| {
+                entry.name == name
+                    || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
+            };
+            if !entries.iter().any(there) {
                 self.missing_key(name, key, properties.and_then(|p| p.get(name)));
             }
         }
@@ -130,7 +141,10 @@ impl<'a> Walk<'a> {
             .and_then(Json::as_str)
             .unwrap_or("");
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
-        let mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        let mut mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        if let Some(absent) = not_yet::absent(name) {
+            mend = format!("{mend} ({absent})");
+        }
         self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
     }
 
@@ -152,7 +166,8 @@ impl<'a> Walk<'a> {
         }
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
         let owner = variant.and_then(|(tag, branches)| {
-            let owner = branches.iter().map(|b| self.resolve(b)).find(|b| names(b).contains(&name.as_str()))?;
+            let owner =
+                branches.iter().map(|b| self.resolve(b)).find(|b| names(b).contains(&name.as_str()))?;
             Some(format!("it belongs to {tag} = \"{}\"", tag_word(owner, tag)?))
         });
         let mut mend = format!("allowed keys: {}", list(&known, "`"));
@@ -169,7 +184,12 @@ impl<'a> Walk<'a> {
             let of_tables = schema.get("items").is_some_and(|s| self.resolve(s).get("properties").is_some());
             if of_tables && matches!(node.value, Value::Table(_)) {
                 let mend = format!("write `[[{key}]]`, once for each element");
-                return self.report(key, format!("`{key}` is a table, not a list of tables"), "a single table", mend);
+                return self.report(
+                    key,
+                    format!("`{key}` is a table, not a list of tables"),
+                    "a single table",
+                    mend,
+                );
             }
             return self.wrong_type(node, key, &array_wanted(schema));
         };
@@ -181,7 +201,7 @@ impl<'a> Walk<'a> {
                 mend.push_str("; decimals are written with a point, as in 1.5");
             }
             let message = format!("`{}` has {} values", last(key), items.len());
-            self.report(key, message, &array_wanted(schema), mend);
+            return self.report(key, message, &array_wanted(schema), mend);
         }
         if let Some(schema) = schema.get("items") {
             for (i, item) in items.iter().enumerate() {
@@ -239,8 +259,6 @@ fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
 
 /// The words that branches of constants allow.
 fn branch_words(branches: &[Json]) -> Vec<&str> {
-    let of_enum = |b: &'static str, branch: &'_ Json| branch.get(b).and_then(Json::as_array).cloned();
-    debug_assert!(branches.iter().all(|b| b.get("const").is_some() || of_enum("enum", b).is_some()));
     branches
         .iter()
         .flat_map(|branch| {
@@ -253,7 +271,13 @@ fn branch_words(branches: &[Json]) -> Vec<&str> {
 
 /// The names of the keys of a table.
 fn names(schema: &Json) -> Vec<&str> {
-    schema.get("properties").and_then(Json::as_object).into_iter().flatten().map(|(name, _)| name.as_str()).collect()
+    schema
+        .get("properties")
+        .and_then(Json::as_object)
+        .into_iter()
+        .flatten()
+        .map(|(name, _)| name.as_str())
+        .collect()
 }
 
 /// What bounds a number violates, in words.

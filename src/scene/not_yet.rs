@@ -27,12 +27,19 @@ pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
         ("near_field", "half-space") => "half-space near field",
         ("path", "ellipse") => "elliptic cycles",
         ("element", "hex8-bbar") => "selective integration",
-        ("element", "hex20" | "hex27" | "tet10" | "wedge6" | "wedge15" | "wedge18" | "pyramid5" | "pyramid13") => {
-            "finite element of this kind"
-        }
+        (
+            "element",
+            "hex20" | "hex27" | "tet10" | "wedge6" | "wedge15" | "wedge18" | "pyramid5" | "pyramid13",
+        ) => "finite element of this kind",
         ("method", "newton") => "semismooth Newton",
         ("method", "gauss-seidel") => "block Gauss-Seidel",
         ("method", "cg") => "projected conjugate gradients",
         _ => return None,
     })
+}
+
+/// What leaving out the key `name` would mean, if that belongs to a later version.
+pub(super) fn absent(name: &str) -> Option<&'static str> {
+    (name == "jumps")
+        .then_some("error-controlled jumps, which need none given, are not available in this version")
 }

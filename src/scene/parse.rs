@@ -44,9 +44,8 @@ pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Mist
 
 /// Bytes of a scene file, or why there are none.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
-    let data = fs::metadata(path).map_err(|error| {
-        format!("cannot read the scene: {error}; give the path of a scene file (.toml)")
-    })?;
+    let data = fs::metadata(path)
+        .map_err(|error| format!("cannot read the scene: {error}; give the path of a scene file (.toml)"))?;
     if data.is_dir() {
         return Err("this is a folder; give the path of a scene file (.toml)".to_owned());
     }
@@ -101,7 +100,8 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
             place: Place::Option(line.to_owned()),
         })
     };
-    let form = "write it as --set key.path=value, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01";
+    let form =
+        "write it as --set key.path=value, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01";
     let Some((key, value)) = line.split_once('=') else {
         return Err(wrong(format!("`{line}` has no `=`"), form));
     };
@@ -109,8 +109,9 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
     if key.is_empty() || key.split('.').any(str::is_empty) {
         return Err(wrong(format!("`{key}` is not a key"), form));
     }
-    let value = override_value(value, index)
-        .map_err(|message| wrong(message, "the value is written as in the scene file, e.g. 0.5, true, \"text\", [1, 2]"))?;
+    let value = override_value(value, index).map_err(|message| {
+        wrong(message, "the value is written as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
+    })?;
     let parts: Vec<&str> = segments(key).collect();
     set(root, &parts, value, index).map_err(|message| wrong(message, "name a key that the scene may have"))
 }

@@ -56,7 +56,7 @@ pub enum BodySpec {
     /// Finite elements.
     Fe(Box<FeSpec>),
     /// Boundary-element half-space.
-    HalfSpace(Elastic),
+    HalfSpace(Box<Elastic>),
     /// Does not deform.
     Rigid,
 }

@@ -1,1 +1,360 @@
-//! (filled by its part)
+//! What is refused, and how: exit code 2, the key, the line, what was found and the mend, several mistakes at once.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+/// A scene without mistakes that needs no mesh; the table below changes one thing in it.
+const SOUND: &str = r#"title = "sound"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 167230.0
+E2 = 9544.0
+G12 = 5292.0
+nu12 = 0.272
+nu23 = 0.37
+[body1]
+kind = "half-space"
+material = "cfrp"
+fibre = { tilt = 30.0, azimuth = 0.0 }
+[body2]
+kind = "half-space"
+material = "steel"
+[frame]
+kind = "grid"
+half_width = [1.2, 1.2]
+cells = [16, 16]
+[gap]
+kind = "sphere"
+radius = 50.0
+[friction]
+law = "frp"
+mu_L = 0.4
+mu_T = 0.5
+mu_N = 0.55
+[wear]
+law = "energy"
+k = 1.25e-9
+[[steps]]
+name = "indent"
+approach = 0.02
+[[steps]]
+name = "fretting"
+cycles = { count = 1000, amplitude = 0.05, jumps = 4 }
+[solver]
+tolerance = 1e-8
+[output]
+fields = []
+"#;
+
+fn check_bytes(folder: &Path, scene: &[u8], options: &[&str]) -> (Option<i32>, String) {
+    let path = folder.join("scene.toml");
+    fs::write(&path, scene).unwrap();
+    let Output { status, stderr, .. } = assert_cmd::Command::cargo_bin("orthowear")
+        .unwrap()
+        .current_dir(folder)
+        .args(["check", "scene.toml"])
+        .args(options)
+        .output()
+        .unwrap();
+    (status.code(), String::from_utf8(stderr).unwrap())
+}
+
+fn check(scene: &str, options: &[&str]) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    check_bytes(folder.path(), scene.as_bytes(), options)
+}
+
+/// `SOUND` with `from` replaced by `to`, and the line (from 1) of the first changed byte.
+fn changed(from: &str, to: &str) -> (String, usize) {
+    assert!(SOUND.contains(from), "`{from}` is not in the sound scene");
+    let line = 1 + SOUND[..SOUND.find(from).unwrap()].matches('\n').count();
+    (SOUND.replacen(from, to, 1), line)
+}
+
+/// Truth: the scene's definition (docs/scene.md); the base of the table is accepted.
+#[test]
+fn the_sound_scene_is_accepted() {
+    let (code, text) = check(SOUND, &[]);
+    assert_eq!(code, Some(0), "{text}");
+}
+
+/// One row: what is replaced by what, lines below that of the change at which the mistake is shown, words of the
+/// message.
+type Row = (&'static str, &'static str, usize, &'static [&'static str]);
+
+const TABLE: &[Row] = &[
+    // Not TOML.
+    ("radius = 50.0", "radius = 50,0", 0, &["not valid TOML", "decimals with a point"]),
+    ("radius = 50.0", "radius = ", 0, &["not valid TOML"]),
+    ("radius = 50.0", "radius = 50.0\nradius = 40.0", 1, &["duplicate key", "keep one"]),
+    ("[gap]", "[gap", 0, &["not valid TOML"]),
+    ("title = \"sound\"", "title = \"sound", 0, &["not valid TOML"]),
+    ("[body2]", "[body1]", 0, &["duplicate key"]),
+    ("E = 210e3", "E = 210.e3", 0, &["not valid TOML"]),
+    // Unknown keys and words.
+    ("radius = 50.0", "raduis = 50.0", 0, &["gap.raduis", "did you mean `radius`"]),
+    ("[solver]", "[slover]", 0, &["no key `slover`", "did you mean `solver`"]),
+    ("tolerance = 1e-8", "tolerence = 1e-8", 0, &["solver.tolerence", "did you mean `tolerance`"]),
+    ("kind = \"sphere\"", "kind = \"spere\"", 0, &["gap.kind", "did you mean \"sphere\""]),
+    ("law = \"frp\"", "law = \"columb\"", 0, &["friction.law", "\"coulomb\"", "\"elliptic\""]),
+    ("model = \"isotropic\"", "model = \"iso\"", 0, &["materials.steel.model", "\"orthotropic\""]),
+    ("material = \"steel\"", "material = \"steel\"\nmesh = \"a.msh\"", 1, &["it belongs to kind = \"fe\""]),
+    ("tilt = 30.0", "titl = 30.0", 0, &["body1.fibre.titl", "did you mean `tilt`"]),
+    ("k = 1.25e-9", "k = 1.25e-9\ni_L = 5.0e-10", 1, &["wear.i_L", "it belongs to law = \"frp\""]),
+    ("fields = []", "fields = [\"vtk\"]", 0, &["output.fields.0", "\"vtu\""]),
+    // Missing keys.
+    ("radius = 50.0\n", "", 0, &["`gap` lacks `radius`"]),
+    ("kind = \"grid\"\n", "", 0, &["`frame` lacks `kind`", "\"grid\", \"mesh\""]),
+    ("mu_T = 0.5\n", "", 0, &["`friction` lacks `mu_T`"]),
+    ("nu = 0.3\n", "", 0, &["`materials.steel` lacks `nu`"]),
+    ("material = \"cfrp\"\n", "", 0, &["`body1` lacks `material`"]),
+    (", jumps = 4", "", 0, &["lacks `jumps`", "error-controlled jumps"]),
+    // Wrong types.
+    ("radius = 50.0", "radius = \"50.0\"", 0, &["the text \"50.0\"", "remove the quotes"]),
+    ("radius = 50.0", "radius = \"50,0\"", 0, &["with a point and without quotes: 50.0"]),
+    ("radius = 50.0", "radius = true", 0, &["gap.radius", "must be a number"]),
+    ("radius = 50.0", "radius = 1979-05-27", 0, &["gap.radius", "the date"]),
+    ("radius = 50.0", "radius = [50.0]", 0, &["gap.radius", "a list of 1"]),
+    ("cells = [16, 16]", "cells = 16", 0, &["frame.cells", "a list of 2 values"]),
+    ("cells = [16, 16]", "cells = [16]", 0, &["frame.cells", "has 1 values"]),
+    ("half_width = [1.2, 1.2]", "half_width = [1,2, 1,2]", 0, &["has 4 values", "with a point"]),
+    ("cells = [16, 16]", "cells = [16.5, 16]", 0, &["frame.cells.0", "not a whole number"]),
+    ("cells = [16, 16]", "cells = [99999999999999999999, 16]", 0, &["frame.cells.0"]),
+    ("title = \"sound\"", "title = 7", 0, &["title", "a text in double quotes"]),
+    ("name = \"indent\"", "friction = \"no\"", 0, &["steps.0.friction", "true or false"]),
+    ("fibre = { tilt = 30.0, azimuth = 0.0 }", "fibre = 30.0", 0, &["body1.fibre", "a table"]),
+    // Numbers out of bounds.
+    ("radius = 50.0", "radius = -50.0", 0, &["gap.radius", "-50", "above 0"]),
+    ("radius = 50.0", "radius = 0.0", 0, &["gap.radius", "above 0"]),
+    ("radius = 50.0", "radius = nan", 0, &["gap.radius", "not a finite number"]),
+    ("radius = 50.0", "radius = inf", 0, &["gap.radius", "not a finite number"]),
+    ("radius = 50.0", "radius = 1e999", 0, &["gap.radius", "not a finite number"]),
+    ("approach = 0.02", "approach = -inf", 0, &["steps.0.approach", "not a finite number"]),
+    ("half_width = [1.2, 1.2]", "half_width = [1.2, nan]", 0, &["frame.half_width.1", "not a finite number"]),
+    ("cells = [16, 16]", "cells = [0, 16]", 0, &["frame.cells.0", "at least 1"]),
+    ("cells = [16, 16]", "cells = [-4, 16]", 0, &["frame.cells.0", "at least 1"]),
+    ("tilt = 30.0", "tilt = 100.0", 0, &["body1.fibre.tilt", "at least -90 and at most 90"]),
+    ("mu_L = 0.4", "mu_L = -0.4", 0, &["friction.mu_L", "above 0"]),
+    ("k = 1.25e-9", "k = -1.0", 0, &["wear.k", "at least 0"]),
+    ("count = 1000", "count = 0", 0, &["steps.1.cycles.count", "at least 1"]),
+    ("amplitude = 0.05", "amplitude = 0.0", 0, &["steps.1.cycles.amplitude", "above 0"]),
+    ("tolerance = 1e-8", "tolerance = 0.0", 0, &["solver.tolerance", "above 0 and below 1"]),
+    ("E = 210e3", "E = 0", 0, &["materials.steel.E", "above 0"]),
+    // What makes no sense.
+    ("nu = 0.3", "nu = 0.5", 0, &["materials.steel", "not positive definite", "between -1 and 0.5"]),
+    ("nu12 = 0.272", "nu12 = 9.0", 0, &["materials.cfrp", "not positive definite"]),
+    ("material = \"steel\"", "material = \"stel\"", 0, &["body2.material", "did you mean `steel`", "`cfrp`"]),
+    ("approach = 0.02", "approach = 0.02\nnormal_force = 3.0", 1, &["steps.0.normal_force", "not both"]),
+    (
+        "approach = 0.02",
+        "shift = { distance = 0.1 }\ntangential_force = [1.0, 0.0]",
+        1,
+        &["steps.0.tangential_force", "not both"],
+    ),
+    (
+        "approach = 0.02",
+        "approach = 0.02\nfriction = false\ntangential_force = [1.0, 0.0]",
+        2,
+        &["steps.0.tangential_force", "no friction"],
+    ),
+    ("jumps = 4", "jumps = 4000", 0, &["steps.1.cycles.jumps", "4000 jumps for 1000 cycles"]),
+    ("name = \"fretting\"", "approach = 0.03", 0, &["steps.1.approach", "besides `cycles`"]),
+    ("fibre = { tilt = 30.0, azimuth = 0.0 }\n", "", 0, &["friction.law", "neither body has"]),
+    (
+        "material = \"steel\"",
+        "material = \"steel\"\nfibre = { tilt = 0.0 }",
+        0,
+        &["friction.law", "both bodies have a fibre", "`body = 1`"],
+    ),
+    ("mu_N = 0.55", "mu_N = 0.55\nbody = 2", 1, &["friction.body", "has no `fibre`"]),
+    ("kind = \"sphere\"\nradius = 50.0", "kind = \"mesh\"", 0, &["gap.kind", "neither body has one"]),
+    (
+        "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [16, 16]",
+        "kind = \"mesh\"",
+        0,
+        &["frame.kind", "neither body has a mesh"],
+    ),
+    (
+        "kind = \"half-space\"\nmaterial = \"steel\"",
+        "kind = \"fe\"\nmaterial = \"steel\"\nmesh = \"no.msh\"\ncontact = \"c\"\nfixed = [{ group = \"b\" }]",
+        2,
+        &["body2.mesh", "no mesh file", "no.msh"],
+    ),
+    (
+        "kind = \"half-space\"\nmaterial = \"steel\"",
+        "kind = \"fe\"\nmaterial = \"steel\"\nmesh = \"no.msh\"\ncontact = \"c\"",
+        0,
+        &["nothing holds `body2`", "fixed ="],
+    ),
+    (
+        "kind = \"sphere\"\nradius = 50.0",
+        "kind = \"heights\"\nfile = \"no.csv\"",
+        1,
+        &["gap.file", "no.csv", "cannot be used"],
+    ),
+    // What a later version may do.
+    ("kind = \"half-space\"", "kind = \"be\"", 0, &["body1.kind", "not available in this version"]),
+    (
+        "approach = 0.02",
+        "approach = 0.02\ntwist = 0.1",
+        1,
+        &["steps.0.twist", "not available in this version"],
+    ),
+    (
+        "cells = [16, 16]",
+        "cells = [16, 16]\nperiodic = [true, false]",
+        1,
+        &["frame.periodic", "not available"],
+    ),
+    (
+        "tolerance = 1e-8",
+        "method = \"newton\"",
+        0,
+        &["solver.method", "not available in this version", "\"bb\""],
+    ),
+    ("jumps = 4", "jumps = 4, increments = 2", 0, &["steps.1.cycles.increments"]),
+];
+
+/// Truth: docs/scene.md and the exit codes of docs/command-line.md; one mistake each.
+#[test]
+fn each_mistake_is_refused_with_its_key_and_line() {
+    for (from, to, below, words) in TABLE {
+        let (scene, line) = changed(from, to);
+        let (code, text) = check(&scene, &[]);
+        assert_eq!(code, Some(2), "`{from}` -> `{to}`:\n{text}");
+        for word in *words {
+            assert!(text.contains(word), "`{from}` -> `{to}` lacks \"{word}\":\n{text}");
+        }
+        // A missing key or a law is shown at its table, not at the line that was changed.
+        let exact = !to.is_empty() && !words[0].contains("law") && !words[0].contains("lacks");
+        let place = format!("scene.toml:{}:", line + below);
+        let at_table = words[0].starts_with("materials") || words[0].starts_with("nothing holds");
+        assert!(!exact || at_table || text.contains(&place), "`{from}` -> `{to}` lacks {place}\n{text}");
+        assert!(text.contains("[scene.toml:"), "no place in the file:\n{text}");
+    }
+}
+
+/// Truth: independent mistakes do not hide one another.
+#[test]
+fn mistakes_are_reported_together() {
+    let mut scene = SOUND.to_owned();
+    for (from, to) in [
+        ("radius = 50.0", "raduis = -50.0"),
+        ("nu = 0.3", "nu = 0.7"),
+        ("material = \"cfrp\"", "material = \"cfrpp\""),
+        ("cells = [16, 16]", "cells = [0, 16]"),
+        ("approach = 0.02", "approach = \"deep\""),
+        ("jumps = 4", "jumps = 4000"),
+    ] {
+        scene = scene.replacen(from, to, 1);
+    }
+    let (code, text) = check(&scene, &["--set", "solver.tolerance=-1"]);
+    assert_eq!(code, Some(2));
+    for word in [
+        "gap.raduis",
+        "materials.steel",
+        "body1.material",
+        "frame.cells.0",
+        "steps.0.approach",
+        "steps.1.cycles.jumps",
+        "--set solver.tolerance=-1",
+        "7 mistakes in scene.toml",
+    ] {
+        assert!(text.contains(word), "lacks \"{word}\":\n{text}");
+    }
+}
+
+/// Truth: docs/command-line.md; a mistake in an override names the option.
+#[test]
+fn overrides_are_checked_like_the_file() {
+    for (option, words) in [
+        ("gap.raduis=3", &["gap.raduis", "did you mean `radius`"][..]),
+        ("gap.radius=-3", &["gap.radius", "above 0"]),
+        ("gap.radius", &["has no `=`"]),
+        ("=3", &["is not a key"]),
+        ("gap..radius=3", &["is not a key"]),
+        ("gap.radius=3,5", &["not a TOML value"]),
+        ("steps.7.approach=0.1", &["no element `7`"]),
+        ("steps.indnt.approach=0.1", &["no element `indnt`"]),
+        ("gap.radius.x=1", &["not a table"]),
+        ("solver.method=newtn", &["\"newtn\"", "\"bb\""]),
+    ] {
+        let (code, text) = check(SOUND, &["--set", option]);
+        assert_eq!(code, Some(2), "{option}\n{text}");
+        assert!(text.contains(&format!("--set {option}")), "{option}\n{text}");
+        for word in words {
+            assert!(text.contains(word), "{option} lacks \"{word}\"\n{text}");
+        }
+    }
+    for option in ["gap.radius=25", "steps.indent.approach=0.01", "steps.0.approach=0.01", "solver.method=bb"]
+    {
+        let (code, text) = check(SOUND, &["--set", option]);
+        assert_eq!(code, Some(0), "{option}\n{text}");
+    }
+}
+
+/// Truth: TOML 1.1 (byte order mark and either line end are allowed; text is UTF-8).
+#[test]
+fn encodings() {
+    let folder = tempfile::tempdir().unwrap();
+    let crlf = SOUND.replace('\n', "\r\n");
+    let bom = format!("\u{feff}{SOUND}");
+    for sound in [crlf.as_bytes(), bom.as_bytes()] {
+        let (code, text) = check_bytes(folder.path(), sound, &[]);
+        assert_eq!(code, Some(0), "{text}");
+    }
+    for wrong in [crlf.replace("raduis", "").replace("radius", "raduis"), bom.replace("radius", "raduis")] {
+        let (code, text) = check_bytes(folder.path(), wrong.as_bytes(), &[]);
+        assert_eq!(code, Some(2), "{text}");
+        assert!(text.contains("[scene.toml:26:1]") && text.contains("raduis = 50.0"), "{text}");
+    }
+    let latin1 = SOUND.replace("sound", "S\u{1}").into_bytes();
+    let latin1: Vec<u8> = latin1.into_iter().map(|byte| if byte == 1 { 0xE9 } else { byte }).collect();
+    let utf16: Vec<u8> = SOUND.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, word) in [
+        (latin1, "not UTF-8"),
+        (Vec::new(), "the scene lacks `body1`"),
+        (b"# only a comment\n".to_vec(), "the scene lacks `steps`"),
+        (vec![0xff, 0xfe, 0x00], "not UTF-8"),
+        (utf16, "not valid TOML"),
+        ("[".repeat(100_000).into_bytes(), "not valid TOML"),
+        (format!("a = {}", "[".repeat(50_000)).into_bytes(), "not valid TOML"),
+    ] {
+        let (code, text) = check_bytes(folder.path(), &bytes, &[]);
+        assert_eq!(code, Some(2), "{}", &text[..text.len().min(2000)]);
+        assert!(text.contains(word), "lacks \"{word}\": {}", &text[..text.len().min(2000)]);
+    }
+}
+
+/// Truth: exit codes of docs/command-line.md.
+#[test]
+fn scenes_that_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["check", "missing.toml"][..],
+        &["check", "."],
+        &["run", "missing.toml"],
+        &["run"],
+        &["run", "a.toml", "--threads", "0"],
+        &["run", "a.toml", "--threads", "many"],
+        &["run", "a.toml", "--resume"],
+        &["walk", "a.toml"],
+        &["check", "a.toml", "--sett", "x=1"],
+    ] {
+        let output = assert_cmd::Command::cargo_bin("orthowear")
+            .unwrap()
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
+        assert!(!text.is_empty(), "{arguments:?}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a refused run leaves nothing behind");
+}

@@ -62,6 +62,6 @@ pub enum Material {
     /// All constants as a symmetric 6 x 6 stiffness.
     Stiffness {
         /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
-        C: [[f64; 6]; 6],
+        C: Box<[[f64; 6]; 6]>,
     },
 }

@@ -17,7 +17,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
     match body {
         Body::Rigid {} => Some(BodySpec::Rigid),
         Body::HalfSpace { material, fibre } => {
-            elastic(r, key, &material, fibre, materials).map(BodySpec::HalfSpace)
+            elastic(r, key, &material, fibre, materials).map(|elastic| BodySpec::HalfSpace(Box::new(elastic)))
         }
         Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
     }
@@ -39,7 +39,12 @@ fn elastic(
         } else if names.is_empty() {
             mend = format!("add a table [materials.{name}]");
         }
-        r.wrong(&format!("{key}.material"), format!("the material `{name}` is not defined"), "not defined", mend);
+        r.wrong(
+            &format!("{key}.material"),
+            format!("the material `{name}` is not defined"),
+            "not defined",
+            mend,
+        );
         return None;
     };
     let (stiffness, isotropic) = found.clone()?;
@@ -102,11 +107,7 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
         if displaced.value.len() != displaced.components.len() {
             r.wrong(
                 &format!("{key}.displaced.{i}.value"),
-                format!(
-                    "{} values for {} components",
-                    displaced.value.len(),
-                    displaced.components.len()
-                ),
+                format!("{} values for {} components", displaced.value.len(), displaced.components.len()),
                 "one value per component",
                 "give one value for each of `components`, in their order",
             );

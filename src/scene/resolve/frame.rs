@@ -35,9 +35,8 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
 fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2]) -> Option<usize> {
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = bodies else { return None };
-    let faces = [body1, body2].map(|body| {
-        body.fe().map(|fe| group_faces(&fe.mesh, &fe.contact).map_or(0, |faces| faces.len()))
-    });
+    let faces = [body1, body2]
+        .map(|body| body.fe().map(|fe| group_faces(&fe.mesh, &fe.contact).map_or(0, |faces| faces.len())));
     match (wanted, faces) {
         (None, [None, None]) => {
             let message = "the frame takes the faces of a meshed body, but neither body has a mesh";
@@ -49,7 +48,12 @@ fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2
             let index = usize::from(body == 2);
             if faces[index].is_none() {
                 let message = format!("the frame takes the faces of body {body}, which has no mesh");
-                r.wrong("frame.body", message, "no mesh", format!("write body = {}, or kind = \"grid\"", 3 - body));
+                r.wrong(
+                    "frame.body",
+                    message,
+                    "no mesh",
+                    format!("write body = {}, or kind = \"grid\"", 3 - body),
+                );
                 return None;
             }
             Some(index)
@@ -72,9 +76,10 @@ pub(super) fn resolve_gap(
         Gap::Ellipsoid { radii, angle, offset } => {
             plain(GapShape::Ellipsoid { radii: radii.map(|x| x.0), angle: turned(angle) }, offset)
         }
-        Gap::Cylinder { radius, angle, exact, offset } => {
-            InitialGap { exact, ..plain(GapShape::Cylinder { radius: radius.0, angle: turned(angle) }, offset) }
-        }
+        Gap::Cylinder { radius, angle, exact, offset } => InitialGap {
+            exact,
+            ..plain(GapShape::Cylinder { radius: radius.0, angle: turned(angle) }, offset)
+        },
         Gap::Cone { slope, offset } => plain(GapShape::Cone { slope: slope.to_radians() }, offset),
         Gap::Flat {} => GapShape::Flat.into(),
         Gap::Power { exponent, coefficient, offset } => {
@@ -104,15 +109,16 @@ fn heights(
     frame: Option<&FrameSpec>,
 ) -> Option<Heights> {
     let path = r.document.folder.join(file);
-    let rows = match std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| parse_rows(&text)) {
-        Ok(rows) => rows,
-        Err(why) => {
-            let message = format!("the file of heights {} cannot be used: {why}", path.display());
-            let mend = "a CSV file of numbers: one line per index along x, one column per index along y";
-            r.wrong("gap.file", message, "this file", mend);
-            return None;
-        }
-    };
+    let rows =
+        match std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| parse_rows(&text)) {
+            Ok(rows) => rows,
+            Err(why) => {
+                let message = format!("the file of heights {} cannot be used: {why}", path.display());
+                let mend = "a CSV file of numbers: one line per index along x, one column per index along y";
+                r.wrong("gap.file", message, "this file", mend);
+                return None;
+            }
+        };
     let shape = [rows.len(), rows[0].len()];
     if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
         && *cells != shape
@@ -121,7 +127,12 @@ fn heights(
             "the file has {} lines of {} values, the frame {} x {} cells",
             shape[0], shape[1], cells[0], cells[1]
         );
-        r.wrong("gap.file", message, "one value per cell", "match frame.cells, or give `spacing` to interpolate");
+        r.wrong(
+            "gap.file",
+            message,
+            "one value per cell",
+            "match frame.cells, or give `spacing` to interpolate",
+        );
         return None;
     }
     Some(Heights { values: rows.concat(), shape, spacing })

@@ -118,7 +118,12 @@ fn fibre(
         }
         (None, [Some(_), Some(_)]) => {
             let message = format!("both bodies have a fibre; {section} does not say whose counts");
-            r.wrong(&format!("{section}.law"), message, "whose fibre?", "add `body = 1` or `body = 2` to [friction]");
+            r.wrong(
+                &format!("{section}.law"),
+                message,
+                "whose fibre?",
+                "add `body = 1` or `body = 2` to [friction]",
+            );
             None
         }
     }

@@ -21,11 +21,16 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
         let stiffness = found.and_then(|material| match stiffness(&material) {
             Ok(stiffness) => Some((stiffness, matches!(material, Material::Isotropic { .. }))),
             Err(error) => {
+                let mend = if matches!(material, Material::Isotropic { .. }) {
+                    "E above 0 and nu between -1 and 0.5, both excluded"
+                } else {
+                    "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
+                };
                 r.wrong(
                     &key,
                     format!("the material `{name}` is not admissible: {}", error.message()),
                     "not admissible",
-                    "check the constants: nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i",
+                    mend,
                 );
                 None
             }
@@ -54,6 +59,6 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
                 nu23,
             })
         }
-        Material::Stiffness { C } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
+        Material::Stiffness { ref C } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
     }
 }

@@ -94,12 +94,18 @@ fn cycles_alone(r: &mut Resolver, key: &str, keys: &Keys) {
         ("tangential_force", keys.tangential_force.is_some()),
     ];
     for (name, _) in others.iter().filter(|(_, there)| *there) {
-        let message = format!("`{name}` stands besides `cycles`, which move about the position at the step's start");
+        let message =
+            format!("`{name}` stands besides `cycles`, which move about the position at the step's start");
         r.wrong(&format!("{key}.{name}"), message, "besides `cycles`", "prescribe it in a step before");
     }
     if keys.increments.0 != 1 {
         let message = "`increments` does not apply to `cycles`";
-        r.wrong(&format!("{key}.increments"), message, "besides `cycles`", "remove it; `cycles.jumps` divides cycles");
+        r.wrong(
+            &format!("{key}.increments"),
+            message,
+            "besides `cycles`",
+            "remove it; `cycles.jumps` divides cycles",
+        );
     }
     if let Some(cycles) = keys.cycles
         && cycles.jumps.0 as u64 > cycles.count
