@@ -2,12 +2,46 @@
 //!
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
+mod clip;
+mod edges;
+pub mod faces;
 pub mod gap;
 pub mod grid;
+pub mod map;
+mod search;
+mod shape_integrals;
 
 use crate::geometry::{Point, Triad};
 
 pub use gap::{GapShape, InitialGap};
+pub use map::FaceMap;
+
+/// Which of the two bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Body 1, below; its outward normal is n.
+    One,
+    /// Body 2, above; its outward normal is -n. Tractions P act on it.
+    Two,
+}
+
+impl Side {
+    /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::One => -1.0,
+            Self::Two => 1.0,
+        }
+    }
+
+    /// "body 1" or "body 2".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::One => "body 1",
+            Self::Two => "body 2",
+        }
+    }
+}
 
 /// Layout of a uniform grid frame; cell (ix, iy) has index `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,5 +102,3 @@ impl ContactFrame {
         self.triads.iter().all(|triad| triad.normal() == first).then_some(first)
     }
 }
-
-mod edges;

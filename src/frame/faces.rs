@@ -1,0 +1,78 @@
+//! Frames whose cells are the faces of a meshed body.
+
+use super::clip::area_and_centroid;
+use super::{ContactFrame, Side};
+use crate::error::{Context, Error, Result};
+use crate::geometry::{Point, Triad};
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces};
+
+impl ContactFrame {
+    /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
+    ///
+    /// A cell is its face seen along its mean normal (the direction of its vector area): area, centroid and
+    /// corners are those of the face itself where it is plane. The normal is the outward one on body 1 and its
+    /// opposite on body 2; the local x follows the direction `azimuth` (radians from global x). `center` is the
+    /// origin of gap shapes and moments in global x, y; its z is the mean height of the cells.
+    ///
+    /// # Errors
+    /// If the group is missing or not made of outer faces, a face has no area, or none is there.
+    pub fn from_faces(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
+        let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
+        let mut frame = Self {
+            centers: Vec::with_capacity(faces.len()),
+            corners: Vec::with_capacity(faces.len()),
+            areas: Vec::with_capacity(faces.len()),
+            triads: Vec::with_capacity(faces.len()),
+            origin: Point::new(center[0], center[1], 0.0),
+            azimuth,
+            grid: None,
+        };
+        let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
+        for face in &faces {
+            frame.push_face(mesh, face, side, toward)?;
+        }
+        let total: f64 = frame.areas.iter().sum();
+        let height: f64 = frame.areas.iter().zip(&frame.centers).map(|(area, x)| area * x.z).sum();
+        frame.origin.z = height / total;
+        Ok(frame)
+    }
+
+    fn push_face(&mut self, mesh: &Mesh, face: &SurfaceFace, side: Side, toward: Point) -> Result<()> {
+        let mut corners: Vec<Point> =
+            face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect();
+        if side == Side::Two {
+            corners.reverse();
+        }
+        let vector_area = vector_area(&corners);
+        let size = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
+        if vector_area.norm() <= 1e-12 * size {
+            return Err(Error::input(format!(
+                "element {} ({}) of {} has no area: mend the mesh there",
+                face.tag,
+                face.kind.name(),
+                mesh.source
+            )));
+        }
+        let triad = Triad::from_normal(vector_area, toward);
+        let mean = corners.iter().sum::<Point>() / corners.len() as f64;
+        let plane: Vec<[f64; 2]> = corners
+            .iter()
+            .map(|x| {
+                let local = triad.to_local(&(x - mean));
+                [local.x, local.y]
+            })
+            .collect();
+        let (area, [x, y]) = area_and_centroid(&plane);
+        self.centers.push(mean + triad.to_global(&Point::new(x, y, 0.0)));
+        self.corners.push(corners);
+        self.areas.push(area);
+        self.triads.push(triad);
+        Ok(())
+    }
+}
+
+/// Integral of the normal over the polygon, its corners joined to the first one.
+pub(super) fn vector_area(corners: &[Point]) -> Point {
+    corners[1..].windows(2).map(|pair| 0.5 * (pair[0] - corners[0]).cross(&(pair[1] - corners[0]))).sum()
+}
