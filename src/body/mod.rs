@@ -1,5 +1,7 @@
 //! Elastic bodies as the contact sees them: a flexibility on the frame, and the recovery of their fields.
 
+pub mod condensed;
+
 use crate::error::Result;
 use crate::linalg::operator::Flexibility;
 

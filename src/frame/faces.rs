@@ -41,7 +41,7 @@ impl ContactFrame {
     fn push_face(&mut self, mesh: &Mesh, face: &SurfaceFace, side: Side, toward: Point) -> Result<()> {
         let mut corners: Vec<Point> =
             face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect();
-        if side == Side::Two {
+        if side == Side::Upper {
             corners.reverse();
         }
         let vector_area = vector_area(&corners);

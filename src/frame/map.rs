@@ -16,7 +16,7 @@ use super::shape_integrals::{Facing, PlaneFace};
 use super::{ContactFrame, Side};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::geometry::Point;
+use crate::geometry::{Point, Triad};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
@@ -29,6 +29,8 @@ pub struct FaceMap {
     nodes: Vec<usize>,
     rows: Rows,
     columns: Rows,
+    triads: Vec<Triad>,
+    areas: Vec<f64>,
 }
 
 /// Compressed sparse rows of weights.
@@ -94,7 +96,7 @@ impl FaceMap {
             .collect();
         let rows = Rows::from_lists(&lists);
         let columns = rows.transposed(nodes.len());
-        Ok(Self { nodes, rows, columns })
+        Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
     /// Mesh nodes that the cells touch (the contact nodes), ascending, `[n_c]`.
@@ -107,35 +109,64 @@ impl FaceMap {
         self.rows.n_rows()
     }
 
+    /// Local axes of the cells.
+    pub fn triads(&self) -> &[Triad] {
+        &self.triads
+    }
+
+    /// Areas of the cells, mm2.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// Entries (cell, weight) of a contact node's column.
+    pub fn column(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.columns.row(node)
+    }
+
     /// Entries (contact node, weight) of a cell's row.
     pub fn row(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.rows.row(cell)
     }
 
     /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes; overwrites.
-    pub fn apply(&self, frame: &ContactFrame, nodal: &[f64], local: &mut [f64]) {
+    pub fn apply(&self, nodal: &[f64], local: &mut [f64]) {
         let n = self.n_cells();
         for cell in 0..n {
             let mut mean = Point::zeros();
             for (node, weight) in self.rows.row(cell) {
                 mean += weight * Point::new(nodal[3 * node], nodal[3 * node + 1], nodal[3 * node + 2]);
             }
-            let mean = frame.triads[cell].to_local(&mean);
+            let mean = self.triads[cell].to_local(&mean);
             (0..3).for_each(|k| local[k * n + cell] = mean[k]);
         }
     }
 
     /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes
     /// (MPa); overwrites.
-    pub fn apply_transpose(&self, frame: &ContactFrame, tractions: &[f64], forces: &mut [f64]) {
+    pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {
             let mut sum = Point::zeros();
             for (cell, weight) in self.columns.row(node) {
                 let local = Point::new(tractions[cell], tractions[n + cell], tractions[2 * n + cell]);
-                sum += frame.triads[cell].to_global(&local) * (weight * frame.areas[cell]);
+                sum += self.triads[cell].to_global(&local) * (weight * self.areas[cell]);
             }
             force.copy_from_slice(sum.as_slice());
+        }
+    }
+
+    /// Cell averages `[N]` of nodal scalars `[n_c]`; overwrites.
+    pub fn average(&self, nodal: &[f64], cells: &mut [f64]) {
+        for (cell, mean) in cells.iter_mut().enumerate() {
+            *mean = self.rows.row(cell).map(|(node, weight)| weight * nodal[node]).sum();
+        }
+    }
+
+    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`; overwrites.
+    pub fn spread(&self, cells: &[f64], nodal: &mut [f64]) {
+        for (node, sum) in nodal.iter_mut().enumerate() {
+            *sum = self.columns.row(node).map(|(cell, weight)| weight * self.areas[cell] * cells[cell]).sum();
         }
     }
 
@@ -164,7 +195,7 @@ struct SpaceFaces<'a> {
     faces: Vec<SpaceFace<'a>>,
     bins: Bins,
     /// The plane of the search.
-    mean: crate::geometry::Triad,
+    mean: Triad,
     /// Largest distance between cells and faces along the mean normal.
     depth: f64,
 }
@@ -182,7 +213,7 @@ impl<'a> SpaceFaces<'a> {
         let faces: Vec<SpaceFace> =
             faces.iter().map(|face| SpaceFace::new(mesh, face, side)).collect::<Result<_>>()?;
         let normal: Point = frame.corners.iter().map(|corners| vector_area(corners)).sum();
-        let mean = crate::geometry::Triad::from_normal(normal, Point::x());
+        let mean = Triad::from_normal(normal, Point::x());
         let in_plane = |x: &Point| {
             let local = mean.to_local(x);
             [local.x, local.y]
@@ -284,7 +315,7 @@ impl<'a> SpaceFace<'a> {
             )));
         }
         let mut nodes = face.nodes.clone();
-        if side == Side::Two {
+        if side == Side::Upper {
             nodes.reverse();
         }
         let corners: Vec<Point> = nodes.iter().map(|&node| Point::from(mesh.points[node])).collect();

@@ -20,25 +20,25 @@ pub use map::FaceMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Body 1, below; its outward normal is n.
-    One,
+    Lower,
     /// Body 2, above; its outward normal is -n. Tractions P act on it.
-    Two,
+    Upper,
 }
 
 impl Side {
     /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
     pub fn sign(self) -> f64 {
         match self {
-            Self::One => -1.0,
-            Self::Two => 1.0,
+            Self::Lower => -1.0,
+            Self::Upper => 1.0,
         }
     }
 
     /// "body 1" or "body 2".
     pub fn name(self) -> &'static str {
         match self {
-            Self::One => "body 1",
-            Self::Two => "body 2",
+            Self::Lower => "body 1",
+            Self::Upper => "body 2",
         }
     }
 }

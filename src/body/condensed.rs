@@ -1,0 +1,110 @@
+//! Flexibility on the frame of a body that is condensed to its contact nodes.
+
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+
+use crate::frame::FaceMap;
+use crate::geometry::Point;
+use crate::linalg::operator::Flexibility;
+use crate::linalg::packed::PackedSymmetric;
+
+/// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.
+///
+/// Symmetric in the area-weighted sense because F is and the same I serves forces and displacements.
+///
+/// # Source
+/// formulation 3.3.
+pub struct CondensedFlexibility {
+    map: FaceMap,
+    nodal: PackedSymmetric,
+    normal: NormalPart,
+    scratch: Mutex<Scratch>,
+    /// Tractions and gaps of the full normal path, `[3, N]`.
+    planes: Mutex<[Vec<f64>; 2]>,
+}
+
+/// How normal gaps follow from pressures.
+enum NormalPart {
+    /// All cells have the normal of the first one: n^T F n, `[n_c, n_c]`.
+    Common(PackedSymmetric),
+    /// By the full operator.
+    Full,
+}
+
+struct Scratch {
+    forces: Vec<f64>,
+    displacements: Vec<f64>,
+}
+
+impl CondensedFlexibility {
+    /// Operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof
+    /// 3 node + component, global axes, mm/N).
+    pub fn new(map: FaceMap, entry: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+        let n_nodes = map.nodes().len();
+        let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry);
+        let first = map.triads()[0].normal();
+        let common = map.triads().iter().all(|triad| triad.normal() == first);
+        let normal = if common { NormalPart::Common(along(&nodal, first)) } else { NormalPart::Full };
+        let n_cells = if common { 0 } else { 3 * map.n_cells() };
+        let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
+        let planes = Mutex::new([vec![0.0; n_cells], vec![0.0; n_cells]]);
+        Self { map, nodal, normal, scratch: Mutex::new(scratch), planes }
+    }
+
+    fn diagonal_block(&self, cell: usize) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        for (i, weight_i) in self.map.row(cell) {
+            for (j, weight_j) in self.map.row(cell) {
+                let weight = weight_i * weight_j;
+                block += Matrix3::from_fn(|a, b| weight * self.nodal.at(3 * i + a, 3 * j + b));
+            }
+        }
+        let axes = self.map.triads()[cell].0;
+        axes.transpose() * block * axes * self.map.areas()[cell]
+    }
+}
+
+/// n^T F n for every pair of nodes.
+fn along(nodal: &PackedSymmetric, normal: Point) -> PackedSymmetric {
+    PackedSymmetric::from_lower(nodal.n() / 3, |i, j| {
+        let block = Matrix3::from_fn(|a, b| nodal.at(3 * i + a, 3 * j + b));
+        normal.dot(&(block * normal))
+    })
+}
+
+impl Flexibility for CondensedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.map.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let Scratch { forces, displacements, .. } = &mut *scratch;
+        self.map.apply_transpose(tractions, forces);
+        self.nodal.multiply(forces, displacements);
+        self.map.apply(displacements, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let n = self.n_cells();
+        let NormalPart::Common(reduced) = &self.normal else {
+            let mut planes = self.planes.lock().expect("no panic while the planes are held");
+            let [tractions, gap] = &mut *planes;
+            tractions[2 * n..].copy_from_slice(pressure);
+            self.apply(tractions, gap);
+            normal_gap.copy_from_slice(&gap[2 * n..]);
+            return;
+        };
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let Scratch { forces, displacements, .. } = &mut *scratch;
+        let n_nodes = reduced.n();
+        self.map.spread(pressure, &mut forces[..n_nodes]);
+        reduced.multiply(&forces[..n_nodes], &mut displacements[..n_nodes]);
+        self.map.average(&displacements[..n_nodes], normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
+    }
+}
