@@ -1,9 +1,16 @@
 //! Elastic bodies as the contact sees them: a flexibility on the frame, and the recovery of their fields.
 
 pub mod condensed;
+pub mod half_space;
+pub mod rigid;
 
+use crate::bem::half_space::SurfaceGreen;
 use crate::error::Result;
+use crate::frame::ContactFrame;
 use crate::linalg::operator::Flexibility;
+
+pub use half_space::HalfSpaceBody;
+pub use rigid::RigidBody;
 
 /// Displacement (and stress) of a body at the points of its own surface or volume, for output.
 #[derive(Debug, Clone, Default)]
@@ -14,22 +21,39 @@ pub struct BodyField {
     pub stress: Vec<[f64; 6]>,
 }
 
-/// A body tied to a contact frame.
+/// A body tied to a contact frame. The frame given to its methods is the one it was made for.
 pub trait ElasticBody: Send + Sync {
-    /// What the body is, for the plan ("half-space, steel", "finite elements, 12 345 unknowns").
+    /// What the body is, for the plan ("half-space", "finite elements, 12 345 unknowns").
     fn describe(&self) -> String;
+
+    /// The surface Green's function in the frame's axes, if the body is a half-space.
+    fn green(&self) -> Option<&SurfaceGreen> {
+        None
+    }
 
     /// Takes the body's flexibility on the frame (gap change per traction on body 2); `None` if rigid.
     /// May be called once.
-    fn take_flexibility(&mut self) -> Option<Box<dyn Flexibility>>;
+    ///
+    /// # Errors
+    /// If the operator cannot be made (memory), or was taken before.
+    fn take_flexibility(&mut self, frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>>;
 
     /// The gap change that the body's own loads and prescribed displacements cause, `[3, N]` by planes, mm;
     /// `None` if there are none.
-    fn free_gap(&self) -> Option<&[f64]>;
+    fn free_gap(&self) -> Option<&[f64]> {
+        None
+    }
 
-    /// Fields at the points of the body's output mesh for tractions on body 2, `[3, N]` by planes.
+    /// Mean height of the body's meshed surface over each cell, along the cell's normal from its centre, `[N]`,
+    /// mm; `None` if its surface is the plane of the frame.
+    fn heights(&self) -> Option<&[f64]> {
+        None
+    }
+
+    /// Fields at the points of the body's output mesh (cells of the frame where it has none) for tractions on
+    /// body 2, `[3, N]` by planes.
     ///
     /// # Errors
     /// If a back-substitution fails.
-    fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
+    fn recover(&self, frame: &ContactFrame, tractions: &[f64]) -> Result<BodyField>;
 }

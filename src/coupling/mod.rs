@@ -1,1 +1,127 @@
-//! (to be filled)
+//! The two bodies tied to one frame: g = g_free + S P + w.
+
+use crate::bem::half_space::SurfaceGreen;
+use crate::body::ElasticBody;
+use crate::body::half_space::half_space_flexibility;
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, GapShape, InitialGap};
+use crate::linalg::operator::{Flexibility, SumFlexibility};
+
+/// How the equations of the bodies and of the frame are brought together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coupling {
+    /// Each body is eliminated on its own; the flexibilities on the frame are summed (formulation 3.3).
+    #[default]
+    Schur,
+    /// The assembled system of bodies and frame, factored as a whole (formulation 3.2); the reference path.
+    Block,
+}
+
+/// What was not computed because the scene does not need it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Skipped {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+}
+
+/// Two bodies tied to a frame.
+pub struct Coupled {
+    /// S: gap change per traction on body 2.
+    pub flexibility: Box<dyn Flexibility>,
+    /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
+    pub free_gap: Vec<f64>,
+    /// What was skipped.
+    pub skipped: Vec<Skipped>,
+}
+
+impl Coupled {
+    /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes: the free gap plus the distance `normal`
+    /// `[N]` of the undeformed surfaces.
+    pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
+        let mut gap = self.free_gap.clone();
+        let n = normal.len();
+        gap[2 * n..].iter_mut().zip(normal).for_each(|(g, distance)| *g += distance);
+        gap
+    }
+}
+
+/// Ties two bodies to `frame`.
+///
+/// # Errors
+/// If both bodies are rigid, or an operator cannot be made.
+pub fn couple(
+    body1: &mut dyn ElasticBody,
+    body2: &mut dyn ElasticBody,
+    frame: &ContactFrame,
+    coupling: Coupling,
+) -> Result<Coupled> {
+    let mut skipped = Vec::new();
+    let flexibility = match coupling {
+        Coupling::Schur => sum_of_flexibilities(body1, body2, frame, &mut skipped)?,
+        Coupling::Block => return Err(Error::input("solver.coupling = \"block\" is not there yet; use \"schur\"")),
+    };
+    let mut free_gap = vec![0.0; 3 * frame.n_cells()];
+    for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
+        free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
+    }
+    Ok(Coupled { flexibility, free_gap, skipped })
+}
+
+/// S = S_1 + S_2; two half-spaces go into one operator of their summed Green's function.
+fn sum_of_flexibilities(
+    body1: &mut dyn ElasticBody,
+    body2: &mut dyn ElasticBody,
+    frame: &ContactFrame,
+    skipped: &mut Vec<Skipped>,
+) -> Result<Box<dyn Flexibility>> {
+    if let (Some(lower), Some(upper)) = (body1.green(), body2.green()) {
+        skipped.push(Skipped {
+            what: "second half-space operator".into(),
+            why: "the Green's functions of both half-spaces are summed into one operator".into(),
+        });
+        return half_space_flexibility(&SurfaceGreen::sum(&[lower, upper]), frame);
+    }
+    let mut parts = Vec::new();
+    for (name, body) in [("body 1", body1), ("body 2", body2)] {
+        match body.take_flexibility(frame)? {
+            Some(part) => parts.push(part),
+            None => skipped.push(Skipped { what: format!("flexibility of {name}"), why: "it is rigid".into() }),
+        }
+    }
+    match parts.len() {
+        0 => Err(Error::input(
+            "both bodies are rigid: their contact has no unique tractions; make at least one of body1.kind and \
+             body2.kind \"fe\" or \"half-space\"",
+        )),
+        1 => Ok(parts.remove(0)),
+        _ => Ok(Box::new(SumFlexibility::new(parts))),
+    }
+}
+
+/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm.
+///
+/// A shape "mesh" takes it from the bodies: mean height of body 2's faces over the cell minus that of body 1's
+/// (the plane z = 0 where a body has no mesh), its smallest value being the first touch.
+///
+/// # Errors
+/// If the shape is not admissible, or is "mesh" and neither body has one.
+pub fn surface_distance(
+    gap: &InitialGap,
+    frame: &ContactFrame,
+    body1: &dyn ElasticBody,
+    body2: &dyn ElasticBody,
+) -> Result<Vec<f64>> {
+    let (lower, upper) = (body1.heights(), body2.heights());
+    if gap.shape != GapShape::Mesh || (lower.is_none() && upper.is_none()) {
+        return gap.evaluate(frame);
+    }
+    let plane = |cell: usize| -frame.centers[cell].z / frame.triads[cell].normal().z;
+    let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
+    let mut distance: Vec<f64> =
+        (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
+    let least = distance.iter().copied().fold(f64::INFINITY, f64::min);
+    distance.iter_mut().for_each(|d| *d -= least);
+    Ok(distance)
+}

@@ -27,7 +27,7 @@ pub enum Side {
 
 impl Side {
     /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
-    pub fn sign(self) -> f64 {
+    pub fn gap_sign(self) -> f64 {
         match self {
             Self::Lower => -1.0,
             Self::Upper => 1.0,

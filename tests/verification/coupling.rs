@@ -1,1 +1,4 @@
-//! (filled by its part)
+//! Maps between frame and faces, patch test, Schur complement against the assembled block system.
+
+mod bricks;
+mod maps;

@@ -1,0 +1,106 @@
+//! Elastic half-spaces below or above a plane frame.
+
+use std::sync::OnceLock;
+
+use super::{BodyField, ElasticBody};
+use crate::bem::half_space::{DenseFlexibility, FftFlexibility, PatchIntegrator, SurfaceGreen};
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, Side};
+use crate::geometry::{Point, Triad};
+use crate::linalg::operator::Flexibility;
+use crate::material::Stiffness;
+
+/// Largest angle (radians) between a cell's axes and the plane's.
+const FLAT: f64 = 1e-6;
+
+/// A half-space of any anisotropy whose surface is the plane of the frame.
+pub struct HalfSpaceBody {
+    side: Side,
+    green: SurfaceGreen,
+    /// Its own operator, made when fields are asked for.
+    operator: OnceLock<Box<dyn Flexibility>>,
+}
+
+impl HalfSpaceBody {
+    /// Half-space on `side` of `frame`, its stiffness in global axes.
+    ///
+    /// # Errors
+    /// If the frame is not plane, or the surface Green's function of the material does not converge.
+    pub fn new(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> Result<Self> {
+        let axes = plane_axes(frame)?;
+        // Active rotation by the inverse of the axes gives the components in those axes.
+        let local = stiffness.rotated(&axes.0.transpose());
+        Ok(Self { side, green: SurfaceGreen::new(&local, side)?, operator: OnceLock::new() })
+    }
+}
+
+/// The common axes of a plane frame.
+fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
+    let first = frame.triads.first().ok_or_else(|| Error::input("the contact frame has no cells"))?;
+    let (origin, size) = (frame.centers[0], frame.areas.iter().sum::<f64>().sqrt());
+    for (cell, (triad, center)) in frame.triads.iter().zip(&frame.centers).enumerate() {
+        let tilt = (triad.0 - first.0).amax();
+        let height = first.normal().dot(&(center - origin)).abs();
+        if tilt > FLAT || height > FLAT * size {
+            return Err(Error::input(format!(
+                "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} mm out of the plane of \
+                 the first one and turned by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected \
+                 on it)",
+                tilt.to_degrees()
+            )));
+        }
+    }
+    Ok(*first)
+}
+
+/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, dense elsewhere.
+///
+/// # Errors
+/// If memory does not suffice.
+pub fn half_space_flexibility(green: &SurfaceGreen, frame: &ContactFrame) -> Result<Box<dyn Flexibility>> {
+    let integrator = PatchIntegrator::new(green);
+    if let Some(grid) = frame.grid {
+        return Ok(Box::new(FftFlexibility::new(&integrator, grid.cells, grid.spacing)?));
+    }
+    let axes = plane_axes(frame)?;
+    let flat = |x: &Point| {
+        let local = axes.to_local(&(x - frame.origin));
+        [local.x, local.y]
+    };
+    let corners: Vec<Vec<[f64; 2]>> = frame.corners.iter().map(|c| c.iter().map(flat).collect()).collect();
+    let centers: Vec<[f64; 2]> = frame.centers.iter().map(flat).collect();
+    Ok(Box::new(DenseFlexibility::new(&integrator, &corners, &centers, &frame.areas)?))
+}
+
+impl ElasticBody for HalfSpaceBody {
+    fn describe(&self) -> String {
+        "half-space".into()
+    }
+
+    fn green(&self) -> Option<&SurfaceGreen> {
+        Some(&self.green)
+    }
+
+    fn take_flexibility(&mut self, frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>> {
+        half_space_flexibility(&self.green, frame).map(Some)
+    }
+
+    /// Displacement at the centres of the cells.
+    fn recover(&self, frame: &ContactFrame, tractions: &[f64]) -> Result<BodyField> {
+        if self.operator.get().is_none() {
+            // A second thread may have been faster; both operators are equal.
+            let _ = self.operator.set(half_space_flexibility(&self.green, frame)?);
+        }
+        let operator = self.operator.get().expect("set above");
+        let n = frame.n_cells();
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(tractions, &mut gap);
+        let displacement = (0..n)
+            .map(|i| {
+                let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * self.side.gap_sign();
+                frame.triads[i].to_global(&share).into()
+            })
+            .collect();
+        Ok(BodyField { displacement, stress: Vec::new() })
+    }
+}

@@ -1,0 +1,24 @@
+//! Bodies that do not deform.
+
+use super::{BodyField, ElasticBody};
+use crate::error::Result;
+use crate::frame::ContactFrame;
+use crate::linalg::operator::Flexibility;
+
+/// A rigid body: it has no flexibility and no row in the block system.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RigidBody;
+
+impl ElasticBody for RigidBody {
+    fn describe(&self) -> String {
+        "rigid".into()
+    }
+
+    fn take_flexibility(&mut self, _frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>> {
+        Ok(None)
+    }
+
+    fn recover(&self, frame: &ContactFrame, _tractions: &[f64]) -> Result<BodyField> {
+        Ok(BodyField { displacement: vec![[0.0; 3]; frame.n_cells()], stress: Vec::new() })
+    }
+}

@@ -1,0 +1,93 @@
+//! Meshes of rectangular blocks made by hand: hexahedra or tetrahedra, the contact face distorted in its plane.
+
+use orthowear::element::ElementKind;
+use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
+
+/// A block over [-width, width]^2, between heights `z[0]` and `z[1]`.
+pub struct Brick {
+    pub width: [f64; 2],
+    pub z: [f64; 2],
+    /// Elements along x, y, z.
+    pub cells: [usize; 3],
+    /// Whether the contact face is the upper one.
+    pub contact_on_top: bool,
+    /// Displacement of a point at (x, y) of the unit square [-1, 1]^2, in the same units; zero on the outline.
+    pub distortion: fn([f64; 2]) -> [f64; 2],
+    /// Six tetrahedra instead of each hexahedron.
+    pub tetrahedra: bool,
+}
+
+pub fn straight(_: [f64; 2]) -> [f64; 2] {
+    [0.0, 0.0]
+}
+
+/// Makes every inner quadrangle a general one.
+pub fn wavy([x, y]: [f64; 2]) -> [f64; 2] {
+    let bump = (1.0 - x * x) * (1.0 - y * y);
+    [0.22 * bump * (2.0 * y + 0.3).sin(), -0.18 * bump * (2.3 * x).cos()]
+}
+
+const TETRAHEDRA: [[usize; 4]; 6] =
+    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+
+impl Brick {
+    pub fn mesh(&self) -> Mesh {
+        let [nx, ny, nz] = self.cells;
+        let node = |i: usize, j: usize, k: usize| (i * (ny + 1) + j) * (nz + 1) + k;
+        let mut points = Vec::new();
+        for i in 0..=nx {
+            for j in 0..=ny {
+                let flat = [2.0 * i as f64 / nx as f64 - 1.0, 2.0 * j as f64 / ny as f64 - 1.0];
+                let shift = (self.distortion)(flat);
+                for k in 0..=nz {
+                    let z = self.z[0] + (self.z[1] - self.z[0]) * k as f64 / nz as f64;
+                    points.push([(flat[0] + shift[0]) * self.width[0], (flat[1] + shift[1]) * self.width[1], z]);
+                }
+            }
+        }
+        let mut solids = Vec::new();
+        let mut faces = [Vec::new(), Vec::new()];
+        for i in 0..nx {
+            for j in 0..ny {
+                for k in 0..nz {
+                    let layer = |k: usize| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                    let hexahedron = [layer(k), layer(k + 1)].concat();
+                    if self.tetrahedra {
+                        solids.extend(TETRAHEDRA.iter().flatten().map(|&c| hexahedron[c]));
+                    } else {
+                        solids.extend(hexahedron);
+                    }
+                }
+                for (side, k) in [(0, 0), (1, nz)] {
+                    let [a, b, c, d] = [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                    if self.tetrahedra {
+                        // The diagonals that the tetrahedra above leave on the lower and upper face.
+                        faces[side].extend([a, b, c, a, c, d]);
+                    } else {
+                        faces[side].extend([a, b, c, d]);
+                    }
+                }
+            }
+        }
+        let (solid, face) = if self.tetrahedra {
+            (ElementKind::Tet4, ElementKind::Tri3)
+        } else {
+            (ElementKind::Hex8, ElementKind::Quad4)
+        };
+        let block = |kind: ElementKind, nodes: Vec<usize>, first: u64| {
+            let n = (nodes.len() / kind.n_nodes()) as u64;
+            Block { kind, nodes, tags: (first..first + n).collect() }
+        };
+        let [bottom, top] = faces;
+        let blocks = vec![block(solid, solids, 1), block(face, bottom, 100_001), block(face, top, 200_001)];
+        let group = |name: &str, dim: usize, index: usize| PhysicalGroup {
+            name: name.into(),
+            dim,
+            tag: index as i64 + 1,
+            cells: (0..blocks[index].tags.len()).map(|cell| CellRef { block: index, cell }).collect(),
+        };
+        let (contact, base) = if self.contact_on_top { (2, 1) } else { (1, 2) };
+        let groups = vec![group("volume", 3, 0), group("contact", 2, contact), group("base", 2, base)];
+        Mesh { source: "brick".into(), points, blocks, groups, warnings: Vec::new() }
+    }
+}
