@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::{BodyField, ElasticBody};
-use crate::bem::half_space::{DenseFlexibility, FftFlexibility, PatchIntegrator, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, DenseFlexibility, FftFlexibility, SurfaceGreen};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad};
@@ -57,10 +57,13 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
 ///
 /// # Errors
 /// If memory does not suffice.
-pub fn half_space_flexibility(green: &SurfaceGreen, frame: &ContactFrame) -> Result<Box<dyn Flexibility>> {
-    let integrator = PatchIntegrator::new(green);
+pub fn half_space_flexibility(
+    green: &SurfaceGreen,
+    frame: &ContactFrame,
+    cross: CrossBlocks,
+) -> Result<Box<dyn Flexibility>> {
     if let Some(grid) = frame.grid {
-        return Ok(Box::new(FftFlexibility::new(&integrator, grid.cells, grid.spacing)?));
+        return Ok(Box::new(FftFlexibility::new(grid.cells, grid.spacing, green, cross)?));
     }
     let axes = plane_axes(frame)?;
     let flat = |x: &Point| {
@@ -69,7 +72,7 @@ pub fn half_space_flexibility(green: &SurfaceGreen, frame: &ContactFrame) -> Res
     };
     let corners: Vec<Vec<[f64; 2]>> = frame.corners.iter().map(|c| c.iter().map(flat).collect()).collect();
     let centers: Vec<[f64; 2]> = frame.centers.iter().map(flat).collect();
-    Ok(Box::new(DenseFlexibility::new(&integrator, &corners, &centers, &frame.areas)?))
+    Ok(Box::new(DenseFlexibility::new(&centers, &corners, &frame.areas, green)?))
 }
 
 impl ElasticBody for HalfSpaceBody {
@@ -81,15 +84,20 @@ impl ElasticBody for HalfSpaceBody {
         Some(&self.green)
     }
 
-    fn take_flexibility(&mut self, frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>> {
-        half_space_flexibility(&self.green, frame).map(Some)
+    fn take_flexibility(
+        &mut self,
+        frame: &ContactFrame,
+        cross: CrossBlocks,
+    ) -> Result<Option<Box<dyn Flexibility>>> {
+        half_space_flexibility(&self.green, frame, cross).map(Some)
     }
 
     /// Displacement at the centres of the cells.
     fn recover(&self, frame: &ContactFrame, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
-            let _ = self.operator.set(half_space_flexibility(&self.green, frame)?);
+            let _ =
+                self.operator.set(half_space_flexibility(&self.green, frame, CrossBlocks::SkipVanishing)?);
         }
         let operator = self.operator.get().expect("set above");
         let n = frame.n_cells();

@@ -4,7 +4,7 @@ pub mod condensed;
 pub mod half_space;
 pub mod rigid;
 
-use crate::bem::half_space::SurfaceGreen;
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::linalg::operator::Flexibility;
@@ -32,11 +32,16 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// Takes the body's flexibility on the frame (gap change per traction on body 2); `None` if rigid.
-    /// May be called once.
+    /// May be called once. `cross`: whether blocks between normal and tangential components are left out where
+    /// they vanish.
     ///
     /// # Errors
     /// If the operator cannot be made (memory), or was taken before.
-    fn take_flexibility(&mut self, frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>>;
+    fn take_flexibility(
+        &mut self,
+        frame: &ContactFrame,
+        cross: CrossBlocks,
+    ) -> Result<Option<Box<dyn Flexibility>>>;
 
     /// The gap change that the body's own loads and prescribed displacements cause, `[3, N]` by planes, mm;
     /// `None` if there are none.

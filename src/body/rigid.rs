@@ -1,6 +1,7 @@
 //! Bodies that do not deform.
 
 use super::{BodyField, ElasticBody};
+use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::linalg::operator::Flexibility;
@@ -14,7 +15,11 @@ impl ElasticBody for RigidBody {
         "rigid".into()
     }
 
-    fn take_flexibility(&mut self, _frame: &ContactFrame) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(
+        &mut self,
+        _frame: &ContactFrame,
+        _cross: CrossBlocks,
+    ) -> Result<Option<Box<dyn Flexibility>>> {
         Ok(None)
     }
 

@@ -1,6 +1,6 @@
 //! The two bodies tied to one frame: g = g_free + S P + w.
 
-use crate::bem::half_space::SurfaceGreen;
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::ElasticBody;
 use crate::body::half_space::half_space_flexibility;
 use crate::error::{Error, Result};
@@ -47,7 +47,7 @@ impl Coupled {
     }
 }
 
-/// Ties two bodies to `frame`.
+/// Ties two bodies to `frame`; `cross` tells half-space operators whether to leave out vanishing cross terms.
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be made.
@@ -56,12 +56,21 @@ pub fn couple(
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     coupling: Coupling,
+    cross: CrossBlocks,
 ) -> Result<Coupled> {
     let mut skipped = Vec::new();
     let flexibility = match coupling {
-        Coupling::Schur => sum_of_flexibilities(body1, body2, frame, &mut skipped)?,
-        Coupling::Block => return Err(Error::input("solver.coupling = \"block\" is not there yet; use \"schur\"")),
+        Coupling::Schur => sum_of_flexibilities(body1, body2, frame, cross, &mut skipped)?,
+        Coupling::Block => {
+            return Err(Error::input("solver.coupling = \"block\" is not there yet; use \"schur\""));
+        }
     };
+    if !flexibility.couples_normal_tangential() {
+        skipped.push(Skipped {
+            what: "products between normal and tangential components".into(),
+            why: "they vanish for these two materials".into(),
+        });
+    }
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
         free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
@@ -74,6 +83,7 @@ fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
+    cross: CrossBlocks,
     skipped: &mut Vec<Skipped>,
 ) -> Result<Box<dyn Flexibility>> {
     if let (Some(lower), Some(upper)) = (body1.green(), body2.green()) {
@@ -81,13 +91,16 @@ fn sum_of_flexibilities(
             what: "second half-space operator".into(),
             why: "the Green's functions of both half-spaces are summed into one operator".into(),
         });
-        return half_space_flexibility(&SurfaceGreen::sum(&[lower, upper]), frame);
+        return half_space_flexibility(&SurfaceGreen::sum(&[lower, upper]), frame, cross);
     }
     let mut parts = Vec::new();
-    for (name, body) in [("body 1", body1), ("body 2", body2)] {
-        match body.take_flexibility(frame)? {
+    let own = [body1.take_flexibility(frame, cross)?, body2.take_flexibility(frame, cross)?];
+    for (name, own) in ["body 1", "body 2"].into_iter().zip(own) {
+        match own {
             Some(part) => parts.push(part),
-            None => skipped.push(Skipped { what: format!("flexibility of {name}"), why: "it is rigid".into() }),
+            None => {
+                skipped.push(Skipped { what: format!("flexibility of {name}"), why: "it is rigid".into() })
+            }
         }
     }
     match parts.len() {
@@ -119,8 +132,7 @@ pub fn surface_distance(
     }
     let plane = |cell: usize| -frame.centers[cell].z / frame.triads[cell].normal().z;
     let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
-    let mut distance: Vec<f64> =
-        (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
+    let mut distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
     let least = distance.iter().copied().fold(f64::INFINITY, f64::min);
     distance.iter_mut().for_each(|d| *d -= least);
     Ok(distance)

@@ -13,18 +13,12 @@ mod shape_integrals;
 
 use crate::geometry::{Point, Triad};
 
+pub use crate::bem::half_space::Side;
 pub use gap::{GapShape, InitialGap};
 pub use map::FaceMap;
 
-/// Which of the two bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Body 1, below; its outward normal is n.
-    Lower,
-    /// Body 2, above; its outward normal is -n. Tractions P act on it.
-    Upper,
-}
-
+/// A body lies below the frame (body 1, outward normal n) or above it (body 2, outward normal -n; tractions P
+/// act on it).
 impl Side {
     /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
     pub fn gap_sign(self) -> f64 {

@@ -1,4 +1,16 @@
 //! Maps between frame and faces, patch test, Schur complement against the assembled block system.
 
 mod bricks;
+mod half_spaces;
 mod maps;
+
+/// Values in [-1, 1), the same in every run (linear congruence).
+fn random(n: usize) -> Vec<f64> {
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    (0..n)
+        .map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        })
+        .collect()
+}

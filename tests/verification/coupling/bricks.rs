@@ -41,7 +41,11 @@ impl Brick {
                 let shift = (self.distortion)(flat);
                 for k in 0..=nz {
                     let z = self.z[0] + (self.z[1] - self.z[0]) * k as f64 / nz as f64;
-                    points.push([(flat[0] + shift[0]) * self.width[0], (flat[1] + shift[1]) * self.width[1], z]);
+                    points.push([
+                        (flat[0] + shift[0]) * self.width[0],
+                        (flat[1] + shift[1]) * self.width[1],
+                        z,
+                    ]);
                 }
             }
         }
@@ -50,7 +54,9 @@ impl Brick {
         for i in 0..nx {
             for j in 0..ny {
                 for k in 0..nz {
-                    let layer = |k: usize| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                    let layer = |k: usize| {
+                        [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)]
+                    };
                     let hexahedron = [layer(k), layer(k + 1)].concat();
                     if self.tetrahedra {
                         solids.extend(TETRAHEDRA.iter().flatten().map(|&c| hexahedron[c]));
@@ -59,7 +65,8 @@ impl Brick {
                     }
                 }
                 for (side, k) in [(0, 0), (1, nz)] {
-                    let [a, b, c, d] = [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                    let [a, b, c, d] =
+                        [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
                     if self.tetrahedra {
                         // The diagonals that the tetrahedra above leave on the lower and upper face.
                         faces[side].extend([a, b, c, a, c, d]);

@@ -29,7 +29,8 @@ fn nodal_areas(mesh: &Mesh) -> Vec<f64> {
             let dx = 0.25 * ((1.0 - t) * (x[1] - x[0]) + (1.0 + t) * (x[2] - x[3]));
             let dy = 0.25 * ((1.0 - s) * (x[3] - x[0]) + (1.0 + s) * (x[2] - x[1]));
             let jacobian = dx.cross(&dy).norm();
-            for (&node, [a, b]) in face.nodes.iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) {
+            for (&node, [a, b]) in face.nodes.iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+            {
                 areas[node] += 0.25 * (1.0 + a * s) * (1.0 + b * t) * jacobian;
             }
         }
