@@ -17,6 +17,8 @@ const FLAT: f64 = 1e-6;
 pub struct HalfSpaceBody {
     side: Side,
     green: SurfaceGreen,
+    axes: Triad,
+    cells: PlaneCells,
     /// Its own operator, made when fields are asked for.
     operator: OnceLock<Box<dyn Flexibility>>,
 }
@@ -30,7 +32,8 @@ impl HalfSpaceBody {
         let axes = plane_axes(frame)?;
         // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
-        Ok(Self { side, green: SurfaceGreen::new(&local, side)?, operator: OnceLock::new() })
+        let green = SurfaceGreen::new(&local, side)?;
+        Ok(Self { side, green, axes, cells: PlaneCells::new(frame)?, operator: OnceLock::new() })
     }
 }
 
@@ -53,26 +56,49 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     Ok(*first)
 }
 
+/// The cells of a plane frame in the x and y of its plane, as the half-space operators take them.
+enum PlaneCells {
+    Grid { cells: [usize; 2], spacing: [f64; 2] },
+    Polygons { centers: Vec<[f64; 2]>, corners: Vec<Vec<[f64; 2]>>, areas: Vec<f64> },
+}
+
+impl PlaneCells {
+    fn new(frame: &ContactFrame) -> Result<Self> {
+        if let Some(grid) = frame.grid {
+            return Ok(Self::Grid { cells: grid.cells, spacing: grid.spacing });
+        }
+        let axes = plane_axes(frame)?;
+        let flat = |x: &Point| {
+            let local = axes.to_local(&(x - frame.origin));
+            [local.x, local.y]
+        };
+        Ok(Self::Polygons {
+            centers: frame.centers.iter().map(flat).collect(),
+            corners: frame.corners.iter().map(|corners| corners.iter().map(flat).collect()).collect(),
+            areas: frame.areas.clone(),
+        })
+    }
+
+    fn flexibility(&self, green: &SurfaceGreen, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
+        Ok(match self {
+            Self::Grid { cells, spacing } => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
+            Self::Polygons { centers, corners, areas } => {
+                Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
+            }
+        })
+    }
+}
+
 /// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, dense elsewhere.
 ///
 /// # Errors
-/// If memory does not suffice.
+/// If the frame is not plane, or memory does not suffice.
 pub fn half_space_flexibility(
     green: &SurfaceGreen,
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
-    if let Some(grid) = frame.grid {
-        return Ok(Box::new(FftFlexibility::new(grid.cells, grid.spacing, green, cross)?));
-    }
-    let axes = plane_axes(frame)?;
-    let flat = |x: &Point| {
-        let local = axes.to_local(&(x - frame.origin));
-        [local.x, local.y]
-    };
-    let corners: Vec<Vec<[f64; 2]>> = frame.corners.iter().map(|c| c.iter().map(flat).collect()).collect();
-    let centers: Vec<[f64; 2]> = frame.centers.iter().map(flat).collect();
-    Ok(Box::new(DenseFlexibility::new(&centers, &corners, &frame.areas, green)?))
+    PlaneCells::new(frame)?.flexibility(green, cross)
 }
 
 impl ElasticBody for HalfSpaceBody {
@@ -84,29 +110,24 @@ impl ElasticBody for HalfSpaceBody {
         Some(&self.green)
     }
 
-    fn take_flexibility(
-        &mut self,
-        frame: &ContactFrame,
-        cross: CrossBlocks,
-    ) -> Result<Option<Box<dyn Flexibility>>> {
-        half_space_flexibility(&self.green, frame, cross).map(Some)
+    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+        self.cells.flexibility(&self.green, cross).map(Some)
     }
 
     /// Displacement at the centres of the cells.
-    fn recover(&self, frame: &ContactFrame, tractions: &[f64]) -> Result<BodyField> {
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
-            let _ =
-                self.operator.set(half_space_flexibility(&self.green, frame, CrossBlocks::SkipVanishing)?);
+            let _ = self.operator.set(self.cells.flexibility(&self.green, CrossBlocks::SkipVanishing)?);
         }
         let operator = self.operator.get().expect("set above");
-        let n = frame.n_cells();
+        let n = operator.n_cells();
         let mut gap = vec![0.0; 3 * n];
         operator.apply(tractions, &mut gap);
         let displacement = (0..n)
             .map(|i| {
                 let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * self.side.gap_sign();
-                frame.triads[i].to_global(&share).into()
+                self.axes.to_global(&share).into()
             })
             .collect();
         Ok(BodyField { displacement, stress: Vec::new() })

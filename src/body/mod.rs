@@ -6,7 +6,6 @@ pub mod rigid;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
-use crate::frame::ContactFrame;
 use crate::linalg::operator::Flexibility;
 
 pub use half_space::HalfSpaceBody;
@@ -21,7 +20,7 @@ pub struct BodyField {
     pub stress: Vec<[f64; 6]>,
 }
 
-/// A body tied to a contact frame. The frame given to its methods is the one it was made for.
+/// A body tied to a contact frame.
 pub trait ElasticBody: Send + Sync {
     /// What the body is, for the plan ("half-space", "finite elements, 12 345 unknowns").
     fn describe(&self) -> String;
@@ -37,11 +36,7 @@ pub trait ElasticBody: Send + Sync {
     ///
     /// # Errors
     /// If the operator cannot be made (memory), or was taken before.
-    fn take_flexibility(
-        &mut self,
-        frame: &ContactFrame,
-        cross: CrossBlocks,
-    ) -> Result<Option<Box<dyn Flexibility>>>;
+    fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>>;
 
     /// The gap change that the body's own loads and prescribed displacements cause, `[3, N]` by planes, mm;
     /// `None` if there are none.
@@ -60,5 +55,5 @@ pub trait ElasticBody: Send + Sync {
     ///
     /// # Errors
     /// If a back-substitution fails.
-    fn recover(&self, frame: &ContactFrame, tractions: &[f64]) -> Result<BodyField>;
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 }

@@ -3,7 +3,6 @@
 use super::{BodyField, ElasticBody};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
-use crate::frame::ContactFrame;
 use crate::linalg::operator::Flexibility;
 
 /// A rigid body: it has no flexibility and no row in the block system.
@@ -15,15 +14,11 @@ impl ElasticBody for RigidBody {
         "rigid".into()
     }
 
-    fn take_flexibility(
-        &mut self,
-        _frame: &ContactFrame,
-        _cross: CrossBlocks,
-    ) -> Result<Option<Box<dyn Flexibility>>> {
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
         Ok(None)
     }
 
-    fn recover(&self, frame: &ContactFrame, _tractions: &[f64]) -> Result<BodyField> {
-        Ok(BodyField { displacement: vec![[0.0; 3]; frame.n_cells()], stress: Vec::new() })
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+        Ok(BodyField { displacement: vec![[0.0; 3]; tractions.len() / 3], stress: Vec::new() })
     }
 }

@@ -94,7 +94,7 @@ fn sum_of_flexibilities(
         return half_space_flexibility(&SurfaceGreen::sum(&[lower, upper]), frame, cross);
     }
     let mut parts = Vec::new();
-    let own = [body1.take_flexibility(frame, cross)?, body2.take_flexibility(frame, cross)?];
+    let own = [body1.take_flexibility(cross)?, body2.take_flexibility(cross)?];
     for (name, own) in ["body 1", "body 2"].into_iter().zip(own) {
         match own {
             Some(part) => parts.push(part),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use nalgebra::{Matrix3, Vector3};
+use orthowear::bem::half_space::CrossBlocks;
 use orthowear::body::{BodyField, ElasticBody};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
@@ -33,8 +34,8 @@ impl ElasticBody for AffineBody {
         "affine field".into()
     }
 
-    fn take_flexibility(&mut self) -> Option<Box<dyn Flexibility>> {
-        None
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+        Ok(None)
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
