@@ -1,4 +1,4 @@
-//! Writes the fields of a run, increment by increment: `.vtu` files and the `.pvd` collections over them.
+//! Writes the fields of a run, increment by increment: `.vtu` files, the `.pvd` collections over them, pictures.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 use crate::body::BodyField;
 use crate::error::{Context, Result};
 use crate::frame::ContactFrame;
-use crate::history::step::FrameState;
+use crate::history::step::{FrameState, IncrementRecord};
 use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid, volume_grid};
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};
 use crate::results::output::{OutputDir, write_failure};
+use crate::results::plot::history::history_svg;
+use crate::results::plot::map::{Panel, pressure_maps};
+use crate::results::summary::Units;
 use crate::results::vtu::{UnstructuredGrid, collection};
 
 /// Kinds of fields that a scene may ask for in `output.fields`.
@@ -34,21 +37,37 @@ pub struct FieldWriter<'a> {
     wanted: Vec<FieldKind>,
     increments: usize,
     collections: BTreeMap<String, Vec<(f64, String)>>,
+    maps: Vec<(String, Panel)>,
 }
 
 impl<'a> FieldWriter<'a> {
     /// A writer of the `wanted` fields of `frame` and `bodies`.
     pub fn new(frame: &'a ContactFrame, bodies: Vec<BodyOutput<'a>>, wanted: &[FieldKind]) -> Self {
-        let mesh = FrameMesh::new(frame);
-        Self { frame, mesh, bodies, wanted: wanted.to_vec(), increments: 0, collections: BTreeMap::new() }
+        Self {
+            frame,
+            mesh: FrameMesh::new(frame),
+            bodies,
+            wanted: wanted.to_vec(),
+            increments: 0,
+            collections: BTreeMap::new(),
+            maps: Vec::new(),
+        }
     }
 
     /// Writes the fields of the next increment.
     ///
     /// # Errors
     /// Resources, if a file cannot be written; numerical, if a field is not finite or cannot be recovered.
-    pub fn increment(&mut self, output: &mut OutputDir, state: &FrameState) -> Result<()> {
+    pub fn increment(
+        &mut self,
+        output: &mut OutputDir,
+        record: &IncrementRecord,
+        state: &FrameState,
+    ) -> Result<()> {
         self.increments += 1;
+        if self.wanted.contains(&FieldKind::Svg) {
+            self.keep_map(record, state);
+        }
         let vtu = self.wanted.contains(&FieldKind::Vtu);
         let volume = self.wanted.contains(&FieldKind::Volume);
         if vtu {
@@ -64,6 +83,17 @@ impl<'a> FieldWriter<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Keeps the map of the last entry of each step.
+    fn keep_map(&mut self, record: &IncrementRecord, state: &FrameState) {
+        let cycles =
+            if record.cycles_done > 0 { format!(", {} cycles", record.cycles_done) } else { String::new() };
+        let panel = Panel::new(&format!("{}{cycles}", record.name), self.frame.n_cells(), state);
+        match self.maps.iter_mut().find(|(name, _)| *name == record.name) {
+            Some((_, kept)) => *kept = panel,
+            None => self.maps.push((record.name.clone(), panel)),
+        }
     }
 
     fn body(
@@ -97,17 +127,25 @@ impl<'a> FieldWriter<'a> {
         Ok(())
     }
 
-    /// Writes the collections over the increments; their time is the number of the entry in `summary.steps`.
+    /// Writes the collections over the increments, whose time is the number of the entry in `summary.steps`, and
+    /// the pictures.
     ///
     /// # Errors
     /// Resources, if a file cannot be written.
-    pub fn finish(self, output: &mut OutputDir) -> Result<()> {
+    pub fn finish(self, output: &mut OutputDir, records: &[IncrementRecord], units: &Units) -> Result<()> {
         for (series, files) in self.collections {
-            let text = collection(&files);
-            output.write(&format!("{series}.pvd"), |out| {
-                out.write_all(text.as_bytes()).map_err(|e| write_failure(&e))
-            })?;
+            write_text(output, &format!("{series}.pvd"), &collection(&files))?;
+        }
+        if !self.maps.is_empty() {
+            let panels: Vec<Panel> = self.maps.into_iter().map(|(_, panel)| panel).collect();
+            let maps = pressure_maps(self.frame, &panels, &units.length, &units.stress());
+            write_text(output, "pressure.svg", &maps)?;
+            write_text(output, "history.svg", &history_svg(records, units))?;
         }
         Ok(())
     }
+}
+
+fn write_text(output: &mut OutputDir, name: &str, text: &str) -> Result<()> {
+    output.write(name, |out| out.write_all(text.as_bytes()).map_err(|e| write_failure(&e)))
 }

@@ -9,6 +9,7 @@ pub mod frame_fields;
 pub mod locate;
 pub mod memory;
 pub mod output;
+pub mod plot;
 pub mod recorder;
 pub mod summary;
 pub mod table;

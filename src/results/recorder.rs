@@ -66,7 +66,10 @@ impl<'a> Recorder<'a> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::results::memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
-        let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output));
+        let fields = self
+            .fields
+            .take()
+            .map_or(Ok(()), |fields| fields.finish(&mut output, &summary.steps, &summary.units));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
             let target = output.path().to_owned();
@@ -97,7 +100,7 @@ impl Observer for Recorder<'_> {
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.records.push(record.clone());
         match (&mut self.fields, &mut self.output) {
-            (Some(fields), Some(output)) => fields.increment(output, state),
+            (Some(fields), Some(output)) => fields.increment(output, record, state),
             _ => Ok(()),
         }
     }

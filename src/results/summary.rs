@@ -17,6 +17,17 @@ pub struct Units {
     pub force: String,
 }
 
+impl Units {
+    /// Name of the unit of stress: MPa for N and mm.
+    pub fn stress(&self) -> String {
+        match (self.force.as_str(), self.length.as_str()) {
+            ("N", "mm") => "MPa".to_owned(),
+            ("N", "m") => "Pa".to_owned(),
+            (force, length) => format!("{force}/{length}^{{2}}"),
+        }
+    }
+}
+
 impl Default for Units {
     fn default() -> Self {
         Self { length: "mm".into(), force: "N".into() }

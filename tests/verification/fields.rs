@@ -322,3 +322,63 @@ fn polygons() -> UnstructuredGrid {
     grid.cell_data.push(DataArray::scalar("wear_depth", scattered(3, 5.0)));
     grid
 }
+
+/// The Hertzian pressure of a circle of radius 1 on 64 x 64 cells, sticking inside half of it.
+fn hertz(n: usize) -> (ContactFrame, FrameState) {
+    let frame = ContactFrame::grid([1.2, 1.2], [n, n], [0.0, 0.0], 0.0).expect("a frame");
+    let radius = |i: usize| frame.centers[i].xy().norm();
+    let pressure = |i: usize| 140.0 * (1.0 - radius(i).powi(2)).max(0.0).sqrt();
+    let cells = frame.n_cells();
+    let mut state = FrameState {
+        gap: vec![0.0; 3 * cells],
+        slip: vec![0.0; 2 * cells],
+        wear_depth: vec![0.0; cells],
+        status: (0..cells)
+            .map(|i| if pressure(i) <= 0.0 { 0 } else { 1 + u8::from(radius(i) > 0.5) })
+            .collect(),
+        tractions: vec![0.0; 2 * cells],
+    };
+    state.tractions.extend((0..cells).map(pressure));
+    (frame, state)
+}
+
+/// Truth: the pictures are well-formed XML (as Python's parser reads them), and their size stays bounded on fine
+/// frames.
+#[test]
+fn pictures_are_valid_and_small() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (frame, state) = hertz(256);
+    let output = OutputDir::open(dir.path()).expect("an output directory");
+    let writer = FieldWriter::new(&frame, Vec::new(), &[FieldKind::Svg]);
+    let mut recorder = Recorder::into_directory(output).with_fields(writer);
+    for (name, cycles) in [("indent <&>", 0), ("shift", 0), ("fretting", 50_000), ("fretting", 100_000)] {
+        let record = IncrementRecord {
+            name: name.into(),
+            normal_force: 290.0,
+            tangential_force: [30.0 + cycles as f64 / 1e3, -1.0],
+            contact_area: 3.1,
+            worn_volume: 1e-7 * cycles as f64,
+            cycles_done: cycles,
+            ..Default::default()
+        };
+        recorder.increment_done(&record, &state).expect("kept");
+    }
+    let mut summary = Summary::new("", "", Units::default());
+    summary.conclude(&Ok(Outcome::Converged));
+    recorder.finish(&mut summary).expect("written results");
+    assert_eq!(summary.files, ["pressure.svg", "history.svg", "history.csv"]);
+    if let Some(folder) = std::env::var_os("ORTHOWEAR_KEEP_PICTURES") {
+        for name in ["pressure.svg", "history.svg"] {
+            std::fs::copy(dir.path().join(name), Path::new(&folder).join(name)).expect("a kept picture");
+        }
+    }
+    for name in ["pressure.svg", "history.svg"] {
+        let size = std::fs::metadata(dir.path().join(name)).expect("a picture").len();
+        assert!(size < 4 << 20, "{name} has {size} bytes");
+    }
+    let Some(python) = python() else { return };
+    let parse = "import sys, xml.dom.minidom as m; [m.parse(f) for f in sys.argv[1:]]";
+    let files = ["pressure.svg", "history.svg"].map(|name| dir.path().join(name));
+    let output = Command::new(python).args(["-c", parse]).args(files).output().expect("Python starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}

@@ -1,0 +1,186 @@
+//! Axes of a chart: range, ticks, and the map from values to pixels.
+
+/// How an axis divides its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios; shows positive values only.
+    Logarithmic,
+}
+
+/// A range of values on a range of pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    scale: Scale,
+    low: f64,
+    high: f64,
+    pixels: [f64; 2],
+}
+
+impl Axis {
+    /// An axis that shows all finite `values` (all positive ones if logarithmic) between two pixel positions;
+    /// its ends are round numbers.
+    pub fn over(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
+        let shown = values.filter(|v| v.is_finite() && (scale == Scale::Linear || *v > 0.0));
+        let (mut low, mut high) =
+            shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        if low > high {
+            (low, high) = (1.0, 1.0);
+        }
+        match scale {
+            Scale::Linear => {
+                if low > 0.0 && low < 0.4 * high {
+                    low = 0.0;
+                }
+                if high - low <= 1e-12 * high.abs().max(low.abs()) {
+                    let half = if high == 0.0 { 1.0 } else { 0.5 * high.abs() };
+                    (low, high) = (low - half, high + half);
+                }
+                let step = round_step((high - low) / 6.0);
+                (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
+            }
+            Scale::Logarithmic => {
+                // Whole decades where the range is long, else the digits 1, 2, 5 of the first decade.
+                let digits: &[f64] = if high > 30.0 * low { &[1.0, 10.0] } else { &[1.0, 2.0, 5.0, 10.0] };
+                (low, high) = (round_down(low, digits), round_up(high, digits));
+                if low == high {
+                    high *= 10.0;
+                }
+            }
+        }
+        Self { scale, low, high, pixels }
+    }
+
+    /// A linear axis with exactly these ends.
+    pub fn exactly([low, high]: [f64; 2], pixels: [f64; 2]) -> Self {
+        Self { scale: Scale::Linear, low, high, pixels }
+    }
+
+    /// Pixel position of a value; `None` where it cannot be shown.
+    pub fn at(&self, value: f64) -> Option<f64> {
+        let share = match self.scale {
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+        };
+        share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
+    }
+
+    /// Values to mark, with their labels; minor marks have none.
+    pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
+        match self.scale {
+            Scale::Linear => {
+                let step = round_step((self.high - self.low) / 6.0);
+                let first = (self.low / step - 1e-9).ceil() as i64;
+                let last = (self.high / step + 1e-9).floor() as i64;
+                (first..=last).map(|i| (i as f64 * step, Some(label(i as f64 * step, step)))).collect()
+            }
+            Scale::Logarithmic => self.logarithmic_ticks(),
+        }
+    }
+
+    fn logarithmic_ticks(&self) -> Vec<(f64, Option<String>)> {
+        let decades = (self.high / self.low).log10();
+        let every = (decades / 8.0).ceil().max(1.0) as i32;
+        let mut ticks = Vec::new();
+        let first = self.low.log10().floor() as i32;
+        let last = self.high.log10().ceil() as i32;
+        for exponent in first..=last {
+            for digit in 1..10 {
+                let value = f64::from(digit) * 10_f64.powi(exponent);
+                if value < self.low * (1.0 - 1e-9) || value > self.high * (1.0 + 1e-9) {
+                    continue;
+                }
+                let labelled = if digit == 1 {
+                    exponent % every == 0
+                } else {
+                    decades < 1.75 && [2, 5].contains(&digit)
+                };
+                if labelled || decades < 6.0 {
+                    ticks.push((value, labelled.then(|| power_label(digit, exponent))));
+                }
+            }
+        }
+        ticks
+    }
+}
+
+/// The step 1, 2 or 5 times a power of ten next above `rough`.
+fn round_step(rough: f64) -> f64 {
+    round_up(rough, &[1.0, 2.0, 5.0, 10.0])
+}
+
+fn round_up(value: f64, digits: &[f64]) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    let digit = digits.iter().find(|d| **d * decade >= value * (1.0 - 1e-9)).unwrap_or(&10.0);
+    digit * decade
+}
+
+fn round_down(value: f64, digits: &[f64]) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    let digit = digits.iter().rev().find(|d| **d * decade <= value * (1.0 + 1e-9)).unwrap_or(&1.0);
+    digit * decade
+}
+
+/// A value with as many digits as its `step` needs.
+pub(crate) fn label(value: f64, step: f64) -> String {
+    let largest = value.abs().max(step);
+    if value != 0.0 && !(1e-3..1e6).contains(&largest) {
+        let text = format!("{value:.1e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}\u{b7}10^{{{exponent}}}", mantissa.trim_end_matches(".0"));
+    }
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}").replace('-', "\u{2212}")
+}
+
+fn power_label(digit: i32, exponent: i32) -> String {
+    if (-2..=4).contains(&exponent) {
+        let decimals = (-exponent).max(0) as usize;
+        return format!("{:.decimals$}", f64::from(digit) * 10_f64.powi(exponent));
+    }
+    let factor = if digit == 1 { String::new() } else { format!("{digit}\u{b7}") };
+    format!("{factor}10^{{{exponent}}}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(values: &[f64], scale: Scale) -> Vec<String> {
+        let axis = Axis::over(values.iter().copied(), scale, [0.0, 1.0]);
+        axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
+    }
+
+    /// Truth: round numbers by eye.
+    #[test]
+    fn ticks_are_round_numbers() {
+        assert_eq!(labels(&[0.0, 300.0], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
+        assert_eq!(
+            labels(&[-0.3, 0.2], Scale::Linear),
+            ["\u{2212}0.3", "\u{2212}0.2", "\u{2212}0.1", "0.0", "0.1", "0.2"]
+        );
+        assert_eq!(
+            labels(&[1e-7, 2e-3], Scale::Logarithmic),
+            ["10^{-7}", "10^{-6}", "10^{-5}", "10^{-4}", "10^{-3}", "0.01"]
+        );
+        assert_eq!(labels(&[16.0, 256.0], Scale::Logarithmic), ["10", "20", "50", "100", "200", "500"]);
+    }
+
+    /// Truth: what cannot be shown does not break the picture.
+    #[test]
+    fn constant_empty_and_unusable_values_still_make_an_axis() {
+        for values in [&[5.0, 5.0][..], &[0.0], &[], &[f64::NAN, -1.0], &[f64::INFINITY]] {
+            for scale in [Scale::Linear, Scale::Logarithmic] {
+                let axis = Axis::over(values.iter().copied(), scale, [0.0, 100.0]);
+                assert!(axis.ticks().len() >= 2, "{values:?} {axis:?}");
+                assert!(
+                    axis.ticks()
+                        .iter()
+                        .all(|(v, _)| axis.at(*v).is_some_and(|x| (-1.0..=101.0).contains(&x)))
+                );
+            }
+        }
+        assert_eq!(Axis::over([1.0, 10.0].into_iter(), Scale::Logarithmic, [0.0, 1.0]).at(-1.0), None);
+    }
+}

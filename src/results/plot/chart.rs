@@ -1,0 +1,170 @@
+//! Charts of series of points.
+
+use super::axis::{Axis, Scale};
+use super::colour::SERIES;
+use super::{Anchor, Canvas, PANEL};
+
+/// A named series of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Points (x, y), joined in order; points that cannot be shown are left out.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// Title, above.
+    pub title: String,
+    /// What stands along x and y, with units.
+    pub labels: [String; 2],
+    /// Scales of x and y.
+    pub scales: [Scale; 2],
+    /// The series.
+    pub series: Vec<Series>,
+}
+
+/// Margins around the plot area: left, top, right, bottom.
+const MARGIN: [f64; 4] = [76.0, 34.0, 18.0, 52.0];
+
+impl Chart {
+    /// The chart as an SVG picture.
+    pub fn svg(&self) -> String {
+        self.panel().into_svg(PANEL)
+    }
+
+    /// The chart as a panel of a larger picture.
+    pub(crate) fn panel(&self) -> Canvas {
+        let axes = self.axes();
+        let mut canvas = Canvas::default();
+        canvas.text([0.5 * PANEL[0], 20.0], Anchor::Middle, 14.0, &self.title);
+        self.draw_axes(&mut canvas, &axes);
+        let corner = self.legend_corner(&axes);
+        for (i, series) in self.series.iter().enumerate() {
+            draw_series(&mut canvas, series, &axes, i);
+        }
+        self.draw_legend(&mut canvas, corner);
+        canvas
+    }
+
+    fn axes(&self) -> [Axis; 2] {
+        let values =
+            |axis: usize| self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis]));
+        let x = Axis::over(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
+        let y = Axis::over(values(1), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
+        [x, y]
+    }
+
+    fn draw_axes(&self, canvas: &mut Canvas, axes: &[Axis; 2]) {
+        let (left, top) = (MARGIN[0], MARGIN[1]);
+        let (right, bottom) = (PANEL[0] - MARGIN[2], PANEL[1] - MARGIN[3]);
+        for (value, label) in axes[0].ticks() {
+            let Some(x) = axes[0].at(value) else { continue };
+            let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
+            canvas.add(format_args!(r#"<path d="M{x:.1} {top}V{bottom}" stroke="{shade}"/>"#));
+            canvas.text([x, bottom + 17.0], Anchor::Middle, 12.0, &label.unwrap_or_default());
+        }
+        for (value, label) in axes[1].ticks() {
+            let Some(y) = axes[1].at(value) else { continue };
+            let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
+            canvas.add(format_args!(r#"<path d="M{left} {y:.1}H{right}" stroke="{shade}"/>"#));
+            canvas.text([left - 7.0, y + 4.0], Anchor::End, 12.0, &label.unwrap_or_default());
+        }
+        let (width, height) = (right - left, bottom - top);
+        canvas.add(format_args!(
+            r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
+        ));
+        canvas.text([0.5 * (left + right), PANEL[1] - 12.0], Anchor::Middle, 13.0, &self.labels[0]);
+        canvas.upward_text([17.0, 0.5 * (top + bottom)], 13.0, &self.labels[1]);
+    }
+
+    /// Size of the legend's box.
+    fn legend_size(&self) -> [f64; 2] {
+        let longest = self.series.iter().map(|s| s.name.chars().count()).max().unwrap_or(0);
+        [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
+    }
+
+    /// Upper left corner of the legend: of a lattice of places in the plot area, the one that hides fewest points.
+    fn legend_corner(&self, axes: &[Axis; 2]) -> [f64; 2] {
+        let [width, height] = self.legend_size();
+        let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
+        let room = [PANEL[0] - MARGIN[2] - width - 8.0 - left, PANEL[1] - MARGIN[3] - height - 8.0 - top];
+        let places = (0..5).flat_map(|row| {
+            (0..5).map(move |column| {
+                [left + room[0] * (1.0 - 0.25 * f64::from(column)), top + room[1] * 0.25 * f64::from(row)]
+            })
+        });
+        let hidden = |[left, top]: [f64; 2]| {
+            let inside = |p: &[f64; 2]| match (axes[0].at(p[0]), axes[1].at(p[1])) {
+                (Some(x), Some(y)) => {
+                    (left - 8.0..left + width + 8.0).contains(&x)
+                        && (top - 8.0..top + height + 8.0).contains(&y)
+                }
+                _ => false,
+            };
+            self.series.iter().flat_map(|s| along(&s.points, axes)).filter(inside).count()
+        };
+        places.min_by_key(|place| hidden(*place)).unwrap_or([left, top])
+    }
+
+    fn draw_legend(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
+        if self.series.len() < 2 {
+            return;
+        }
+        let [width, height] = self.legend_size();
+        canvas.add(format_args!(
+            r##"<rect x="{left:.1}" y="{top:.1}" width="{width:.1}" height="{height:.1}" fill="white" fill-opacity="0.85" stroke="#ccc"/>"##
+        ));
+        for (i, series) in self.series.iter().enumerate() {
+            let y = top + 13.0 + 18.0 * i as f64;
+            let colour = SERIES[i % SERIES.len()];
+            let (from, to) = (left + 6.0, left + 30.0);
+            canvas.add(format_args!(
+                r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{colour}" stroke-width="1.8"/>"#
+            ));
+            mark(canvas, [left + 18.0, y], i);
+            canvas.text([left + 36.0, y + 4.0], Anchor::Start, 12.0, &series.name);
+        }
+    }
+}
+
+/// The points and the middles between them, so that a long line counts as well.
+fn along(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
+    let shown = |p: &&[f64; 2]| axes[0].at(p[0]).is_some() && axes[1].at(p[1]).is_some();
+    let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
+    let middles = shown.windows(2).map(|w| [0.5 * (w[0][0] + w[1][0]), 0.5 * (w[0][1] + w[1][1])]);
+    shown.iter().copied().chain(middles).collect()
+}
+
+fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize) {
+    let shown: Vec<[f64; 2]> =
+        series.points.iter().filter_map(|p| Some([axes[0].at(p[0])?, axes[1].at(p[1])?])).collect();
+    let path: Vec<String> = shown.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
+    let colour = SERIES[i % SERIES.len()];
+    if path.len() > 1 {
+        canvas.add(format_args!(
+            r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.8"/>"#,
+            path.join("L")
+        ));
+    }
+    if shown.len() <= 60 {
+        shown.iter().for_each(|at| mark(canvas, *at, i));
+    }
+}
+
+/// The mark of series `i`: shapes differ as well as colours.
+fn mark(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
+    let colour = SERIES[i % SERIES.len()];
+    let path = match i % 4 {
+        0 => {
+            canvas.add(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.6" fill="{colour}"/>"#));
+            return;
+        }
+        1 => format!("M{:.1} {:.1}h6.4v6.4h-6.4z", x - 3.2, y - 3.2),
+        2 => format!("M{x:.1} {:.1}l4.3 7.4h-8.6z", y - 4.6),
+        _ => format!("M{x:.1} {:.1}l4.4 4.4l-4.4 4.4l-4.4 -4.4z", y - 4.4),
+    };
+    canvas.add(format_args!(r#"<path d="{path}" fill="{colour}"/>"#));
+}
