@@ -48,9 +48,9 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// The ellipse of every cell, or `None` if frictionless.
+    /// The ellipse of every cell, or `None` if frictionless (no law, or both coefficients zero).
     pub fn ellipse(&self) -> Option<FrictionEllipse> {
-        match *self {
+        let ellipse = match *self {
             Self::None => None,
             Self::Coulomb { mu } => Some(FrictionEllipse { mu: [mu, mu], angle: 0.0 }),
             Self::Elliptic { mu, angle } => Some(FrictionEllipse { mu, angle }),
@@ -58,6 +58,7 @@ impl FrictionLaw {
                 mu: [tilt_interpolation(mu_l, mu_n, tilt), tilt_interpolation(mu_t, mu_n, tilt)],
                 angle: azimuth,
             }),
-        }
+        };
+        ellipse.filter(|ellipse| ellipse.mu != [0.0; 2])
     }
 }

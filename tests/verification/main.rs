@@ -1,5 +1,6 @@
 //! Problems with known answers; each test names its truth and why its tolerance.
 mod bem;
+mod common;
 mod contact;
 mod coupling;
 mod fem;

@@ -1,0 +1,166 @@
+//! Scenes that several tests share: two half-spaces, or one and a rigid body, on a grid frame.
+
+use orthowear::bem::half_space::{FftFlexibility, Side, SurfaceGreen};
+use orthowear::contact::SolverOptions;
+use orthowear::error::Result;
+use orthowear::frame::ContactFrame;
+use orthowear::friction::FrictionLaw;
+use orthowear::geometry::fibre_axes;
+use orthowear::history::step::{
+    Cycles, FrameState, IncrementRecord, Integrator, Normal, Observer, Step, Tangential,
+};
+use orthowear::history::{Model, RunResult, run};
+use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::wear::WearLaw;
+
+/// IM7/8551-7 with the fibre tilted out of the surface by `tilt` degrees; nu23 = 0.369.
+pub fn im7(tilt: f64) -> Stiffness {
+    let constants = Orthotropic {
+        e1: 167_230.0,
+        e2: 9544.0,
+        e3: 9544.0,
+        g12: 5292.0,
+        g13: 5292.0,
+        g23: 3483.0,
+        nu12: 0.272,
+        nu13: 0.272,
+        nu23: 0.369,
+    };
+    let material = Stiffness::orthotropic(&constants).expect("IM7 is admissible");
+    material.rotated(&fibre_axes(tilt.to_radians(), 0.0))
+}
+
+/// Steel, E = 210 GPa, nu = 0.3.
+pub fn steel() -> Stiffness {
+    Stiffness::isotropic(210e3, 0.3).expect("steel is admissible")
+}
+
+/// FRP friction of the reference scene.
+pub fn frp_friction(tilt: f64) -> FrictionLaw {
+    FrictionLaw::Frp { mu_l: 0.4, mu_t: 0.5, mu_n: 0.55, tilt: tilt.to_radians(), azimuth: 0.0 }
+}
+
+/// FRP wear of the reference scene.
+pub fn frp_wear(tilt: f64) -> WearLaw {
+    WearLaw::Frp { i_l: 5.0e-10, i_t: 6.25e-10, i_n: 6.875e-10, tilt: tilt.to_radians(), azimuth: 0.0 }
+}
+
+/// A square grid frame of `cells` x `cells` cells on two half-spaces (`upper` rigid if `None`), gap by position.
+pub fn half_spaces(
+    lower: &Stiffness,
+    upper: Option<&Stiffness>,
+    (half_width, cells): (f64, usize),
+    gap: impl Fn(f64, f64) -> f64,
+) -> Model {
+    rectangle(lower, upper, ([half_width; 2], [cells; 2]), gap)
+}
+
+/// As [`half_spaces`], on a rectangular frame.
+pub fn rectangle(
+    lower: &Stiffness,
+    upper: Option<&Stiffness>,
+    (half_width, cells): ([f64; 2], [usize; 2]),
+    gap: impl Fn(f64, f64) -> f64,
+) -> Model {
+    let frame = ContactFrame::grid(half_width, cells, [0.0; 2], 0.0).expect("an admissible grid");
+    let grid = frame.grid.expect("a grid frame");
+    let below = SurfaceGreen::new(lower, Side::Lower).expect("a surface Green's function");
+    let green = match upper {
+        None => below,
+        Some(material) => {
+            let above = SurfaceGreen::new(material, Side::Upper).expect("a surface Green's function");
+            SurfaceGreen::sum(&[&below, &above])
+        }
+    };
+    let flexibility = FftFlexibility::new(grid.cells, grid.spacing, &green).expect("an operator");
+    let n = frame.n_cells();
+    let mut initial_gap = vec![0.0; 3 * n];
+    for (cell, center) in frame.centers.iter().enumerate() {
+        initial_gap[2 * n + cell] = gap(center.x, center.y);
+    }
+    Model {
+        frame,
+        flexibility: Box::new(flexibility),
+        initial_gap,
+        friction: FrictionLaw::None,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// The reference scene: sphere R = 50 mm, steel on IM7 tilted by `tilt` degrees.
+pub fn sphere_on_frp(tilt: f64, half_width: f64, cells: usize) -> Model {
+    let mut model = half_spaces(&im7(tilt), Some(&steel()), (half_width, cells), sphere(50.0));
+    model.friction = frp_friction(tilt);
+    model
+}
+
+/// Paraboloid of a sphere.
+pub fn sphere(radius: f64) -> impl Fn(f64, f64) -> f64 {
+    move |x, y| (x * x + y * y) / (2.0 * radius)
+}
+
+/// A step that names nothing.
+pub fn step(name: &str) -> Step {
+    Step {
+        name: name.to_owned(),
+        normal: None,
+        tangential: None,
+        increments: 1,
+        friction: true,
+        wear: true,
+        cycles: None,
+    }
+}
+
+/// A step to a given approach.
+pub fn indent(approach: f64) -> Step {
+    Step { normal: Some(Normal::Approach(approach)), ..step("indent") }
+}
+
+/// A step to a given normal force.
+pub fn press(force: f64) -> Step {
+    Step { normal: Some(Normal::Force(force)), ..step("press") }
+}
+
+/// A step to a given shift, angle in degrees.
+pub fn shift(distance: f64, angle: f64) -> Step {
+    let (s, c) = angle.to_radians().sin_cos();
+    Step { tangential: Some(Tangential::Shift([distance * c, distance * s])), ..step("shift") }
+}
+
+/// Fretting cycles along x.
+pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator) -> Step {
+    Step { cycles: Some(Cycles { count, amplitude, angle: 0.0, jumps, integrator }), ..step("fretting") }
+}
+
+/// Keeps nothing, says nothing.
+pub struct Silent;
+
+impl Observer for Silent {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Runs with the default options.
+pub fn solve(model: &Model, steps: &[Step]) -> RunResult {
+    solve_with(model, steps, &SolverOptions::default())
+}
+
+/// Runs with given options.
+pub fn solve_with(model: &Model, steps: &[Step], options: &SolverOptions) -> RunResult {
+    run(model, steps, options, &mut Silent).expect("a run without errors")
+}
+
+/// Relative difference.
+pub fn relative(found: f64, wanted: f64) -> f64 {
+    (found - wanted).abs() / wanted.abs()
+}
+
+/// The independent program's values for the sphere on fibre-reinforced half-spaces.
+pub fn reference() -> serde_json::Value {
+    serde_json::from_str(include_str!("../data/sphere-on-frp.json")).expect("a valid data file")
+}
