@@ -94,6 +94,8 @@ pub struct Iterate {
     pub gap: Vec<f64>,
     /// Slip, per end `[2, N]`, mm.
     pub slip: Vec<f64>,
+    /// |Δg|_i of each end, `[N]` per end, mm/MPa: depth worn per pressure, the diagonal that wear adds to S_nn.
+    pub wear_path: Vec<f64>,
     /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `repeats`).
     pub wear_rate: Vec<f64>,
     /// Hatted slip and normal gap, per end `[3, N]`.
@@ -112,6 +114,7 @@ impl Iterate {
             elastic: zeros(),
             gap: zeros(),
             slip: vec![0.0; 2 * n * ends],
+            wear_path: vec![0.0; n * ends],
             wear_rate: vec![0.0; n],
             gradient: zeros(),
         }
@@ -235,7 +238,9 @@ impl Increment<'_> {
                     let v = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let along = [cos * v[0] + sin * v[1], -sin * v[0] + cos * v[1]];
                     let p = it.tractions[end * 3 * n + 2 * n + i];
-                    it.wear_rate[i] += p * (wear.i[0] * along[0]).hypot(wear.i[1] * along[1]);
+                    let path = (wear.i[0] * along[0]).hypot(wear.i[1] * along[1]);
+                    it.wear_path[end * n + i] = path;
+                    it.wear_rate[i] += p * path;
                 }
             }
         }
@@ -272,8 +277,9 @@ impl Increment<'_> {
             && it.hatted[base + i].hypot(it.hatted[base + n + i]) < p * (1.0 - STICK_MARGIN)
     }
 
-    /// Natural residual (formulation 7.1): what one local projection step with c = 1 / diag S would change,
-    /// relative to the largest pressure; 0 for an open state without penetration.
+    /// Natural residual (formulation 7.1): what one local projection step with c = 1 / diag S (the diagonal of the
+    /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
+    /// prescribed forces; 0 for an open state without penetration.
     pub fn natural_residual(&self, it: &Iterate) -> f64 {
         let n = self.n();
         let mut worst: f64 = 0.0;
@@ -282,7 +288,9 @@ impl Increment<'_> {
             let base = end * 3 * n;
             for i in 0..n {
                 let p = it.hatted[base + 2 * n + i];
-                let rho = (p - self.scales.c_normal[i] * it.gap[base + 2 * n + i]).max(0.0);
+                let wear = self.repeats * it.wear_path[end * n + i];
+                let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
+                let rho = (p - c * it.gap[base + 2 * n + i]).max(0.0);
                 worst = worst.max((p - rho).abs());
                 p_max = p_max.max(p);
                 if self.friction.is_some() {
@@ -295,12 +303,33 @@ impl Increment<'_> {
                 }
             }
         }
-        if worst == 0.0 {
+        let local = if worst == 0.0 {
             0.0
         } else if p_max > 0.0 {
             worst / p_max
         } else {
             f64::INFINITY
+        };
+        (0..self.ends.len()).fold(local, |residual, end| residual.max(self.force_residual(it, end)))
+    }
+
+    /// Relative defect of the prescribed forces of an end; 0 without any.
+    fn force_residual(&self, it: &Iterate, end: usize) -> f64 {
+        let n = self.n();
+        let sum = |plane: usize| -> f64 {
+            let start = end * 3 * n + plane * n;
+            it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()
+        };
+        let normal = sum(2);
+        let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
+        let mut residual: f64 = 0.0;
+        if let NormalControl::Force(wanted) = self.ends[end].normal {
+            residual = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
         }
+        if let TangentialControl::Force(wanted) = self.ends[end].tangential {
+            let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
+            residual = residual.max(relative(defect, wanted[0].hypot(wanted[1]).max(normal.abs())));
+        }
+        residual
     }
 }

@@ -112,7 +112,8 @@ fn lift_for_force(z: &[f64], areas: &[f64], force: f64) -> f64 {
     lift
 }
 
-/// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force, by damped Newton on a monotone map.
+/// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force: the minimum of a convex potential (Huber's, cell
+/// by cell), by damped Newton.
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
@@ -128,24 +129,30 @@ fn shift_for_force(
     if size >= capacity * (1.0 - 1e-12) {
         return if size == 0.0 { Ok([0.0; 2]) } else { Err(NoEquilibrium::GrossSliding) };
     }
+    let scale = capacity / areas.iter().sum::<f64>();
     let mut y = [0.0; 2];
     let mut current = clipped_sum(planes, areas, y);
-    for _ in 0..100 {
+    for _ in 0..200 {
         let defect = [current.sum[0] - wanted[0], current.sum[1] - wanted[1]];
         let error = defect[0].hypot(defect[1]);
         if error <= 1e-14 * capacity {
             break;
         }
-        let floor = 1e-12 * (current.jacobian[0] + current.jacobian[2]) + 1e-300;
+        // The floor keeps the step bounded where everything slips one way and the Jacobian is singular.
+        let floor = 0.1 * error / (y[0].hypot(y[1]) + scale);
         let (a, b, c) = (current.jacobian[0] + floor, current.jacobian[1], current.jacobian[2] + floor);
         let det = a * c - b * b;
         let direction = [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det];
+        let slope = direction[0] * defect[0] + direction[1] * defect[1];
+        let value = current.potential + wanted[0] * y[0] + wanted[1] * y[1];
         let mut damping = 1.0;
-        loop {
+        for _ in 0..40 {
             let trial = [y[0] + damping * direction[0], y[1] + damping * direction[1]];
             let next = clipped_sum(planes, areas, trial);
+            let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
-            if next_error < error || damping < 1e-6 {
+            let accepted = next_value <= value - 1e-4 * damping * slope || next_error < 0.5 * error;
+            if accepted || damping < 1e-9 {
                 y = trial;
                 current = next;
                 break;
@@ -159,6 +166,8 @@ fn shift_for_force(
 }
 
 struct ClippedSum {
+    /// Σ A h(ẑ - y), h'(x) = clip(x; p).
+    potential: f64,
     sum: [f64; 2],
     /// -d sum / d y: (11, 12, 22).
     jacobian: [f64; 3],
@@ -166,7 +175,7 @@ struct ClippedSum {
 
 fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
     let n = areas.len();
-    let mut result = ClippedSum { sum: [0.0; 2], jacobian: [0.0; 3] };
+    let mut result = ClippedSum { potential: 0.0, sum: [0.0; 2], jacobian: [0.0; 3] };
     for i in 0..n {
         let p = planes[2 * n + i];
         if p <= 0.0 {
@@ -176,6 +185,7 @@ fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
         let norm = z[0].hypot(z[1]);
         let area = areas[i];
         if norm <= p {
+            result.potential += 0.5 * area * norm * norm;
             result.sum[0] += area * z[0];
             result.sum[1] += area * z[1];
             result.jacobian[0] += area;
@@ -183,6 +193,7 @@ fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
         } else {
             let e = [z[0] / norm, z[1] / norm];
             let scale = p / norm;
+            result.potential += area * p * (norm - 0.5 * p);
             result.sum[0] += area * p * e[0];
             result.sum[1] += area * p * e[1];
             result.jacobian[0] += area * scale * (1.0 - e[0] * e[0]);

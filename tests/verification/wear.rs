@@ -88,7 +88,7 @@ fn archard_volume_is_proportional_to_dissipation() {
 #[test]
 fn the_limit_shape_is_the_rigid_overlap() {
     let mut model = sphere_on_frp(0.0, 1.6, 20);
-    model.wear = WearLaw::Frp { i_l: 5e-6, i_t: 6.25e-6, i_n: 6.875e-6, tilt: 0.0, azimuth: 0.0 };
+    model.wear = WearLaw::Frp { i_l: 1e-7, i_t: 1.25e-7, i_n: 1.375e-7, tilt: 0.0, azimuth: 0.0 };
     let result = solve(&model, &[indent(0.02), fretting(100_000, 0.08, 12, Integrator::BackwardEuler)]);
     assert_eq!(result.outcome, Outcome::Converged);
     let n = model.frame.n_cells();

@@ -48,18 +48,8 @@ const PATIENCE: usize = 400;
 /// Upper bounds on the eigenvalues of the normal and tangential blocks of the increment, the wear diagonal and the
 /// coupling of two ends included.
 pub(super) fn spectral_bounds(problem: &Increment, it: &Iterate) -> (f64, f64) {
-    let n = problem.n();
     let ends = problem.ends.len() as f64;
-    let mut diagonal: f64 = 0.0;
-    if let Some(wear) = &problem.wear {
-        let intensity = wear.i[0].max(wear.i[1]);
-        for end in 0..problem.ends.len() {
-            for i in 0..n {
-                let slip = it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]);
-                diagonal = diagonal.max(slip * intensity);
-            }
-        }
-    }
+    let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
     let normal = problem.scales.lambda_normal + ends * problem.repeats * diagonal;
     (normal, ends * problem.scales.lambda_tangential)
 }
