@@ -130,14 +130,14 @@ fn cattaneo_mindlin() {
         assert_eq!(result.outcome, Outcome::Converged);
         let (before, after) = (&result.records[0], &result.records[1]);
         let wanted =
-            3.0 * mu * load / (16.0 * a) * (2.0 * 2.0 / shear) * (1.0 - (1.0 - share as f64).powf(2.0 / 3.0));
+            3.0 * mu * load / (16.0 * a) * (2.0 * 2.0 / shear) * (1.0 - (1.0_f64 - share).powf(2.0 / 3.0));
         assert!(relative(after.shift[0], wanted) < 5e-3, "Q {share}: {} {wanted}", after.shift[0]);
         assert!(after.shift[1].abs() < 1e-9);
         assert!(relative(after.tangential_force[0], share * mu * load) < 1e-10);
         assert!(relative(after.peak_pressure, before.peak_pressure) < 1e-7);
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
-        let c = a * (1.0 - share as f64).cbrt();
+        let c = a * (1.0_f64 - share).cbrt();
         assert!((stick - c).abs() < 2.5 * a / 50.0, "c {stick} {c}");
     }
 }
