@@ -1,1 +1,24 @@
-//! (to be filled)
+//! Finite elements: from a mesh, materials, supports and loads to a body's flexibility at its contact nodes.
+//!
+//! The weak form: find u with u = ū on the supports and ∫ ε(v) : C : ε(u) dV = ∫ v · b dV + ∫ v · t dS for all v that
+//! vanish there. [`FeSpec`] says what is given, [`FeModel`] holds K u = f of the free unknowns, [`CondensedBody`] the
+//! factor of K and the flexibility of the contact nodes, and recovers displacement, stress, energy and reactions.
+//!
+//! Unknowns are nodal displacements in global axes. Voigt order 11 22 33 23 13 12, engineering shears.
+
+mod assembly;
+mod condensed;
+mod dofs;
+mod element;
+mod enhanced;
+mod integration;
+mod loads;
+mod model;
+mod recovery;
+mod regions;
+mod rigid;
+mod spec;
+
+pub use condensed::{Analysis, CondensedBody};
+pub use model::FeModel;
+pub use spec::{FeSpec, HexFormulation, Support};

@@ -1,1 +1,10 @@
-//! (to be filled)
+//! Quadrature rules on the reference cells: points and weights, exact for polynomials of a stated degree.
+
+mod gauss;
+mod simplex;
+
+pub use gauss::{gauss_legendre, hexahedron, quadrilateral};
+pub use simplex::{tetrahedron, triangle};
+
+/// A point of a rule: reference coordinates and weight.
+pub type RulePoint<const D: usize> = ([f64; D], f64);

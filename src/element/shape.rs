@@ -1,0 +1,41 @@
+//! What an element with `N` nodes and `D` reference coordinates gives: its shape functions and their gradients.
+
+/// Shape functions of an element; node order is gmsh's.
+pub trait ShapeFunctions<const N: usize, const D: usize> {
+    /// Reference coordinates of the nodes.
+    const NODES: [[f64; D]; N];
+
+    /// Values at the reference point `xi`.
+    fn values(xi: [f64; D]) -> [f64; N];
+
+    /// Derivatives by the reference coordinates at `xi`.
+    fn gradients(xi: [f64; D]) -> [[f64; D]; N];
+}
+
+#[cfg(test)]
+pub(super) mod checks {
+    use super::ShapeFunctions;
+
+    /// Truths: N_a(x_b) = delta_ab; sum N = 1; the gradients are the derivatives of the values (central differences
+    /// with step 1e-5 of functions at most quadratic along a coordinate: rounding only, 1e-10).
+    pub fn check<S: ShapeFunctions<N, D>, const N: usize, const D: usize>(at: [f64; D]) {
+        for (a, node) in S::NODES.iter().enumerate() {
+            for (b, value) in S::values(*node).into_iter().enumerate() {
+                assert!((value - f64::from(u8::from(a == b))).abs() < 1e-15);
+            }
+        }
+        assert!((S::values(at).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        let gradients = S::gradients(at);
+        for d in 0..D {
+            let moved = |h: f64| {
+                let mut x = at;
+                x[d] += h;
+                S::values(x)
+            };
+            let (forward, backward) = (moved(1e-5), moved(-1e-5));
+            for a in 0..N {
+                assert!(((forward[a] - backward[a]) / 2e-5 - gradients[a][d]).abs() < 1e-10);
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The 4-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), linear.
+
+use super::shape::ShapeFunctions;
+
+/// The 4-node tetrahedron.
+pub struct Tet4;
+
+impl ShapeFunctions<4, 3> for Tet4 {
+    const NODES: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn values([x, y, z]: [f64; 3]) -> [f64; 4] {
+        [1.0 - x - y - z, x, y, z]
+    }
+
+    fn gradients(_: [f64; 3]) -> [[f64; 3]; 4] {
+        [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Tet4, 4, 3>([0.2, 0.3, 0.1]);
+    }
+}

@@ -1,0 +1,176 @@
+//! One element: its stiffness, and the stress, energy and nodal forces that displacements cause in it.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::enhanced::{Enhanced, map_all};
+use super::integration::{Inverted, Mapped, Rules, Sample, map};
+use super::spec::HexFormulation;
+use crate::element::{ElementKind, Hex8, ShapeFunctions};
+
+/// Number of entries of the packed lower triangle of an element's stiffness, `[3 N (3 N + 1) / 2]`.
+pub(super) fn packed_len(kind: ElementKind) -> usize {
+    let n = 3 * kind.n_nodes();
+    n * (n + 1) / 2
+}
+
+/// What displacements cause in an element.
+pub(super) struct ElementState {
+    /// Stress at the nodes, extrapolated from the integration points, `[n_nodes]`.
+    pub nodal_stress: Vec<[f64; 6]>,
+    /// Strain energy.
+    pub energy: f64,
+    /// Nodal forces ∫ Bᵀ σ dV, `[n_nodes]`.
+    pub forces: Vec<[f64; 3]>,
+}
+
+/// Voigt entries (row, value) of the strain of a unit displacement along `component` of a node whose shape function
+/// has the gradient `g`.
+pub(super) fn unit_strain(g: &[f64; 3], component: usize) -> [(usize, f64); 3] {
+    match component {
+        0 => [(0, g[0]), (4, g[2]), (5, g[1])],
+        1 => [(1, g[1]), (3, g[2]), (5, g[0])],
+        _ => [(2, g[2]), (3, g[1]), (4, g[0])],
+    }
+}
+
+/// Strain at a point of nodal displacements `u`.
+fn strain<const N: usize>(point: &Mapped<N>, u: &[[f64; 3]; N]) -> Vector6<f64> {
+    let mut strain = Vector6::zeros();
+    for (g, u) in point.gradients.iter().zip(u) {
+        for (component, &displacement) in u.iter().enumerate() {
+            for (row, value) in unit_strain(g, component) {
+                strain[row] += value * displacement;
+            }
+        }
+    }
+    strain
+}
+
+/// Adds ∫ Bᵀ C B of one point to the packed lower triangle (row by row).
+fn add_stiffness<const N: usize>(point: &Mapped<N>, c: &Matrix6<f64>, packed: &mut [f64]) {
+    // C B of every node, three columns of six.
+    let stress: [[[f64; 6]; 3]; N] = point.gradients.map(|g| {
+        std::array::from_fn(|component| {
+            let mut column = [0.0; 6];
+            for (row, value) in unit_strain(&g, component) {
+                for (i, sum) in column.iter_mut().enumerate() {
+                    *sum += c[(i, row)] * (value * point.volume);
+                }
+            }
+            column
+        })
+    });
+    let mut k = 0;
+    for (a, g) in point.gradients.iter().enumerate() {
+        for component in 0..3 {
+            let row = unit_strain(g, component);
+            for column in stress.iter().flatten().take(3 * a + component + 1) {
+                packed[k] +=
+                    row[0].1 * column[row[0].0] + row[1].1 * column[row[1].0] + row[2].1 * column[row[2].0];
+                k += 1;
+            }
+        }
+    }
+}
+
+/// Stiffness of an element, packed lower triangle row by row; overwrites `packed`. Does not allocate.
+///
+/// # Panics
+/// If the kind is no finite element here (checked when the model is made).
+pub(super) fn stiffness(
+    kind: ElementKind,
+    nodes: &[[f64; 3]],
+    c: &Matrix6<f64>,
+    formulation: HexFormulation,
+    rules: &Rules,
+    packed: &mut [f64],
+) -> Result<(), Inverted> {
+    packed.fill(0.0);
+    match kind {
+        ElementKind::Hex8 => {
+            let nodes: &[[f64; 3]; 8] = nodes.try_into().expect("eight nodes");
+            let mapped = map_all(nodes, &rules.hex8)?;
+            mapped.iter().for_each(|point| add_stiffness(point, c, packed));
+            if formulation == HexFormulation::Enhanced {
+                Enhanced::new(nodes, &rules.hex8, &mapped, c)?.condense(packed);
+            }
+        }
+        ElementKind::Tet4 => {
+            let nodes: &[[f64; 3]; 4] = nodes.try_into().expect("four nodes");
+            add_stiffness(&map(nodes, &rules.tet4[0])?, c, packed);
+        }
+        other => unreachable!("{} was refused", other.name()),
+    }
+    Ok(())
+}
+
+fn forces_and_energy<const N: usize>(
+    points: &[Mapped<N>],
+    strains: &[Vector6<f64>],
+    c: &Matrix6<f64>,
+) -> (Vec<Vector6<f64>>, f64, Vec<[f64; 3]>) {
+    let mut forces = vec![[0.0; 3]; N];
+    let mut energy = 0.0;
+    let mut stresses = Vec::with_capacity(points.len());
+    for (point, strain) in points.iter().zip(strains) {
+        let stress = c * strain;
+        energy += 0.5 * point.volume * stress.dot(strain);
+        for (force, g) in forces.iter_mut().zip(&point.gradients) {
+            for (component, sum) in force.iter_mut().enumerate() {
+                *sum += unit_strain(g, component).iter().map(|&(row, v)| v * stress[row]).sum::<f64>()
+                    * point.volume;
+            }
+        }
+        stresses.push(stress);
+    }
+    (stresses, energy, forces)
+}
+
+/// Values at the nodes of a hexahedron from those at its 2 x 2 x 2 Gauss points (in the nodes' order), trilinear.
+fn extrapolate(samples: &[Sample<8>], values: &[Vector6<f64>]) -> Vec<[f64; 6]> {
+    let out = 1.0 / samples[6].xi[0];
+    Hex8::NODES
+        .iter()
+        .map(|node| {
+            let weights = Hex8::values(node.map(|x| x * out));
+            let sum = weights.iter().zip(values).fold(Vector6::zeros(), |sum, (w, v)| sum + v * *w);
+            sum.into()
+        })
+        .collect()
+}
+
+/// Stress, energy and forces of an element for nodal displacements `u`.
+///
+/// # Panics
+/// If the kind is no finite element here (checked when the model is made).
+pub(super) fn state(
+    kind: ElementKind,
+    nodes: &[[f64; 3]],
+    u: &[[f64; 3]],
+    c: &Matrix6<f64>,
+    formulation: HexFormulation,
+    rules: &Rules,
+) -> Result<ElementState, Inverted> {
+    match kind {
+        ElementKind::Hex8 => {
+            let nodes: &[[f64; 3]; 8] = nodes.try_into().expect("eight nodes");
+            let u: &[[f64; 3]; 8] = u.try_into().expect("eight nodes");
+            let mapped = map_all(nodes, &rules.hex8)?;
+            let mut strains = mapped.map(|point| strain(&point, u));
+            if formulation == HexFormulation::Enhanced {
+                let enhanced = Enhanced::new(nodes, &rules.hex8, &mapped, c)?.strains(u);
+                strains.iter_mut().zip(enhanced).for_each(|(sum, part)| *sum += part);
+            }
+            let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, c);
+            Ok(ElementState { nodal_stress: extrapolate(&rules.hex8, &stresses), energy, forces })
+        }
+        ElementKind::Tet4 => {
+            let nodes: &[[f64; 3]; 4] = nodes.try_into().expect("four nodes");
+            let u: &[[f64; 3]; 4] = u.try_into().expect("four nodes");
+            let mapped = [map(nodes, &rules.tet4[0])?];
+            let (stresses, energy, forces) = forces_and_energy(&mapped, &[strain(&mapped[0], u)], c);
+            Ok(ElementState { nodal_stress: vec![stresses[0].into(); 4], energy, forces })
+        }
+        other => unreachable!("{} was refused", other.name()),
+    }
+}

@@ -1,0 +1,184 @@
+//! A finite-element body ready to be solved: K u = f of its free dofs.
+
+use std::sync::Arc;
+
+use super::assembly::{Elements, assemble};
+use super::condensed::{Analysis, CondensedBody};
+use super::dofs::{COMPONENTS, Dofs};
+use super::integration::Rules;
+use super::loads::{NodalForces, add_body_force, external_forces};
+use super::regions::Regions;
+use super::rigid::refuse_free_motions;
+use super::spec::{FeSpec, HexFormulation};
+use crate::error::{Context, Error, Result};
+use crate::linalg::ordering::{NodeGraph, nested_dissection};
+use crate::linalg::sparse::SymmetricSparse;
+use crate::mesh::Mesh;
+
+/// An assembled finite-element body.
+pub struct FeModel {
+    name: String,
+    mesh: Arc<Mesh>,
+    formulation: HexFormulation,
+    regions: Regions,
+    rules: Rules,
+    dofs: Dofs,
+    graph: NodeGraph,
+    stiffness: SymmetricSparse,
+    support_forces: Vec<f64>,
+    external: NodalForces,
+}
+
+impl FeModel {
+    /// Assembles the body.
+    ///
+    /// # Errors
+    /// If the mesh has solids that are no finite elements here, an element is inverted or has no material, a group
+    /// is missing, supports contradict one another or leave rigid motions free (which are named).
+    pub fn new(spec: FeSpec) -> Result<Self> {
+        let name = spec.name.clone();
+        Self::build(spec).context(|| name)
+    }
+
+    fn build(spec: FeSpec) -> Result<Self> {
+        let regions = Regions::new(&spec)?;
+        let dofs = Dofs::new(&spec, &regions)?;
+        let mesh = &spec.mesh;
+        let graph = NodeGraph::from_elements(
+            mesh.n_points(),
+            regions.cells.iter().map(|&cell| mesh.cell_nodes(cell)),
+        );
+        refuse_free_motions(&spec, &dofs, &graph)?;
+        let rules = Rules::new();
+        let external = external_forces(&spec, &regions, &rules)?;
+        let elements = Elements { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
+        let (stiffness, support_forces) = assemble(elements, &dofs)?;
+        let FeSpec { name, mesh, formulation, .. } = spec;
+        Ok(Self { name, mesh, formulation, regions, rules, dofs, graph, stiffness, support_forces, external })
+    }
+
+    /// What messages call it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its mesh.
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        &self.mesh
+    }
+
+    /// Number of free dofs.
+    pub fn n_free(&self) -> usize {
+        self.dofs.n_free()
+    }
+
+    /// Row of a displacement component of a node in the system of the free dofs; `None` if it is prescribed, or the
+    /// node belongs to no solid.
+    pub fn free_dof(&self, node: usize, component: usize) -> Option<usize> {
+        self.dofs.row(3 * node + component)
+    }
+
+    /// Prescribed displacement of a component of a node, mm; `None` if it is free.
+    pub fn prescribed(&self, node: usize, component: usize) -> Option<f64> {
+        self.dofs.prescribed(3 * node + component)
+    }
+
+    /// K of the free dofs, `[n_free, n_free]`, N/mm.
+    pub fn stiffness(&self) -> &SymmetricSparse {
+        &self.stiffness
+    }
+
+    /// Right-hand side of the free dofs, `[n_free]`, N: loads, and -K_fc ū of prescribed displacements.
+    pub fn load_vector(&self) -> Vec<f64> {
+        let rows = self.dofs.dofs_of_rows().iter().zip(&self.support_forces);
+        rows.map(|(&dof, supports)| self.external[dof / 3][dof % 3] + supports).collect()
+    }
+
+    /// Whether loads or prescribed displacements act on the body by themselves.
+    pub fn is_loaded(&self) -> bool {
+        let nodes = self.dofs.nodes.iter();
+        self.load_vector().iter().any(|&f| f != 0.0)
+            || nodes
+                .flat_map(|&node| 3 * node..3 * node + 3)
+                .any(|d| self.dofs.prescribed(d).is_some_and(|v| v != 0.0))
+    }
+
+    /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
+    pub fn external_forces(&self) -> &[[f64; 3]] {
+        &self.external
+    }
+
+    /// Adds a force per volume that varies in space, N/mm3.
+    pub fn add_body_force(&mut self, force: impl Fn([f64; 3]) -> [f64; 3]) {
+        add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external);
+    }
+
+    /// Displacement of all mesh nodes, mm, `[n_points]`, from that of the free dofs, `[n_free]`.
+    pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
+        self.dofs.expand(free)
+    }
+
+    /// Orders the unknowns, those of `contact_nodes` last, and finds the structure of the factor: what it will cost.
+    ///
+    /// # Errors
+    /// If a contact node is given twice or is on no solid; if memory does not suffice.
+    pub fn analyse(&self, contact_nodes: &[usize]) -> Result<Analysis> {
+        self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
+        let order = nested_dissection(&self.graph, &self.dofs.nodes, contact_nodes)
+            .context(|| self.name.clone())?
+            .into_iter()
+            .flat_map(|node| (3 * node..3 * node + 3).filter_map(|dof| self.dofs.row(dof)))
+            .collect();
+        Analysis::new(self, contact_nodes, order).context(|| self.name.clone())
+    }
+
+    /// Factorises K and forms the flexibility of `contact_nodes` (mesh node indices).
+    ///
+    /// # Errors
+    /// See [`Self::analyse`]; further if K is singular or the factorisation fails its check.
+    pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
+        let analysis = self.analyse(contact_nodes)?;
+        self.condense_as(analysis)
+    }
+
+    /// As [`Self::condense`], with an analysis already made of this model.
+    ///
+    /// # Errors
+    /// See [`Self::condense`].
+    pub fn condense_as(self, analysis: Analysis) -> Result<CondensedBody> {
+        let name = self.name.clone();
+        CondensedBody::new(self, analysis).context(|| name)
+    }
+
+    fn check_contact_nodes(&self, contact_nodes: &[usize]) -> Result<()> {
+        let mut seen = vec![false; self.mesh.n_points()];
+        for &node in contact_nodes {
+            if !self.dofs.in_solid.get(node).copied().unwrap_or(false) {
+                return Err(Error::input(format!("the contact node {node} belongs to no solid element")));
+            }
+            if std::mem::replace(&mut seen[node], true) {
+                return Err(Error::input(format!("the contact node {node} is given twice")));
+            }
+        }
+        Ok(())
+    }
+
+    /// What a row of the system is, for messages.
+    pub(super) fn row_name(&self, row: usize) -> String {
+        let dof = self.dofs.dofs_of_rows()[row];
+        format!("the node at {:?}, direction {}", self.mesh.points[dof / 3], COMPONENTS[dof % 3])
+    }
+
+    pub(super) fn dofs(&self) -> &Dofs {
+        &self.dofs
+    }
+
+    pub(super) fn elements(&self) -> Elements<'_> {
+        Elements {
+            mesh: &self.mesh,
+            regions: &self.regions,
+            rules: &self.rules,
+            formulation: self.formulation,
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! What a displacement field means: stress, strain energy, reactions.
+
+use rayon::prelude::*;
+
+use super::assembly::Elements;
+use super::element::{ElementState, state};
+use super::model::FeModel;
+use crate::error::Result;
+
+/// Elements evaluated side by side before they are added up.
+const BATCH: usize = 4096;
+
+impl FeModel {
+    /// Stress at the mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa, `[n_points]`, for a displacement of all mesh
+    /// nodes `[n_points]`: from the Gauss points of each element (enhanced modes included) to its nodes, then the mean
+    /// over the elements at the node; zero at points on no solid. Across a border of materials this averages a jump.
+    ///
+    /// # Errors
+    /// None for a model that was made (kept for elements that fail).
+    pub fn stress(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
+        let n_points = self.mesh().n_points();
+        let (mut sum, mut count) = (vec![[0.0; 6]; n_points], vec![0.0f64; n_points]);
+        for_each_state(self.elements(), displacement, |nodes, state| {
+            for (&node, stress) in nodes.iter().zip(&state.nodal_stress) {
+                (0..6).for_each(|i| sum[node][i] += stress[i]);
+                count[node] += 1.0;
+            }
+        })?;
+        Ok(sum.iter().zip(&count).map(|(s, &n)| s.map(|value| value / n.max(1.0))).collect())
+    }
+
+    /// Strain energy 1/2 ∫ ε : C : ε dV, N mm, for a displacement of all mesh nodes `[n_points]`.
+    ///
+    /// # Errors
+    /// As [`Self::stress`].
+    pub fn strain_energy(&self, displacement: &[[f64; 3]]) -> Result<f64> {
+        let mut energy = 0.0;
+        for_each_state(self.elements(), displacement, |_, state| energy += state.energy)?;
+        Ok(energy)
+    }
+
+    /// Forces that the stresses exert at the mesh nodes, ∫ Bᵀ σ dV, global axes, N, `[n_points]`.
+    ///
+    /// # Errors
+    /// As [`Self::stress`].
+    pub fn internal_forces(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
+        let mut forces = vec![[0.0; 3]; self.mesh().n_points()];
+        for_each_state(self.elements(), displacement, |nodes, state| {
+            for (&node, force) in nodes.iter().zip(&state.forces) {
+                (0..3).for_each(|c| forces[node][c] += force[c]);
+            }
+        })?;
+        Ok(forces)
+    }
+
+    /// Forces of the supports on the body, global axes, N, `[n_points]`; zero at free dofs. A contact force on a
+    /// prescribed dof counts as part of its reaction.
+    ///
+    /// # Errors
+    /// As [`Self::stress`].
+    pub fn reactions(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
+        let mut forces = self.internal_forces(displacement)?;
+        for (node, (force, external)) in forces.iter_mut().zip(self.external_forces()).enumerate() {
+            for c in 0..3 {
+                force[c] = if self.prescribed(node, c).is_some() { force[c] - external[c] } else { 0.0 };
+            }
+        }
+        Ok(forces)
+    }
+}
+
+/// Calls `visit` for each element in order with its nodes and state; elements are evaluated in parallel.
+fn for_each_state(
+    elements: Elements,
+    displacement: &[[f64; 3]],
+    mut visit: impl FnMut(&[usize], &ElementState),
+) -> Result<()> {
+    for start in (0..elements.n()).step_by(BATCH) {
+        let end = (start + BATCH).min(elements.n());
+        let batch: Vec<Result<ElementState>> =
+            (start..end).into_par_iter().map(|i| element_state(elements, i, displacement)).collect();
+        for (i, state) in (start..end).zip(batch) {
+            visit(elements.mesh.cell_nodes(elements.regions.cells[i]), &state?);
+        }
+    }
+    Ok(())
+}
+
+fn element_state(elements: Elements, i: usize, displacement: &[[f64; 3]]) -> Result<ElementState> {
+    let cell = elements.regions.cells[i];
+    let u: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| displacement[node]).collect();
+    let kind = elements.mesh.kind(cell);
+    state(kind, &elements.points(cell), &u, elements.material(i), elements.formulation, elements.rules)
+        .map_err(|inverted| elements.inverted(cell, inverted))
+}

@@ -1,0 +1,66 @@
+//! What makes a finite-element body: mesh, materials, supports, loads.
+
+use std::sync::Arc;
+
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+
+/// How 8-node hexahedra represent strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HexFormulation {
+    /// Nine enhanced strain modes, condensed in the element ("hex8-eas"): bends without locking.
+    #[default]
+    Enhanced,
+    /// Displacement interpolation only ("hex8"): far too stiff in bending; a baseline.
+    Standard,
+}
+
+impl HexFormulation {
+    /// Every formulation.
+    pub const ALL: [Self; 2] = [Self::Enhanced, Self::Standard];
+
+    /// Its name in scenes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Enhanced => "hex8-eas",
+            Self::Standard => "hex8",
+        }
+    }
+
+    /// The formulation of a name, `None` if there is none.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|formulation| formulation.name() == name)
+    }
+}
+
+/// Prescribed displacement of the nodes of a group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Support {
+    /// Physical group of points, lines, surfaces or volumes.
+    pub group: String,
+    /// Which of the components x, y, z are prescribed.
+    pub components: [bool; 3],
+    /// Their values, mm; those of free components are not used.
+    pub value: [f64; 3],
+}
+
+/// A finite-element body.
+#[derive(Debug, Clone)]
+pub struct FeSpec {
+    /// What messages call it ("body1").
+    pub name: String,
+    /// Its mesh; all solid cells are the body.
+    pub mesh: Arc<Mesh>,
+    /// Stiffness in global axes by physical group of volumes; `None` stands for all cells in no named region.
+    pub regions: Vec<(Option<String>, Stiffness)>,
+    /// Formulation of its hexahedra.
+    pub formulation: HexFormulation,
+    /// Supports and prescribed displacements.
+    pub supports: Vec<Support>,
+    /// Pressure on surface groups, MPa, positive into the body.
+    pub pressures: Vec<(String, f64)>,
+    /// Tractions on surface groups, global axes, MPa.
+    pub tractions: Vec<(String, [f64; 3])>,
+    /// Force per volume, global axes, N/mm3.
+    pub body_force: [f64; 3],
+}

@@ -1,0 +1,61 @@
+//! Dense symmetric matrices.
+
+use crate::error::{Error, Result};
+
+/// A dense symmetric matrix `[n, n]`, both triangles stored.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SymmetricDense {
+    n: usize,
+    values: Vec<f64>,
+}
+
+impl SymmetricDense {
+    /// The zero matrix.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn zeros(n: usize) -> Result<Self> {
+        Ok(Self { n, values: zeroed(n.saturating_mul(n))? })
+    }
+
+    /// Number of rows.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// All entries, `[n, n]`; row by row or column by column is the same.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// All entries, `[n, n]`, to change. Keep both triangles equal.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Row (= column) `i`.
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.values[i * self.n..(i + 1) * self.n]
+    }
+
+    /// Entry (i, j).
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.values[i * self.n + j]
+    }
+}
+
+/// `len` zeros.
+///
+/// # Errors
+/// If memory does not suffice (kind `Resources`).
+pub(super) fn zeroed(len: usize) -> Result<Vec<f64>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len).map_err(|_| {
+        Error::resources(format!(
+            "not enough memory for a matrix of {:.2} GiB; use a coarser mesh, or fewer nodes in the contact group",
+            len as f64 * 8.0 / f64::from(1 << 30)
+        ))
+    })?;
+    values.resize(len, 0.0);
+    Ok(values)
+}

@@ -1,0 +1,94 @@
+//! Rules on the reference triangle (0,0), (1,0), (0,1) and the reference tetrahedron.
+//!
+//! Products of Gauss rules collapsed onto the simplex: all weights positive, any degree, no tables.
+
+use super::RulePoint;
+use super::gauss::gauss_legendre;
+
+/// Gauss rule on [0, 1].
+fn unit_line(n: usize) -> Vec<(f64, f64)> {
+    gauss_legendre(n).into_iter().map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w)).collect()
+}
+
+/// A rule on the reference triangle, exact to `degree`; weights sum to 1/2.
+///
+/// Degree 1 is the centroid, degree 2 the three-point rule of Strang and Fix (1973), above that the collapsed square.
+pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
+    const SIXTH: f64 = 1.0 / 6.0;
+    match degree {
+        0 | 1 => vec![([1.0 / 3.0, 1.0 / 3.0], 0.5)],
+        2 => [[SIXTH, SIXTH], [4.0 * SIXTH, SIXTH], [SIXTH, 4.0 * SIXTH]].map(|x| (x, SIXTH)).to_vec(),
+        _ => {
+            // The Jacobian 1 - u of the collapse adds one degree in u.
+            let line = unit_line(degree / 2 + 1 + degree % 2);
+            line.iter()
+                .flat_map(|&(u, a)| line.iter().map(move |&(v, b)| ([u, v * (1.0 - u)], a * b * (1.0 - u))))
+                .collect()
+        }
+    }
+}
+
+/// A rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
+///
+/// Degree 1 is the centroid, above that the collapsed cube.
+pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
+    if degree <= 1 {
+        return vec![([0.25; 3], 1.0 / 6.0)];
+    }
+    // The Jacobian (1 - u)^2 (1 - v) adds two degrees in u.
+    let line = unit_line(degree.div_ceil(2) + 2);
+    let mut rule = Vec::with_capacity(line.len().pow(3));
+    for &(u, a) in &line {
+        for &(v, b) in &line {
+            for &(w, c) in &line {
+                let (p, q) = (1.0 - u, 1.0 - v);
+                rule.push(([u, v * p, w * p * q], a * b * c * p * p * q));
+            }
+        }
+    }
+    rule
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factorial(n: usize) -> f64 {
+        (1..=n).map(|k| k as f64).product()
+    }
+
+    /// Truth: integral of x^i y^j over the unit triangle = i! j! / (i + j + 2)!. Tolerance: rounding.
+    #[test]
+    fn triangle_moments() {
+        for degree in 0..=7 {
+            for i in 0..=degree {
+                for j in 0..=degree - i {
+                    let sum: f64 = triangle(degree)
+                        .iter()
+                        .map(|([x, y], w)| w * x.powi(i as i32) * y.powi(j as i32))
+                        .sum();
+                    let exact = factorial(i) * factorial(j) / factorial(i + j + 2);
+                    assert!((sum - exact).abs() < 1e-15, "degree {degree}, x^{i} y^{j}");
+                }
+            }
+        }
+    }
+
+    /// Truth: integral of x^i y^j z^k over the unit tetrahedron = i! j! k! / (i + j + k + 3)!. Tolerance: rounding.
+    #[test]
+    fn tetrahedron_moments() {
+        for degree in 0..=5 {
+            for i in 0..=degree {
+                for j in 0..=degree - i {
+                    let k = degree - i - j;
+                    let sum: f64 = tetrahedron(degree)
+                        .iter()
+                        .map(|([x, y, z], w)| w * x.powi(i as i32) * y.powi(j as i32) * z.powi(k as i32))
+                        .sum();
+                    let exact = factorial(i) * factorial(j) * factorial(k) / factorial(degree + 3);
+                    assert!((sum - exact).abs() < 1e-15, "degree {degree}, x^{i} y^{j} z^{k}");
+                }
+            }
+        }
+    }
+}
