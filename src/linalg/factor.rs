@@ -194,7 +194,8 @@ impl CholeskyFactor {
             for j in 0..node.val().ncols() {
                 let row = original_row(&self.symbolic, node.start() + j);
                 let pivot = node.val()[(j, j)];
-                if !(pivot * pivot > PIVOT_LIMIT * diagonal[row]) {
+                // NaN must not pass.
+                if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
                 }
             }

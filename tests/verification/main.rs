@@ -4,6 +4,7 @@ mod common;
 mod contact;
 mod coupling;
 mod fem;
+mod fem_meshes;
 mod fields;
 mod laws;
 mod mesh;
