@@ -127,7 +127,8 @@ fn rotation_names(rotations: &[Vector3<f64>]) -> Vec<String> {
 }
 
 fn axis_name(axis: &Vector3<f64>) -> String {
-    let axis = axis.normalize();
+    // Rounding of a zero must not show as a sign.
+    let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
         Some(c) => format!("rotation about {}", COMPONENTS[c]),
         None => format!("rotation about the direction ({:.3}, {:.3}, {:.3})", axis.x, axis.y, axis.z),
