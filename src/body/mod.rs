@@ -1,6 +1,7 @@
 //! Elastic bodies as the contact sees them: a flexibility on the frame, and the recovery of their fields.
 
 pub mod condensed;
+pub mod finite_elements;
 pub mod half_space;
 pub mod rigid;
 
@@ -8,6 +9,7 @@ use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
 use crate::linalg::operator::Flexibility;
 
+pub use finite_elements::FeBody;
 pub use half_space::HalfSpaceBody;
 pub use rigid::RigidBody;
 

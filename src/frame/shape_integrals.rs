@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use super::clip::{area_and_centroid, cross};
+use crate::quadrature::gauss_legendre;
 
 /// A face seen along n: three or four corners in the plane, counter-clockwise.
 #[derive(Debug, Clone, Copy)]
@@ -160,30 +161,10 @@ impl PlaneFace {
 }
 
 /// Gauss rules on [0, 1] as pairs (point, weight), of growing order.
-static RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| [2, 6, 12, 24, 48].map(gauss).to_vec());
-
-/// Gauss-Legendre rule with `n` points on [0, 1], by Newton's method on the Legendre recurrence.
-fn gauss(n: usize) -> Vec<[f64; 2]> {
-    let legendre = |x: f64| {
-        let (mut before, mut value) = (1.0, x);
-        for k in 2..=n {
-            let k = k as f64;
-            (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
-        }
-        (value, n as f64 * (x * value - before) / (x * x - 1.0))
-    };
-    (0..n)
-        .map(|i| {
-            let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            for _ in 0..20 {
-                let (value, slope) = legendre(x);
-                x -= value / slope;
-            }
-            let slope = legendre(x).1;
-            [0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope)]
-        })
-        .collect()
-}
+static RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| {
+    let halved = |(x, weight): (f64, f64)| [0.5 * (1.0 + x), 0.5 * weight];
+    [2, 6, 12, 24, 48].map(|n| gauss_legendre(n).into_iter().map(halved).collect()).to_vec()
+});
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 //! Maps between frame and faces, patch test, Schur complement against the assembled block system.
 
 mod bricks;
+mod finite_elements;
 mod half_spaces;
 mod maps;
 

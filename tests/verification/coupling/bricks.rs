@@ -1,6 +1,10 @@
 //! Meshes of rectangular blocks made by hand: hexahedra or tetrahedra, the contact face distorted in its plane.
 
+use std::sync::Arc;
+
 use orthowear::element::ElementKind;
+use orthowear::fem::{FeSpec, HexFormulation, Support};
+use orthowear::material::Stiffness;
 use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
 
 /// A block over [-width, width]^2, between heights `z[0]` and `z[1]`.
@@ -86,7 +90,16 @@ impl Brick {
             Block { kind, nodes, tags: (first..first + n).collect() }
         };
         let [bottom, top] = faces;
-        let blocks = vec![block(solid, solids, 1), block(face, bottom, 100_001), block(face, top, 200_001)];
+        let base_z = if self.contact_on_top { 0 } else { nz };
+        let pins = [vec![node(0, 0, base_z)], vec![node(nx, 0, base_z)]];
+        let [pin, second_pin] = pins.map(|nodes| block(ElementKind::Point1, nodes, 300_001));
+        let blocks = vec![
+            block(solid, solids, 1),
+            block(face, bottom, 100_001),
+            block(face, top, 200_001),
+            pin,
+            second_pin,
+        ];
         let group = |name: &str, dim: usize, index: usize| PhysicalGroup {
             name: name.into(),
             dim,
@@ -94,7 +107,40 @@ impl Brick {
             cells: (0..blocks[index].tags.len()).map(|cell| CellRef { block: index, cell }).collect(),
         };
         let (contact, base) = if self.contact_on_top { (2, 1) } else { (1, 2) };
-        let groups = vec![group("volume", 3, 0), group("contact", 2, contact), group("base", 2, base)];
+        let groups = vec![
+            group("volume", 3, 0),
+            group("contact", 2, contact),
+            group("base", 2, base),
+            group("pin", 0, 3),
+            group("second-pin", 0, 4),
+        ];
         Mesh { source: "brick".into(), points, blocks, groups, warnings: Vec::new() }
     }
+}
+
+/// A body of one material on a mesh, without supports.
+pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
+    FeSpec {
+        name: "brick".into(),
+        mesh: Arc::new(mesh),
+        regions: vec![(None, stiffness.clone())],
+        formulation: HexFormulation::Enhanced,
+        supports: Vec::new(),
+        pressures: Vec::new(),
+        tractions: Vec::new(),
+        body_force: [0.0; 3],
+    }
+}
+
+pub fn support(group: &str, components: [bool; 3], value: [f64; 3]) -> Support {
+    Support { group: group.into(), components, value }
+}
+
+/// Supports that leave a block free to strain uniformly: base on rollers, two pins against motion in the plane.
+pub fn rollers() -> Vec<Support> {
+    vec![
+        support("base", [false, false, true], [0.0; 3]),
+        support("pin", [true, true, false], [0.0; 3]),
+        support("second-pin", [false, true, false], [0.0; 3]),
+    ]
 }

@@ -1,0 +1,108 @@
+//! Meshed finite-element bodies, condensed to the nodes under the frame.
+
+use super::condensed::CondensedFlexibility;
+use super::{BodyField, ElasticBody};
+use crate::bem::half_space::CrossBlocks;
+use crate::error::{Context, Error, Result};
+use crate::fem::{CondensedBody, FeModel, FeSpec};
+use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::linalg::operator::Flexibility;
+use crate::mesh::faces::group_faces;
+
+/// A finite-element body tied to a frame through the faces of one physical group.
+pub struct FeBody {
+    side: Side,
+    condensed: CondensedBody,
+    map: FaceMap,
+    heights: Vec<f64>,
+    free_gap: Option<Vec<f64>>,
+    taken: bool,
+}
+
+impl FeBody {
+    /// Assembles and factorises the body and forms the flexibility of its contact nodes, the nodes of the faces of
+    /// the group `contact` that the cells of `frame` lie over.
+    ///
+    /// # Errors
+    /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
+    pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
+        let name = spec.name.clone();
+        Self::build(spec, contact, side, frame).context(|| name)
+    }
+
+    fn build(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
+        let mesh = spec.mesh.clone();
+        let faces = group_faces(&mesh, contact)?;
+        let map = FaceMap::new(frame, &mesh, &faces, side)?;
+        let heights = map.heights(frame, &mesh);
+        let condensed = FeModel::new(spec)?.condense(map.nodes())?;
+        let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
+        Ok(Self { side, condensed, map, heights, free_gap, taken: false })
+    }
+
+    /// The factorised body.
+    pub fn condensed(&self) -> &CondensedBody {
+        &self.condensed
+    }
+
+    /// The map between its contact faces and the frame.
+    pub fn map(&self) -> &FaceMap {
+        &self.map
+    }
+
+    /// Which side of the frame it lies on.
+    pub fn side(&self) -> Side {
+        self.side
+    }
+
+    /// Forces on the contact nodes, `[3 n_c]`, N, global axes, for tractions on body 2, `[3, N]` by planes.
+    pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; 3 * self.map.nodes().len()];
+        self.map.apply_transpose(tractions, &mut forces);
+        forces.iter_mut().for_each(|f| *f *= self.side.gap_sign());
+        forces
+    }
+}
+
+/// Share of the body's own deformation in the gap.
+fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
+    let free = condensed.free_displacement();
+    let nodal: Vec<f64> = map.nodes().iter().flat_map(|&node| free[node]).collect();
+    let mut gap = vec![0.0; 3 * map.n_cells()];
+    map.apply(&nodal, &mut gap);
+    gap.iter_mut().for_each(|g| *g *= side.gap_sign());
+    gap
+}
+
+impl ElasticBody for FeBody {
+    fn describe(&self) -> String {
+        format!(
+            "finite elements, {} unknowns, {} contact nodes",
+            self.condensed.model().n_free(),
+            self.map.nodes().len()
+        )
+    }
+
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+        if std::mem::replace(&mut self.taken, true) {
+            return Err(Error::numerical("the flexibility of a finite-element body was taken twice"));
+        }
+        let nodal = self.condensed.take_flexibility();
+        Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j)))))
+    }
+
+    fn free_gap(&self) -> Option<&[f64]> {
+        self.free_gap.as_deref()
+    }
+
+    fn heights(&self) -> Option<&[f64]> {
+        Some(&self.heights)
+    }
+
+    /// Displacement and stress at all mesh nodes.
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+        let displacement = self.condensed.solve(&self.contact_forces(tractions))?;
+        let stress = self.condensed.model().stress(&displacement)?;
+        Ok(BodyField { displacement, stress })
+    }
+}
