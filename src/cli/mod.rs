@@ -1,9 +1,12 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
 mod check;
+mod progress;
 mod render;
 mod run;
 mod schema;
+mod signal;
+mod table;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -1,17 +1,189 @@
 //! `orthowear run`.
 
-use super::{RunArgs, exit, refuse, to_stderr, use_threads};
-use crate::scene;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
-/// Computes a scene and writes its results.
+use super::progress::{Progress, seconds};
+use super::{RunArgs, exit, refuse, signal, table, to_stderr, to_stdout, use_threads};
+use crate::error::{Error, Result};
+use crate::history::step::Outcome;
+use crate::results::fields::FieldWriter;
+use crate::results::output::OutputDir;
+use crate::results::recorder::Recorder;
+use crate::results::summary::{Status, Summary, Units};
+use crate::scene::{self, Mistakes, Plan};
+use crate::study::{self, Failure};
+
+/// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {
     if arguments.resume {
         to_stderr("--resume is not available in this version: run the scene from the start\n");
         return exit::INPUT;
     }
     use_threads(arguments.scene.threads);
-    match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
-        Ok(_) => exit::FAILED,
-        Err(mistakes) => refuse(&mistakes),
+    let stop = signal::catch();
+    let started = Instant::now();
+    let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
+    let plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
+        Ok(plan) => plan,
+        Err(mistakes) => return refuse_scene(&mistakes, arguments, &directory),
+    };
+    let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
+    summary.warnings.extend(plan.notes.iter().cloned());
+    summary.timings.add("scene", started.elapsed().as_secs_f64());
+    let output = match OutputDir::open(&directory) {
+        Ok(output) => output,
+        Err(error) => return report(&error),
+    };
+    let code = compute(&plan, output, &mut summary, arguments.quiet, stop);
+    if !arguments.quiet {
+        to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
     }
+    code
+}
+
+/// `<scene>.out` beside the scene.
+fn beside(scene: &Path) -> PathBuf {
+    scene.with_extension("out")
+}
+
+fn units(plan: &Plan) -> Units {
+    Units { length: plan.units.length.clone(), force: plan.units.force.clone() }
+}
+
+fn report(error: &Error) -> u8 {
+    to_stderr(&format!("error: {error}\n"));
+    error.exit_code()
+}
+
+/// Prints the mistakes and leaves a summary of the failure, where the scene at least is a file.
+fn refuse_scene(mistakes: &Mistakes, arguments: &RunArgs, directory: &Path) -> u8 {
+    let code = refuse(mistakes);
+    if !mistakes.sha256.is_empty() || arguments.out.is_some() {
+        let mut summary = Summary::new("", &mistakes.sha256, Units::default());
+        summary.fail(&mistakes.to_error());
+        if let Err(error) = OutputDir::open(directory).and_then(|output| output.finish(&mut summary)) {
+            report(&error);
+        }
+    }
+    code
+}
+
+/// Runs the plan into `output` and completes `summary`; the exit code.
+fn compute(plan: &Plan, output: OutputDir, summary: &mut Summary, quiet: bool, stop: &AtomicBool) -> u8 {
+    let mut progress = Progress::new(quiet);
+    let prepared = catch_unwind(AssertUnwindSafe(|| {
+        study::prepare(plan, &mut |stage, done| progress.show(stage, done, None), stop)
+    }));
+    let prepared = prepared.unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: "" }));
+    let study = match prepared {
+        Ok(Some(study)) => study,
+        Ok(None) => {
+            progress.end();
+            summary.conclude(&Ok(Outcome::Interrupted));
+            return finish(Recorder::into_directory(output), summary, exit::INTERRUPTED);
+        }
+        Err(failure) => {
+            progress.end();
+            let code = show_failure(plan, &failure);
+            summary.fail(&failure.error);
+            return finish(Recorder::into_directory(output), summary, code);
+        }
+    };
+    summary.skipped.extend(study.skipped.iter().cloned());
+    study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+    let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+    let mut recorder = Recorder::into_directory(output)
+        .with_fields(fields)
+        .with_progress(|stage, done, residual| progress.show(stage, done, residual))
+        .with_stop(stop);
+    let result = catch_unwind(AssertUnwindSafe(|| study.run(&mut recorder)));
+    let result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
+    let outcome = result.map(|result| {
+        summary.skipped.extend(result.skipped);
+        summary.warnings.extend(result.warnings);
+        result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
+        result.outcome
+    });
+    summary.conclude(&outcome);
+    let code = exit_code(&outcome);
+    let code = finish(recorder, summary, code);
+    progress.end();
+    if let Err(error) = &outcome {
+        report(error);
+    }
+    code
+}
+
+/// Writes what there is; the exit code, that of a failure to write before any other.
+fn finish(recorder: Recorder<'_>, summary: &mut Summary, code: u8) -> u8 {
+    match recorder.finish(summary) {
+        Ok(()) => code,
+        Err(error) => report(&error),
+    }
+}
+
+fn exit_code(outcome: &Result<Outcome>) -> u8 {
+    match outcome {
+        Ok(Outcome::Converged) => exit::DONE,
+        Ok(Outcome::NotConverged(_)) => exit::NOT_CONVERGED,
+        Ok(Outcome::Interrupted) => exit::INTERRUPTED,
+        Err(error) => error.exit_code(),
+    }
+}
+
+/// Prints a failure, with the place in the scene it concerns; the exit code.
+pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
+    if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
+        return refuse(&Mistakes::from_error(&plan.document, failure.key, &failure.error));
+    }
+    report(&failure.error)
+}
+
+/// The error that a panic is; its message was printed when it happened.
+fn internal(panic: &(dyn Any + Send)) -> Error {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    Error::numerical(format!("internal error, please report it with the scene: {text}"))
+}
+
+/// What is printed at the end: the table, how the run ended, and where the results are.
+fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
+    let mut text = format!("{}\n\n", summary.title);
+    text.push_str(&table::results(summary));
+    for warning in &summary.warnings {
+        text.push_str(&format!("\nnote: {warning}"));
+    }
+    let memory = summary.peak_memory_bytes as f64 / f64::from(1 << 20);
+    let how = match summary.status {
+        Status::Converged => "converged".to_owned(),
+        Status::NotConverged => {
+            format!("NOT CONVERGED: {}; the results so far are kept", reason(summary.reason.as_deref()))
+        }
+        Status::Failed => "FAILED; the results so far are kept".to_owned(),
+        Status::Interrupted => "INTERRUPTED; the results so far are kept".to_owned(),
+    };
+    text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", seconds(total)));
+    text.push_str(&format!("results: {}\n", directory.join("summary.json").display()));
+    text
+}
+
+/// A reason of non-convergence in words, with the mend.
+fn reason(word: Option<&str>) -> String {
+    match word {
+        Some("iterations") => {
+            "the iterations did not suffice (iterations): raise solver.max_iterations or solver.tolerance"
+        }
+        Some("gross-sliding") => {
+            "friction cannot carry the tangential force (gross-sliding): lower it, or prescribe `shift`"
+        }
+        Some("contact-lost") => "the bodies came apart (contact-lost): check approach and forces",
+        Some("frame-edge") => "contact reached the edge of the frame (frame-edge): enlarge frame.half_width",
+        Some(other) => other,
+        None => "no reason known",
+    }
+    .to_owned()
 }

@@ -64,6 +64,8 @@ pub struct Mistakes {
     pub file: String,
     /// Its text.
     pub text: String,
+    /// Its fingerprint; empty if it could not be read.
+    pub sha256: String,
     /// The mistakes in the order of the file.
     pub list: Vec<Mistake>,
 }
@@ -77,7 +79,12 @@ impl Mistakes {
             Place::Scene => (2, 0),
         });
         list.dedup();
-        Self { file: document.file.clone(), text: document.text.clone(), list }
+        Self {
+            file: document.file.clone(),
+            text: document.text.clone(),
+            sha256: document.sha256.clone(),
+            list,
+        }
     }
 
     /// The one mistake that an error raised at `key` is.

@@ -58,7 +58,8 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
 /// A mistake that has no place in the text.
 fn whole(path: &Path, message: String) -> Mistakes {
     let document = Document::new(path, String::new(), &[], &[]);
-    Mistakes::new(&document, vec![Mistake::at(&document, "", message)])
+    let mistakes = Mistakes::new(&document, vec![Mistake::at(&document, "", message)]);
+    Mistakes { sha256: String::new(), ..mistakes }
 }
 
 /// What the TOML reader found, with the usual mends.

@@ -1,1 +1,10 @@
-//! (to be filled)
+//! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
+
+mod bodies;
+mod failure;
+pub mod forecast;
+mod prepare;
+
+pub use failure::Failure;
+pub use forecast::{Forecast, forecast};
+pub use prepare::{Study, prepare};

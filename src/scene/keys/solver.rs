@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::results::fields::FieldKind;
+
 /// How the contact problem is solved.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -59,22 +61,12 @@ pub enum Coupling {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Formats of the fields on the frame and on the bodies' surfaces; [] writes none.
-    pub fields: Vec<FieldFormat>,
-    /// Whether displacement and stress in the volume of finite-element bodies are written as well.
-    pub volume: bool,
+    /// Kinds of fields; [] writes none.
+    pub fields: Vec<FieldKind>,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: vec![FieldFormat::Vtu], volume: false }
+        Self { fields: vec![FieldKind::Vtu] }
     }
-}
-
-/// File formats of fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FieldFormat {
-    /// VTK XML, one file per surface and increment, with a .pvd over the steps.
-    Vtu,
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
+use crate::element::ElementKind;
 use crate::error::Result;
 use crate::mesh::{Mesh, gmsh};
-use crate::scene::keys::body::{Body, Component, FeBody, Fibre};
+use crate::scene::keys::body::{Body, Component, Element, FeBody, Fibre};
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
 use crate::scene::suggest::{closest, list};
 
@@ -57,6 +58,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     let supports = supports(r, key, body);
     let mesh = read_mesh(r, key, &body.mesh)?;
     check_groups(r, key, body, &mesh);
+    check_element(r, key, body, &mesh);
     Some(BodySpec::Fe(Box::new(FeSpec {
         elastic: elastic_body?,
         mesh: Arc::new(mesh),
@@ -196,4 +198,20 @@ fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     for group in body.regions.keys() {
         check(format!("{key}.regions.{group}"), mesh.group_of_dim(group, 3).map(|_| ()));
     }
+}
+
+/// Reports an element formulation for cells that the mesh does not have.
+fn check_element(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+    let (name, kind) = match body.element {
+        None => return,
+        Some(Element::Hex8Eas) => ("hex8-eas", ElementKind::Hex8),
+        Some(Element::Hex8) => ("hex8", ElementKind::Hex8),
+        Some(Element::Tet4) => ("tet4", ElementKind::Tet4),
+    };
+    if mesh.volume_cells().any(|cell| mesh.kind(cell) == kind) {
+        return;
+    }
+    let message = format!("`element` is \"{name}\", but {} has no solid cells of that kind", mesh.source);
+    let mend = "leave `element` out: the default suits the mesh";
+    r.wrong(&format!("{key}.element"), message, "not in the mesh", mend);
 }

@@ -1,0 +1,101 @@
+//! Shows how far a run is: a bar on a terminal, a line per long stage elsewhere, nothing if quiet.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::to_stderr;
+
+/// Stages shorter than this leave no line where there is no terminal.
+const LONG: Duration = Duration::from_secs(1);
+
+/// Least time between two drawings.
+const PAUSE: Duration = Duration::from_millis(60);
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+/// The display of a run's stages.
+pub(super) struct Progress {
+    bar: Option<ProgressBar>,
+    lines: bool,
+    stage: Option<(String, Instant)>,
+    drawn: Instant,
+}
+
+impl Progress {
+    /// A display that suits standard error.
+    pub fn new(quiet: bool) -> Self {
+        let terminal = std::io::stderr().is_terminal();
+        let bar = (!quiet && terminal).then(|| {
+            let style =
+                ProgressStyle::with_template("{prefix:20} {wide_bar} {percent:>3} %  {elapsed} {msg}")
+                    .expect("the template is fixed and valid");
+            let bar = ProgressBar::new(STEPS).with_style(style);
+            // Turns during stages that cannot say how far they are.
+            bar.enable_steady_tick(Duration::from_millis(250));
+            bar
+        });
+        Self { bar, lines: !quiet, stage: None, drawn: Instant::now() }
+    }
+
+    /// Draws a stage: its name, the fraction done in 0..=1, the natural residual.
+    pub fn show(&mut self, name: &str, fraction: f64, residual: Option<f64>) {
+        let known = self.stage.as_ref().is_some_and(|(stage, _)| stage == name);
+        if !known {
+            self.end_stage();
+            self.stage = Some((name.to_owned(), Instant::now()));
+            if let Some(bar) = &self.bar {
+                bar.reset();
+                bar.set_prefix(name.to_owned());
+                bar.set_message("");
+            }
+        } else if self.drawn.elapsed() < PAUSE {
+            return;
+        }
+        self.drawn = Instant::now();
+        let (Some(bar), Some((_, start))) = (&self.bar, &self.stage) else { return };
+        bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        let left = remaining(start.elapsed(), fraction).map(|s| format!("{s} left")).unwrap_or_default();
+        let residual = residual.map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
+        bar.set_message(format!("{left}{residual}"));
+    }
+
+    /// Ends the current stage with a line if it was long.
+    fn end_stage(&mut self) {
+        let Some((name, start)) = self.stage.take() else { return };
+        let line = format!("{name:20} {}", seconds(start.elapsed().as_secs_f64()));
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None if self.lines && start.elapsed() >= LONG => to_stderr(&format!("{line}\n")),
+            None => {}
+        }
+    }
+
+    /// Takes the display away.
+    pub fn end(&mut self) {
+        self.end_stage();
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Time that remains if it goes on as it went; `None` while that means nothing.
+fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
+    (fraction > 0.02 && fraction <= 1.0).then(|| seconds(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
+}
+
+/// A duration as people write it.
+pub(super) fn seconds(s: f64) -> String {
+    if s < 10.0 {
+        format!("{s:.1} s")
+    } else if s < 120.0 {
+        format!("{s:.0} s")
+    } else if s < 7200.0 {
+        format!("{:.0} min", s / 60.0)
+    } else {
+        format!("{:.1} h", s / 3600.0)
+    }
+}

@@ -1,0 +1,120 @@
+//! Tables for people.
+
+use crate::history::step::IncrementRecord;
+use crate::results::summary::{Summary, Units};
+
+/// Rows of cells with aligned columns; the first column is set left, the others right.
+pub(super) fn align(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells: Vec<String> = row
+            .iter()
+            .zip(&widths)
+            .enumerate()
+            .map(|(column, (cell, &width))| {
+                let blank = " ".repeat(width - cell.chars().count());
+                if column == 0 { format!("{cell}{blank}") } else { format!("{blank}{cell}") }
+            })
+            .collect();
+        text.push_str(cells.join("   ").trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// The result of each step: its last increment or jump.
+pub(super) fn results(summary: &Summary) -> String {
+    let mut last: Vec<&IncrementRecord> = Vec::new();
+    for record in &summary.steps {
+        match last.iter_mut().find(|known| known.name == record.name) {
+            Some(known) => *known = record,
+            None => last.push(record),
+        }
+    }
+    if last.is_empty() {
+        return String::new();
+    }
+    let cycles = last.iter().any(|record| record.cycles_done > 0);
+    let mut rows = heads(&summary.units, cycles);
+    rows.extend(last.iter().map(|record| row(record, cycles)));
+    align(&rows)
+}
+
+/// Two lines: quantities and their units.
+fn heads(units: &Units, cycles: bool) -> Vec<Vec<String>> {
+    let (length, force) = (&units.length, &units.force);
+    let stress = if length == "mm" && force == "N" { "MPa".to_owned() } else { format!("{force}/{length}2") };
+    let mut columns = vec![
+        ("step", String::new()),
+        ("load", force.clone()),
+        ("approach", length.clone()),
+        ("shift", length.clone()),
+        ("tangential force", force.clone()),
+        ("contact", format!("{length}2")),
+        ("stick", format!("{length}2")),
+        ("peak", stress),
+        ("worn", format!("{length}3")),
+        ("residual", String::new()),
+    ];
+    if cycles {
+        columns.insert(1, ("cycles", String::new()));
+    }
+    let (names, units): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+    vec![names.into_iter().map(str::to_owned).collect(), units]
+}
+
+fn row(record: &IncrementRecord, cycles: bool) -> Vec<String> {
+    // Components that are round-off beside the load are shown as 0.
+    let force = |q: f64| short(if q.abs() < 1e-7 * record.normal_force { 0.0 } else { q });
+    let shift = record.shift.map(short);
+    let tangential = record.tangential_force.map(force);
+    let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
+    let mark = if record.converged { "" } else { " !" };
+    let mut cells = vec![
+        record.name.clone(),
+        short(record.normal_force),
+        short(record.approach),
+        pair(shift),
+        pair(tangential),
+        short(record.contact_area),
+        short(record.stick_area),
+        short(record.peak_pressure),
+        short(record.worn_volume),
+        format!("{:.1e}{mark}", record.certificate.natural_residual),
+    ];
+    if cycles {
+        cells.insert(1, record.cycles_done.to_string());
+    }
+    cells
+}
+
+/// A number with five significant digits; round-off is shown as 0.
+pub(super) fn short(x: f64) -> String {
+    if x.abs() < 1e-12 {
+        return "0".to_owned();
+    }
+    let digits = x.abs().log10().floor() as i32;
+    if !(-4..=6).contains(&digits) {
+        return format!("{x:.4e}");
+    }
+    format!("{x:.*}", usize::try_from((4 - digits).max(0)).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    /// Truth: five significant digits.
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(short),
+            ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
+        );
+    }
+}

@@ -1,0 +1,23 @@
+//! An error together with the key of the scene that it concerns.
+
+use crate::error::Error;
+
+/// An error met while a plan was made ready.
+#[derive(Debug, Clone)]
+pub struct Failure {
+    /// What went wrong.
+    pub error: Error,
+    /// The key of the scene that it concerns, dotted.
+    pub key: &'static str,
+}
+
+/// Adds the key to a `Result`.
+pub(super) trait AtKey<T> {
+    fn at(self, key: &'static str) -> Result<T, Failure>;
+}
+
+impl<T> AtKey<T> for crate::error::Result<T> {
+    fn at(self, key: &'static str) -> Result<T, Failure> {
+        self.map_err(|error| Failure { error, key })
+    }
+}

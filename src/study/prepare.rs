@@ -1,0 +1,128 @@
+//! Makes a plan ready for its history: frame, bodies, flexibility, initial gap.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::bodies::{KEYS, body, frame};
+use super::failure::{AtKey, Failure};
+use crate::bem::half_space::CrossBlocks;
+use crate::body::ElasticBody;
+use crate::contact::{Method, SolverOptions};
+use crate::coupling::{self, couple, surface_distance};
+use crate::error::Result;
+use crate::history::step::{Observer, Skipped};
+use crate::history::{self, Model, RunResult};
+use crate::results::body_fields::{self, BodyOutput, BodyShape};
+use crate::results::summary::Timings;
+use crate::scene::keys::solver;
+use crate::scene::plan::{BodySpec, Plan};
+
+/// A plan with everything its history needs.
+pub struct Study<'p> {
+    plan: &'p Plan,
+    model: Model,
+    bodies: [Box<dyn ElasticBody>; 2],
+    /// Work that was not needed so far.
+    pub skipped: Vec<Skipped>,
+    /// Seconds by stage so far.
+    pub timings: Timings,
+}
+
+/// Makes `plan` ready; `progress` hears of each stage (name, fraction done). `None` if `stop` was set meanwhile.
+///
+/// # Errors
+/// If a mesh, support, material or frame of the plan is wrong, or memory does not suffice.
+pub fn prepare<'p>(
+    plan: &'p Plan,
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Study<'p>>, Failure> {
+    let mut timings = Timings::default();
+    progress("frame", 0.0);
+    let frame = timings.measure("frame", || frame(plan))?;
+    let mut bodies = Vec::with_capacity(2);
+    for index in 0..2 {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        progress(KEYS[index], 0.0);
+        bodies.push(timings.measure(KEYS[index], || body(plan, index, &frame))?);
+    }
+    let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
+        bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
+    if stop.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
+    progress("flexibility", 0.0);
+    let coupled = timings
+        .measure("flexibility", || couple(body1.as_mut(), body2.as_mut(), &frame, way(plan), cross(plan)))
+        .at("frame")?;
+    let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
+    let initial_gap = coupled.initial_gap(&distance);
+    let skipped =
+        coupled.skipped.into_iter().map(|skip| Skipped { what: skip.what, why: skip.why }).collect();
+    let model = Model {
+        frame,
+        flexibility: coupled.flexibility,
+        initial_gap,
+        friction: plan.friction,
+        wear: plan.wear,
+        wear_share: plan.wear_share,
+    };
+    Ok(Some(Study { plan, model, bodies: [body1, body2], skipped, timings }))
+}
+
+fn way(plan: &Plan) -> coupling::Coupling {
+    match plan.solver.coupling {
+        solver::Coupling::Schur => coupling::Coupling::Schur,
+        solver::Coupling::Block => coupling::Coupling::Block,
+    }
+}
+
+fn cross(plan: &Plan) -> CrossBlocks {
+    if plan.solver.skip { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
+}
+
+/// The solver settings of a plan.
+pub(super) fn options(plan: &Plan) -> SolverOptions {
+    SolverOptions {
+        tolerance: plan.solver.tolerance,
+        method: match plan.solver.method {
+            solver::Method::Auto => Method::Auto,
+            solver::Method::Bb => Method::BarzilaiBorwein,
+            solver::Method::Uzawa => Method::Uzawa,
+        },
+        max_iterations: plan.solver.max_iterations,
+        skip: plan.solver.skip,
+    }
+}
+
+impl Study<'_> {
+    /// Runs the steps of the plan.
+    ///
+    /// # Errors
+    /// As [`history::run`].
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<RunResult> {
+        history::run(&self.model, &self.plan.steps, &options(self.plan), observer)
+    }
+
+    /// Frame, flexibility, gap and laws.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The bodies whose fields can be written; a rigid one has none.
+    pub fn outputs(&self) -> Vec<BodyOutput<'_>> {
+        let sides = [body_fields::Side::One, body_fields::Side::Two];
+        let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies);
+        parts
+            .filter_map(|((side, body), spec)| {
+                let shape = match spec {
+                    BodySpec::Rigid => return None,
+                    BodySpec::HalfSpace(_) => BodyShape::Frame,
+                    BodySpec::Fe(_) => return None,
+                };
+                Some(BodyOutput { side, body: body.as_ref(), shape })
+            })
+            .collect()
+    }
+}
