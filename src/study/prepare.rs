@@ -40,12 +40,12 @@ pub fn prepare<'p>(
     progress("frame", 0.0);
     let frame = timings.measure("frame", || frame(plan))?;
     let mut bodies = Vec::with_capacity(2);
-    for index in 0..2 {
+    for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        progress(KEYS[index], 0.0);
-        bodies.push(timings.measure(KEYS[index], || body(plan, index, &frame))?);
+        progress(key, 0.0);
+        bodies.push(timings.measure(key, || body(plan, index, &frame))?);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
         bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
