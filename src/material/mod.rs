@@ -13,27 +13,116 @@ pub const VOIGT: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffness(Matrix6<f64>);
 
-/// Engineering constants of an orthotropic material (MPa; axis 1 = fibre).
+/// Engineering constants of an orthotropic material (MPa; axis 1 = fibre); ν_ij is minus the strain along j over
+/// the strain along i under a stress along i.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(missing_docs)]
 pub struct Orthotropic {
+    /// Young's modulus along axis 1.
     pub e1: f64,
+    /// Young's modulus along axis 2.
     pub e2: f64,
+    /// Young's modulus along axis 3.
     pub e3: f64,
+    /// Shear modulus of the plane 1-2.
     pub g12: f64,
+    /// Shear modulus of the plane 1-3.
     pub g13: f64,
+    /// Shear modulus of the plane 2-3.
     pub g23: f64,
+    /// Poisson's ratio ν12.
     pub nu12: f64,
+    /// Poisson's ratio ν13.
     pub nu13: f64,
+    /// Poisson's ratio ν23.
     pub nu23: f64,
+}
+
+impl Orthotropic {
+    /// The compliance `[6, 6]`, 1/MPa: S_ij = -ν_ij / E_i off the diagonal.
+    fn compliance(&self) -> Matrix6<f64> {
+        let mut s = Matrix6::from_diagonal(&nalgebra::vector![
+            1.0 / self.e1,
+            1.0 / self.e2,
+            1.0 / self.e3,
+            1.0 / self.g23,
+            1.0 / self.g13,
+            1.0 / self.g12
+        ]);
+        for (i, j, value) in
+            [(0, 1, -self.nu12 / self.e1), (0, 2, -self.nu13 / self.e1), (1, 2, -self.nu23 / self.e2)]
+        {
+            s[(i, j)] = value;
+            s[(j, i)] = value;
+        }
+        s
+    }
+
+    /// Refuses what is not a number or not positive where it has to be.
+    fn check_signs(&self) -> Result<()> {
+        let moduli = [
+            ("E1", self.e1),
+            ("E2", self.e2),
+            ("E3", self.e3),
+            ("G12", self.g12),
+            ("G13", self.g13),
+            ("G23", self.g23),
+        ];
+        for (name, value) in moduli {
+            check_modulus(name, value)?;
+        }
+        match [("nu12", self.nu12), ("nu13", self.nu13), ("nu23", self.nu23)]
+            .iter()
+            .find(|(_, nu)| !nu.is_finite())
+        {
+            Some((name, nu)) => Err(Error::input(format!("{name} = {nu} is not a finite number"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Says which condition of a positive definite compliance is violated.
+    fn explain_indefinite(&self) -> Error {
+        let pairs = [
+            ("nu12", self.nu12, "E1/E2", self.e1 / self.e2),
+            ("nu13", self.nu13, "E1/E3", self.e1 / self.e3),
+            ("nu23", self.nu23, "E2/E3", self.e2 / self.e3),
+        ];
+        for (name, nu, moduli, ratio) in pairs {
+            if nu * nu >= ratio {
+                let (i, j) = (&name[2..3], &name[3..4]);
+                return Error::input(format!(
+                    "{name} = {nu} is too large: {name}^2 must be below {moduli} = {ratio:.6}, that is |{name}| < \
+                     {:.6}; perhaps nu{j}{i} was given for {name} (nu{j}{i} = {name} E{j}/E{i}, {name} is minus the \
+                     strain along {j} over that along {i} under a stress along {i})",
+                    ratio.sqrt()
+                ));
+            }
+        }
+        let (nu21, nu31) = (self.nu12 * self.e2 / self.e1, self.nu13 * self.e3 / self.e1);
+        let nu32 = self.nu23 * self.e3 / self.e2;
+        let volume =
+            1.0 - self.nu12 * nu21 - self.nu23 * nu32 - self.nu13 * nu31 - 2.0 * nu21 * nu32 * self.nu13;
+        Error::input(format!(
+            "the Poisson's ratios nu12 = {}, nu13 = {}, nu23 = {} together are not admissible: 1 - nu12 nu21 - nu23 \
+             nu32 - nu13 nu31 - 2 nu21 nu32 nu13 = {volume:.6} must be positive (nu_ji = nu_ij E_j/E_i); make them \
+             smaller",
+            self.nu12, self.nu13, self.nu23
+        ))
+    }
 }
 
 impl Stiffness {
     /// Isotropic material from Young's modulus (MPa) and Poisson's ratio.
     ///
     /// # Errors
-    /// If the constants are not admissible (positive definite).
+    /// Unless E > 0 and -1 < nu < 0.5.
     pub fn isotropic(e: f64, nu: f64) -> Result<Self> {
+        check_modulus("E", e)?;
+        if !(nu > -1.0 && nu < 0.5) {
+            return Err(Error::input(format!(
+                "nu = {nu} is not admissible: Poisson's ratio of an isotropic material must lie above -1 and below \
+                 0.5 (a nearly incompressible material may have 0.4999)"
+            )));
+        }
         let g = e / (2.0 * (1.0 + nu));
         Self::orthotropic(&Orthotropic {
             e1: e,
@@ -51,49 +140,26 @@ impl Stiffness {
     /// Transversely isotropic material about axis 1; G23 = E2 / (2 (1 + nu23)).
     ///
     /// # Errors
-    /// If the constants are not admissible (positive definite).
+    /// If the constants are not admissible (positive definite); the message names what is violated.
     pub fn transversely_isotropic(e1: f64, e2: f64, g12: f64, nu12: f64, nu23: f64) -> Result<Self> {
+        check_modulus("E2", e2)?;
+        if !(nu23 > -1.0 && nu23 < 1.0) {
+            return Err(Error::input(format!(
+                "nu23 = {nu23} is not admissible: in the plane across the fibre it must lie between -1 and 1"
+            )));
+        }
         let g23 = e2 / (2.0 * (1.0 + nu23));
         Self::orthotropic(&Orthotropic { e1, e2, e3: e2, g12, g13: g12, g23, nu12, nu13: nu12, nu23 })
     }
 
-    /// Orthotropic material from its nine engineering constants, through the compliance
-    /// S_ij = -nu_ij / E_i.
+    /// Orthotropic material from its nine engineering constants, through the compliance.
     ///
     /// # Errors
     /// If the compliance is not positive definite; the message names what is violated.
-    pub fn orthotropic(c: &Orthotropic) -> Result<Self> {
-        for (name, value) in
-            [("E1", c.e1), ("E2", c.e2), ("E3", c.e3), ("G12", c.g12), ("G13", c.g13), ("G23", c.g23)]
-        {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::input(format!("{name} = {value} must be positive and finite")));
-            }
-        }
-        let mut s = Matrix6::zeros();
-        s[(0, 0)] = 1.0 / c.e1;
-        s[(1, 1)] = 1.0 / c.e2;
-        s[(2, 2)] = 1.0 / c.e3;
-        s[(0, 1)] = -c.nu12 / c.e1;
-        s[(0, 2)] = -c.nu13 / c.e1;
-        s[(1, 2)] = -c.nu23 / c.e2;
-        s[(1, 0)] = s[(0, 1)];
-        s[(2, 0)] = s[(0, 2)];
-        s[(2, 1)] = s[(1, 2)];
-        s[(3, 3)] = 1.0 / c.g23;
-        s[(4, 4)] = 1.0 / c.g13;
-        s[(5, 5)] = 1.0 / c.g12;
-        let inverse = s
-            .cholesky()
-            .ok_or_else(|| {
-                Error::input(format!(
-                    "the elastic constants are not positive definite: with nu12 = {}, nu13 = {}, nu23 = {} some \
-                     strain would release energy; need nu_ij^2 < E_i/E_j and 1 - nu12 nu21 - nu23 nu32 - nu13 nu31 \
-                     - 2 nu21 nu32 nu13 > 0 (nu_ij is minus the strain along j by the strain along i under stress i)",
-                    c.nu12, c.nu13, c.nu23
-                ))
-            })?
-            .inverse();
+    pub fn orthotropic(constants: &Orthotropic) -> Result<Self> {
+        constants.check_signs()?;
+        let inverse =
+            constants.compliance().cholesky().ok_or_else(|| constants.explain_indefinite())?.inverse();
         Self::from_voigt(inverse)
     }
 
@@ -103,19 +169,30 @@ impl Stiffness {
     /// If the matrix is not finite, symmetric (to 1e-9 of its largest entry) and positive definite.
     pub fn from_voigt(c: Matrix6<f64>) -> Result<Self> {
         if !c.iter().all(|x| x.is_finite()) {
-            return Err(Error::input("the stiffness has an entry that is not a finite number"));
+            return Err(Error::input(
+                "the stiffness has an entry that is not a finite number; all 36 must be",
+            ));
         }
-        let asymmetry = (c - c.transpose()).amax();
-        if asymmetry > 1e-9 * c.amax() {
+        let asymmetry = c - c.transpose();
+        let (i, j) = asymmetry.abs().iamax_full();
+        if asymmetry[(i, j)].abs() > 1e-9 * c.amax() {
             return Err(Error::input(format!(
-                "the stiffness is not symmetric: C - C^T has an entry {asymmetry:e}"
+                "the stiffness is not symmetric: C{}{} = {:e} but C{}{} = {:e} (order 11 22 33 23 13 12)",
+                i + 1,
+                j + 1,
+                c[(i, j)],
+                j + 1,
+                i + 1,
+                c[(j, i)]
             )));
         }
         let symmetric = (c + c.transpose()) * 0.5;
         if symmetric.cholesky().is_none() {
             let least = symmetric.symmetric_eigenvalues().min();
             return Err(Error::input(format!(
-                "the stiffness is not positive definite: its smallest eigenvalue is {least:.6e}"
+                "the stiffness is not positive definite: its smallest eigenvalue is {least:.6e}, some strain would \
+                 release energy; check the order 11 22 33 23 13 12 of rows and columns, and that a stiffness and \
+                 not a compliance was given"
             )));
         }
         Ok(Self(symmetric))
@@ -126,6 +203,11 @@ impl Stiffness {
         &self.0
     }
 
+    /// The compliance `[6, 6]`, 1/MPa, for engineering shear strains.
+    pub fn compliance(&self) -> Matrix6<f64> {
+        self.0.cholesky().expect("a stiffness is positive definite").inverse()
+    }
+
     /// Component C_ijkl (indices 0..3).
     pub fn component(&self, i: usize, j: usize, k: usize, l: usize) -> f64 {
         const INDEX: [[usize; 3]; 3] = [[0, 5, 4], [5, 1, 3], [4, 3, 2]];
@@ -133,9 +215,8 @@ impl Stiffness {
     }
 
     /// Active rotation: material axis i comes to lie along column i of `axes`,
-    /// C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd.
+    /// C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd with the orthonormal Q = `axes`.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
-        let mut turned = Matrix6::zeros();
         // Bond matrix M with stress' = M stress; C' = M C M^T.
         let mut bond = Matrix6::zeros();
         for (row, &(i, j)) in VOIGT.iter().enumerate() {
@@ -147,7 +228,139 @@ impl Stiffness {
                 };
             }
         }
-        turned.copy_from(&(bond * self.0 * bond.transpose()));
+        let turned = bond * self.0 * bond.transpose();
         Self((turned + turned.transpose()) * 0.5)
+    }
+}
+
+fn check_modulus(name: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(Error::input(format!("{name} = {value} is not admissible: a modulus must be positive and finite")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::fibre_axes;
+
+    const IM7: Orthotropic = Orthotropic {
+        e1: 167230.0,
+        e2: 9544.0,
+        e3: 9000.0,
+        g12: 5292.0,
+        g13: 5000.0,
+        g23: 3483.0,
+        nu12: 0.272,
+        nu13: 0.25,
+        nu23: 0.369,
+    };
+
+    fn message(result: Result<Stiffness>) -> String {
+        result.expect_err("a refusal").to_string()
+    }
+
+    /// Truth: Lamé's constants, C = λ 1⊗1 + 2 μ I.
+    #[test]
+    fn isotropic_stiffness_has_lames_constants() {
+        let (e, nu) = (210e3, 0.3);
+        let (lambda, mu) = (e * nu / (1.0 + nu) / (1.0 - 2.0 * nu), e / 2.0 / (1.0 + nu));
+        let c = Stiffness::isotropic(e, nu).expect("steel");
+        for i in 0..3 {
+            for j in 0..3 {
+                for k in 0..3 {
+                    for l in 0..3 {
+                        let d = |a: usize, b: usize| f64::from(u8::from(a == b));
+                        let expected =
+                            lambda * d(i, j) * d(k, l) + mu * (d(i, k) * d(j, l) + d(i, l) * d(j, k));
+                        assert!((c.component(i, j, k, l) - expected).abs() < 1e-10 * e);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Truth: the definition of the engineering constants as strains under single stresses.
+    #[test]
+    fn compliance_gives_back_the_engineering_constants() {
+        let s = Stiffness::orthotropic(&IM7).expect("IM7").compliance();
+        let pairs = [
+            (1.0 / s[(0, 0)], IM7.e1),
+            (1.0 / s[(2, 2)], IM7.e3),
+            (1.0 / s[(3, 3)], IM7.g23),
+            (1.0 / s[(4, 4)], IM7.g13),
+            (1.0 / s[(5, 5)], IM7.g12),
+            (-s[(1, 0)] / s[(0, 0)], IM7.nu12),
+            (-s[(2, 0)] / s[(0, 0)], IM7.nu13),
+            (-s[(2, 1)] / s[(1, 1)], IM7.nu23),
+        ];
+        for (found, expected) in pairs {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+
+    /// Truth: the tensor sum Q_ia Q_jb Q_kc Q_ld C_abcd over all indices.
+    #[test]
+    fn rotation_is_the_tensor_transformation() {
+        let stiffness = Stiffness::orthotropic(&IM7).expect("IM7");
+        let q = fibre_axes(0.5, 1.1);
+        let turned = stiffness.rotated(&q);
+        for (i, j) in VOIGT {
+            for (k, l) in VOIGT {
+                let mut expected = 0.0;
+                for (a, b, c, d) in (0..81).map(|index| (index / 27, index / 9 % 3, index / 3 % 3, index % 3))
+                {
+                    expected +=
+                        q[(i, a)] * q[(j, b)] * q[(k, c)] * q[(l, d)] * stiffness.component(a, b, c, d);
+                }
+                assert!((turned.component(i, j, k, l) - expected).abs() < 1e-12 * IM7.e1);
+            }
+        }
+    }
+
+    /// Truth: a transversely isotropic material does not change by a turn about its axis, and the fibre along the
+    /// normal shows E1 there.
+    #[test]
+    fn transverse_isotropy_is_invariant_about_the_fibre() {
+        let ti = Stiffness::transversely_isotropic(167230.0, 9544.0, 5292.0, 0.272, 0.369).expect("CFRP");
+        let (s, c) = 0.7f64.sin_cos();
+        let about_fibre = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+        assert!((ti.rotated(&about_fibre).voigt() - ti.voigt()).amax() < 1e-11 * ti.voigt().amax());
+        let upright = ti.rotated(&fibre_axes(std::f64::consts::FRAC_PI_2, 0.3));
+        assert!((1.0 / upright.compliance()[(2, 2)] / 167230.0 - 1.0).abs() < 1e-12);
+    }
+
+    /// Truth: the conditions of a positive strain energy; each refusal names the constant and the bound.
+    #[test]
+    fn inadmissible_constants_are_refused_by_name() {
+        let refused = |change: fn(&mut Orthotropic)| {
+            let mut constants = IM7;
+            change(&mut constants);
+            message(Stiffness::orthotropic(&constants))
+        };
+        assert!(refused(|c| c.e2 = -1.0).contains("E2 = -1"));
+        assert!(refused(|c| c.g23 = f64::NAN).contains("G23 = NaN"));
+        assert!(refused(|c| c.nu13 = f64::NAN).contains("nu13 = NaN"));
+        let swapped = refused(|c| c.nu12 = 4.9);
+        assert!(swapped.contains("nu12 = 4.9") && swapped.contains("nu21"), "{swapped}");
+        assert!(refused(|c| (c.nu23, c.nu13, c.nu12) = (0.9, 3.0, 3.0)).contains("together"));
+        assert!(message(Stiffness::isotropic(210e3, 0.5)).contains("nu = 0.5"));
+        assert!(message(Stiffness::isotropic(0.0, 0.3)).contains("E = 0"));
+        assert!(message(Stiffness::isotropic(f64::INFINITY, 0.3)).contains("E = inf"));
+        assert!(message(Stiffness::transversely_isotropic(1e5, 1e4, 5e3, 0.3, 1.0)).contains("nu23 = 1"));
+    }
+
+    /// Truth: a stiffness is symmetric and positive definite.
+    #[test]
+    fn inadmissible_matrices_are_refused() {
+        let mut c = *Stiffness::isotropic(210e3, 0.3).expect("steel").voigt();
+        c[(0, 4)] = 7.0;
+        let asymmetric = message(Stiffness::from_voigt(c));
+        assert!(asymmetric.contains("C15") || asymmetric.contains("C51"), "{asymmetric}");
+        c[(0, 4)] = f64::NAN;
+        assert!(message(Stiffness::from_voigt(c)).contains("finite"));
+        assert!(message(Stiffness::from_voigt(Matrix6::zeros())).contains("positive definite"));
+        assert!(message(Stiffness::from_voigt(-Matrix6::identity())).contains("positive definite"));
     }
 }

@@ -71,7 +71,7 @@ impl BarnettLothe {
     /// at most 32768 points.
     ///
     /// # Errors
-    /// If the rule has not converged with the largest number of points (stiffness ratios far above 10^5).
+    /// If the rule has not converged with the largest number of points (stiffness ratios above about 10^6).
     pub fn new(stiffness: &Stiffness, side: Side, angle: f64) -> Result<Self> {
         let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
@@ -88,7 +88,7 @@ impl BarnettLothe {
         }
         Err(Error::input(format!(
             "the Barnett-Lothe integrals of the half-space do not converge with {} points: the ratio of the \
-             largest to the smallest stiffness is {:.3e}; ratios up to about 1e5 are supported, use a less extreme \
+             largest to the smallest stiffness is {:.3e}; ratios up to about 1e6 are supported, use a less extreme \
              material",
             POINTS[1],
             condition(stiffness)

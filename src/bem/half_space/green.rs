@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, Matrix3};
+use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::barnett_lothe::{BarnettLothe, Side};
@@ -12,14 +13,15 @@ use crate::material::Stiffness;
 /// First and largest number of sampled directions over half a turn.
 const DIRECTIONS: [usize; 2] = [32, 1 << 13];
 
-/// The last quarter of the harmonics must lie below this part of the largest one.
-const TAIL: f64 = 1e-13;
+/// The last quarter of the harmonics must lie below this part of the largest one; as they decay geometrically,
+/// those beyond are then of the order of rounding.
+const TAIL: f64 = 1e-12;
 
-/// The same where rounding forbids [`TAIL`] with the largest number of directions.
-const TAIL_AT_LIMIT: f64 = 1e-10;
+/// The same with the largest number of directions.
+const TAIL_AT_LIMIT: f64 = 1e-9;
 
-/// Harmonics whose sum lies below this part of the largest one are dropped.
-const DROPPED: f64 = 1e-14;
+/// Trailing harmonics below this part of the largest one are dropped.
+pub(super) const DROPPED: f64 = 1e-15;
 
 /// S_nt counts as zero below this part of the largest coefficient.
 const VANISHING: f64 = 1e-12;
@@ -53,10 +55,11 @@ pub struct SurfaceGreen {
 impl SurfaceGreen {
     /// Green's function of one half-space; `stiffness` in the axes (x, y, n) of the frame.
     ///
-    /// The number of directions doubles until the series has decayed to 1e-13 (at most 8192 over half a turn).
+    /// The number of directions doubles until the series has decayed to rounding; at the limit of 8192 over half
+    /// a turn a remainder of 1e-9 is accepted.
     ///
     /// # Errors
-    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios far above 10^5).
+    /// If the Barnett-Lothe integrals or the series do not converge (stiffness ratios above about 10^5).
     pub fn new(stiffness: &Stiffness, side: Side) -> Result<Self> {
         let mut samples = sample(stiffness, side, DIRECTIONS[0], 0.0)?;
         loop {
@@ -166,18 +169,14 @@ impl SurfaceGreen {
         even.chain(odd).fold(0.0, f64::max) / self.largest()
     }
 
-    /// Without the trailing harmonics that add up to less than [`DROPPED`].
+    /// Without the trailing harmonics below [`DROPPED`].
     fn truncated(mut self) -> Self {
         let bound = DROPPED * self.largest();
-        let mut dropped = 0.0;
-        while let (Some(even), Some(odd)) = (self.even.last(), self.odd.last()) {
-            dropped += 2.0 * (magnitude(even) + magnitude(odd));
-            if dropped > bound {
-                break;
-            }
-            self.even.pop();
-            self.odd.pop();
-        }
+        let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
+        let even = kept(self.even.iter().map(magnitude).collect());
+        let odd = kept(self.odd.iter().map(magnitude).collect());
+        self.even.truncate(even);
+        self.odd.truncate(odd);
         self
     }
 }
@@ -188,6 +187,7 @@ type Admittance = [Matrix3<f64>; 2];
 /// W at `count` equidistant directions over half a turn, moved by `offset` of their distance.
 fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<Admittance>> {
     (0..count)
+        .into_par_iter()
         .map(|j| {
             let angle = PI * (j as f64 + offset) / count as f64;
             BarnettLothe::new(stiffness, side, angle).map(|tensors| tensors.admittance())
@@ -233,8 +233,9 @@ pub(super) fn assemble(even: &[f64; 6], odd: &[f64; 3]) -> Matrix3<f64> {
 
 fn no_decay(tail: f64) -> Error {
     Error::input(format!(
-        "the Fourier series of the half-space's Green's function has decayed to {tail:.1e} only after {} \
-         harmonics; stiffness ratios up to about 1e5 are supported, use a less extreme material",
-        2 * DIRECTIONS[1]
+        "the Fourier series of the half-space's Green's function has only decayed to {tail:.1e} after {} \
+         harmonics, {TAIL_AT_LIMIT:e} is needed; ratios of the Young's moduli up to about 1e5 are supported, use a \
+         less extreme material",
+        DIRECTIONS[1]
     ))
 }

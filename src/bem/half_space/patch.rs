@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::angular_table::{AngularTable, matrix};
-use super::green::SurfaceGreen;
+use super::green::{DROPPED, SurfaceGreen};
 use super::polygon;
 
 /// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
@@ -26,9 +26,9 @@ pub struct PatchIntegrator {
 impl PatchIntegrator {
     /// Prepares the table of Γ and the rules.
     pub fn new(green: &SurfaceGreen) -> Self {
-        // Harmonics that reach the rounding limit (e^-32) at order n decay as exp(-η n) with η = 32 / n: Γ is
-        // analytic within |Im φ| < η, and along a straight line Γ / r within r tanh η.
-        let strip = 32.0 / green.order().max(1) as f64;
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
+        // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
+        let strip = -DROPPED.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
             table: AngularTable::new(green),
