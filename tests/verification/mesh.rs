@@ -2,6 +2,7 @@
 
 mod gmsh_writes;
 mod kinds;
+mod meshio_writes;
 mod quality;
 mod reader;
 mod tools;

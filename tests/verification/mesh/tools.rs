@@ -30,7 +30,6 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
-#[allow(dead_code)]
 /// Runs Python with meshio: $ORTHOWEAR_PYTHON or the project's .venv; `false` if it is absent.
 pub fn python(arguments: &[&str], directory: &Path) -> bool {
     let program =
