@@ -1,0 +1,130 @@
+//! Volumes, aspect ratios, connected parts, and points that lie on each other.
+
+use super::corners;
+use crate::element::ElementKind;
+use crate::geometry::Point;
+use crate::mesh::{CellRef, Mesh};
+
+/// Points closer than this share of the diagonal of the bounding box count as unmerged.
+const UNMERGED: f64 = 1e-9;
+
+/// Volume of a solid with straight edges, V = 1/3 ∮ x·n dS, exact for bilinear faces.
+pub(super) fn cell_volume(mesh: &Mesh, cell: CellRef) -> f64 {
+    let x = corners(mesh, cell);
+    let origin = x[0];
+    let face = |(kind, local): &(ElementKind, &[usize])| {
+        let p: Vec<Point> = local[..kind.n_corners()].iter().map(|&i| x[i] - origin).collect();
+        if p.len() == 3 { p[0].dot(&p[1].cross(&p[2])) / 6.0 } else { quad_volume(&p) }
+    };
+    mesh.kind(cell).local_faces().iter().map(face).sum()
+}
+
+/// 1/3 ∫ x·n dS over a bilinear quadrilateral by 2 x 2 Gauss points, which integrate it exactly.
+fn quad_volume(p: &[Point]) -> f64 {
+    let g = 0.5 - 0.5 / 3.0_f64.sqrt();
+    let mut sum = 0.0;
+    for (s, t) in [(g, g), (1.0 - g, g), (g, 1.0 - g), (1.0 - g, 1.0 - g)] {
+        let x = (p[0] * (1.0 - s) + p[1] * s) * (1.0 - t) + (p[3] * (1.0 - s) + p[2] * s) * t;
+        let xs = (p[1] - p[0]) * (1.0 - t) + (p[2] - p[3]) * t;
+        let xt = (p[3] - p[0]) * (1.0 - s) + (p[2] - p[1]) * s;
+        sum += x.dot(&xs.cross(&xt));
+    }
+    sum / 12.0
+}
+
+/// Mean and largest ratio of longest to shortest edge over the solids.
+pub(super) fn aspect_ratios(mesh: &Mesh) -> (f64, (f64, u64)) {
+    let mut largest = (0.0, 0);
+    let (mut sum, mut n) = (0.0, 0.0);
+    for cell in mesh.volume_cells() {
+        let x = corners(mesh, cell);
+        let (mut short, mut long) = (f64::INFINITY, 0.0_f64);
+        for (kind, local) in mesh.kind(cell).local_faces() {
+            let m = kind.n_corners();
+            for i in 0..m {
+                let length = (x[local[i]] - x[local[(i + 1) % m]]).norm();
+                (short, long) = (short.min(length), long.max(length));
+            }
+        }
+        let aspect = long / short;
+        if aspect > largest.0 {
+            largest = (aspect, mesh.tag(cell));
+        }
+        sum += aspect;
+        n += 1.0;
+    }
+    (sum / n, largest)
+}
+
+/// Connected parts: number of solids and least element number of each, the largest first.
+pub(super) fn connected_parts(mesh: &Mesh) -> Vec<(usize, u64)> {
+    let mut parent: Vec<usize> = (0..mesh.n_points()).collect();
+    fn find(parent: &mut [usize], mut i: usize) -> usize {
+        while parent[i] != i {
+            parent[i] = parent[parent[i]];
+            i = parent[i];
+        }
+        i
+    }
+    for cell in mesh.volume_cells() {
+        let nodes = mesh.cell_nodes(cell);
+        for &node in &nodes[1..] {
+            let (a, b) = (find(&mut parent, nodes[0]), find(&mut parent, node));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    let mut parts = std::collections::BTreeMap::new();
+    for cell in mesh.volume_cells() {
+        let root = find(&mut parent, mesh.cell_nodes(cell)[0]);
+        let part = parts.entry(root).or_insert((0, u64::MAX));
+        *part = (part.0 + 1, part.1.min(mesh.tag(cell)));
+    }
+    let mut parts: Vec<(usize, u64)> = parts.into_values().collect();
+    parts.sort_by_key(|&(n, tag)| (std::cmp::Reverse(n), tag));
+    parts
+}
+
+/// Number of points that lie within [`UNMERGED`] diagonals of an earlier one.
+pub(super) fn coincident_points(points: &[[f64; 3]]) -> usize {
+    let bounds = |k: usize| {
+        let range =
+            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x[k]), r.1.max(x[k])));
+        (range.0, range.1 - range.0)
+    };
+    let box_: [(f64, f64); 3] = std::array::from_fn(bounds);
+    let tolerance = UNMERGED * box_.iter().map(|(_, l)| l * l).sum::<f64>().sqrt();
+    if tolerance <= 0.0 {
+        return points.len().saturating_sub(1);
+    }
+    // Boxes far larger than the tolerance, so that a point near no wall of its box looks into that box alone;
+    // their origin is off the round numbers that coordinates like.
+    let width = 1000.0 * tolerance;
+    let slot = |x: [f64; 3], side: [f64; 3]| -> [i64; 3] {
+        std::array::from_fn(|k| ((x[k] - box_[k].0 + side[k] * tolerance) / width + 0.414_213).floor() as i64)
+    };
+    let mut last_in_slot = std::collections::HashMap::<[i64; 3], usize>::with_capacity(points.len());
+    let mut previous = vec![usize::MAX; points.len()];
+    let mut count = 0;
+    for (i, &x) in points.iter().enumerate() {
+        let (low, high) = (slot(x, [-1.0; 3]), slot(x, [1.0; 3]));
+        let close = |j: usize| (0..3).all(|k| (points[j][k] - x[k]).abs() <= tolerance);
+        let mut found = false;
+        for corner in 0..8 {
+            let at: [i64; 3] = std::array::from_fn(|k| if corner >> k & 1 == 0 { low[k] } else { high[k] });
+            let mut j = last_in_slot.get(&at).copied().unwrap_or(usize::MAX);
+            while j != usize::MAX && !found {
+                found = close(j);
+                j = previous[j];
+            }
+            if low == high || found {
+                break;
+            }
+        }
+        if found {
+            count += 1;
+        } else {
+            previous[i] = last_in_slot.insert(slot(x, [0.0; 3]), i).unwrap_or(usize::MAX);
+        }
+    }
+    count
+}

@@ -1,0 +1,136 @@
+//! Is a mesh of solids fit for analysis: Jacobians, shared faces, connected parts, unmerged nodes; its size and shape.
+
+mod jacobian;
+mod measure;
+
+use std::fmt;
+
+use super::faces::face_of_three_solids;
+use super::{CellRef, Mesh};
+use crate::element::ElementKind;
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+use jacobian::check_jacobians;
+use measure::{aspect_ratios, cell_volume, coincident_points, connected_parts};
+
+/// What [`check`] found out of a mesh that is fit for analysis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quality {
+    /// Number of points.
+    pub n_points: usize,
+    /// Number of solid cells of each kind.
+    pub solids: Vec<(ElementKind, usize)>,
+    /// Volume of the solids, edges taken as straight, cubic length unit.
+    pub volume: f64,
+    /// Least Jacobian at a corner by the product of the three edge lengths there: 1 for a box; and its element.
+    pub least_jacobian: (f64, u64),
+    /// Largest ratio of the longest to the shortest edge of a solid, and its element.
+    pub largest_aspect: (f64, u64),
+    /// Mean of those ratios.
+    pub mean_aspect: f64,
+    /// Number of solids in each connected part (joined by nodes), and the least-numbered element of each,
+    /// the largest part first.
+    pub parts: Vec<(usize, u64)>,
+    /// Number of points that lie where another point lies already.
+    pub coincident_points: usize,
+}
+
+impl Quality {
+    /// Refuses a mesh of several parts, which no support can hold together.
+    ///
+    /// # Errors
+    /// If there is more than one connected part; names their sizes and an element of each.
+    pub fn require_connected(&self, source: &str) -> Result<()> {
+        if self.parts.len() <= 1 {
+            return Ok(());
+        }
+        let listed: Vec<String> =
+            self.parts.iter().take(5).map(|(n, tag)| format!("{n} with element {tag}")).collect();
+        let hint = match self.coincident_points {
+            0 => String::new(),
+            n => {
+                format!("; {n} nodes lie where another lies already, merge them (in gmsh: `Coherence Mesh`)")
+            }
+        };
+        Err(Error::input(format!(
+            "the solids of {source} fall into {} parts that share no node ({} elements{}){hint}; one connected body \
+             is expected",
+            self.parts.len(),
+            listed.join(", "),
+            if self.parts.len() > 5 { ", .." } else { "" },
+        )))
+    }
+
+    /// What deserves a warning.
+    pub fn warnings(&self) -> Vec<String> {
+        match self.coincident_points {
+            0 => Vec::new(),
+            n => vec![format!(
+                "{n} nodes lie where another node lies already: the elements there are not joined; merge the nodes \
+                 unless a crack is meant (in gmsh: `Coherence Mesh`)"
+            )],
+        }
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let solids: Vec<String> =
+            self.solids.iter().map(|(kind, n)| format!("{n} {}", kind.name())).collect();
+        write!(
+            f,
+            "{} nodes, {}, volume {:.6e}, aspect ratio {:.1} on average and {:.1} at most (element {}), least scaled \
+             Jacobian {:.3} (element {})",
+            self.n_points,
+            solids.join(" + "),
+            self.volume,
+            self.mean_aspect,
+            self.largest_aspect.0,
+            self.largest_aspect.1,
+            self.least_jacobian.0,
+            self.least_jacobian.1
+        )
+    }
+}
+
+/// Checks the solids of a mesh and measures them.
+///
+/// # Errors
+/// If there are no solids; if an element is turned inside out or collapsed (its number and least Jacobian are
+/// named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
+pub fn check(mesh: &Mesh) -> Result<Quality> {
+    if mesh.volume_cells().next().is_none() {
+        return Err(Error::input(format!(
+            "{} has no solid elements; mesh the volume (`gmsh -3`) and put it into a physical group so that it is saved",
+            mesh.source
+        )));
+    }
+    let least_jacobian = check_jacobians(mesh)?;
+    if let Some([a, b, c]) = face_of_three_solids(mesh) {
+        return Err(Error::input(format!(
+            "the elements {}, {} and {} of {} share one face; solids may overlap nowhere",
+            mesh.tag(a),
+            mesh.tag(b),
+            mesh.tag(c),
+            mesh.source
+        )));
+    }
+    let (mean_aspect, largest_aspect) = aspect_ratios(mesh);
+    let solids = mesh.blocks.iter().filter(|b| b.kind.dim() == 3).map(|b| (b.kind, b.n_cells())).collect();
+    Ok(Quality {
+        n_points: mesh.n_points(),
+        solids,
+        volume: mesh.volume_cells().map(|cell| cell_volume(mesh, cell)).sum(),
+        least_jacobian,
+        largest_aspect,
+        mean_aspect,
+        parts: connected_parts(mesh),
+        coincident_points: coincident_points(&mesh.points),
+    })
+}
+
+/// Corners of a solid, straight edges between them.
+fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
+    let n = mesh.kind(cell).n_corners();
+    mesh.cell_nodes(cell)[..n].iter().map(|&node| Point::from(mesh.points[node])).collect()
+}
