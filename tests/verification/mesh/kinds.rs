@@ -171,3 +171,51 @@ fn vtk_order_puts_middle_nodes_on_vtk_s_edges() {
         }
     }
 }
+
+/// Centres that follow corner and edge nodes in gmsh's order: of faces, then of the solid (reference manual).
+fn with_centres(kind: ElementKind) -> Vec<[f64; 3]> {
+    let mut x = corner_and_edge_nodes(kind);
+    let quads: &[[usize; 4]] = match kind {
+        Hex27 => &[[0, 1, 2, 3], [0, 1, 4, 5], [0, 3, 4, 7], [1, 2, 5, 6], [2, 3, 6, 7], [4, 5, 6, 7]],
+        Wedge18 => &[[0, 1, 3, 4], [0, 2, 3, 5], [1, 2, 4, 5]],
+        _ => &[],
+    };
+    let corners = reference_corners(kind);
+    x.extend(quads.iter().map(|quad| mean(quad.map(|i| corners[i]))));
+    if kind == Hex27 {
+        x.push([0.0; 3]);
+    }
+    x
+}
+
+const FIT: &str = r#"
+import sys, numpy, vtk
+for line in open(sys.argv[1]):
+    code, *values = line.split()
+    nodes = numpy.array(values, dtype=float).reshape(-1, 3)
+    cell = vtk.vtkGenericCell()
+    cell.SetCellType(int(code))
+    cell = cell.GetRepresentativeCell() if hasattr(cell, "GetRepresentativeCell") else cell
+    own = cell.GetParametricCoords()
+    own = numpy.array([own[i] for i in range(nodes.size)]).reshape(-1, 3)
+    affine = numpy.column_stack([own, numpy.ones(len(own))])
+    fit = numpy.linalg.lstsq(affine, nodes, rcond=None)[0]
+    assert abs(affine @ fit - nodes).max() < 1e-12, f"cell type {code}: nodes in another order"
+    assert numpy.linalg.det(fit[:3]) > 0, f"cell type {code}: turned inside out"
+"#;
+
+/// Truth: VTK's own parametric coordinates. In VTK's order our reference nodes are an affine, orientation-keeping
+/// image of them (pyramids of order 2 excepted: VTK's coordinates of their upper edges are not affine).
+#[test]
+fn vtk_itself_finds_the_nodes_in_its_order() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let lines = solids().filter(|kind| !matches!(kind, Pyramid13 | Pyramid14)).map(|kind| {
+        let x = with_centres(kind);
+        assert_eq!(x.len(), kind.n_nodes());
+        let values: Vec<String> =
+            kind.vtk_order().iter().flat_map(|&i| x[i]).map(|v| v.to_string()).collect();
+        format!("{} {}\n", kind.vtk_code(), values.join(" "))
+    });
+    std::fs::write(dir.path().join("cells"), lines.collect::<String>()).expect("a written file");
+    super::tools::python(&["-c", FIT, "cells"], dir.path());
+}
