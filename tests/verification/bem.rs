@@ -897,6 +897,8 @@ fn unusable_frames_are_refused() {
     assert_eq!(dense(&centers, &cells, &[1.0, 0.0, 1.0, 1.0]), Kind::Input);
     let line = vec![vec![[0.0, 0.0], [1.0, 0.0]]; 4];
     assert_eq!(dense(&centers, &line, &areas), Kind::Input);
+    let clockwise: Vec<Vec<[f64; 2]>> = cells.iter().map(|c| c.iter().rev().copied().collect()).collect();
+    assert_eq!(dense(&centers, &clockwise, &areas), Kind::Input);
     let many = 300_000;
     let huge = dense(&vec![[0.0, 0.0]; many], &vec![cells[0].clone(); many], &vec![1.0; many]);
     assert_eq!(huge, Kind::Resources);

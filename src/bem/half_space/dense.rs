@@ -136,14 +136,21 @@ fn check(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result
     }
     for (i, ((center, cell), area)) in centers.iter().zip(cells).zip(areas).enumerate() {
         let finite = center.iter().chain(cell.iter().flatten()).all(|x| x.is_finite());
-        if cell.len() < 3 || !finite || !(area.is_finite() && *area > 0.0) {
+        let usable = cell.len() >= 3 && finite && signed_area(cell) > 0.0;
+        if !(usable && area.is_finite() && *area > 0.0) {
             return Err(Error::input(format!(
                 "cell {i} of the contact frame (centre {center:?}, {} corners, area {area}) is not a polygon of \
-                 positive area; check the faces of the contact group",
+                 positive area with counter-clockwise corners; check the faces of the contact group",
                 cell.len()
             )));
         }
     }
     let bytes = 72 * (n as u128) * (n as u128);
     memory::ensure(bytes, &format!("the dense operator on {n} cells"), "use a coarser frame or a grid frame")
+}
+
+/// Area of a polygon, negative if its corners run clockwise.
+fn signed_area(corners: &[[f64; 2]]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
 }

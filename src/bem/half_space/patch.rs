@@ -5,6 +5,7 @@ use nalgebra::Matrix3;
 use super::angular_table::{AngularTable, matrix};
 use super::green::{DROPPED, SurfaceGreen};
 use super::polygon;
+use crate::quadrature::gauss::gauss_legendre;
 
 /// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
 const MAX_POINTS: usize = 16;
@@ -108,30 +109,4 @@ impl PatchIntegrator {
         let n = (LN_ACCURACY / (2.0 * x.asinh())).ceil();
         (n <= MAX_POINTS as f64).then_some(n as usize)
     }
-}
-
-/// Points and weights of the Gauss-Legendre rule with `n` points on [-1, 1].
-fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..8 {
-                let value;
-                (value, slope) = legendre(n, x);
-                x -= value / slope;
-            }
-            (x, 2.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
-/// The Legendre polynomial of degree `n` and its derivative at `x` inside (-1, 1).
-fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut previous, mut value) = (0.0, 1.0);
-    for k in 1..=n {
-        let k = k as f64;
-        (previous, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * previous) / k);
-    }
-    (value, n as f64 * (x * value - previous) / (x * x - 1.0))
 }
