@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use super::angular_table::{AngularTable, matrix};
 use super::green::{DROPPED, SurfaceGreen};
 use super::polygon;
-use crate::quadrature::gauss::gauss_legendre;
+use crate::quadrature::gauss_legendre;
 
 /// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
 const MAX_POINTS: usize = 16;
