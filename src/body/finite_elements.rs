@@ -1,7 +1,7 @@
 //! Meshed finite-element bodies, condensed to the nodes under the frame.
 
 use super::condensed::CondensedFlexibility;
-use super::{BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::{CondensedBody, FeModel, FeSpec};
@@ -81,6 +81,10 @@ impl ElasticBody for FeBody {
             self.condensed.model().n_free(),
             self.map.nodes().len()
         )
+    }
+
+    fn equations(&self) -> BodyEquations<'_> {
+        BodyEquations::FiniteElements(self)
     }
 
     fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::{BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::{CrossBlocks, DenseFlexibility, FftFlexibility, SurfaceGreen};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
@@ -62,21 +62,25 @@ enum PlaneCells {
     Polygons { centers: Vec<[f64; 2]>, corners: Vec<Vec<[f64; 2]>>, areas: Vec<f64> },
 }
 
+/// Centres and corners of the cells in the plane of the frame.
+#[allow(clippy::type_complexity)]
+fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>)> {
+    let axes = plane_axes(frame)?;
+    let flat = |x: &Point| {
+        let local = axes.to_local(&(x - frame.origin));
+        [local.x, local.y]
+    };
+    let corners = frame.corners.iter().map(|corners| corners.iter().map(flat).collect()).collect();
+    Ok((frame.centers.iter().map(flat).collect(), corners))
+}
+
 impl PlaneCells {
     fn new(frame: &ContactFrame) -> Result<Self> {
         if let Some(grid) = frame.grid {
             return Ok(Self::Grid { cells: grid.cells, spacing: grid.spacing });
         }
-        let axes = plane_axes(frame)?;
-        let flat = |x: &Point| {
-            let local = axes.to_local(&(x - frame.origin));
-            [local.x, local.y]
-        };
-        Ok(Self::Polygons {
-            centers: frame.centers.iter().map(flat).collect(),
-            corners: frame.corners.iter().map(|corners| corners.iter().map(flat).collect()).collect(),
-            areas: frame.areas.clone(),
-        })
+        let (centers, corners) = plane_polygons(frame)?;
+        Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
     }
 
     fn flexibility(&self, green: &SurfaceGreen, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
@@ -101,13 +105,22 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross)
 }
 
+/// The same operator as a matrix of the integrals over every cell, whatever the frame.
+///
+/// # Errors
+/// If the frame is not plane, or memory does not suffice.
+pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<DenseFlexibility> {
+    let (centers, corners) = plane_polygons(frame)?;
+    DenseFlexibility::new(&centers, &corners, &frame.areas, green)
+}
+
 impl ElasticBody for HalfSpaceBody {
     fn describe(&self) -> String {
         "half-space".into()
     }
 
-    fn green(&self) -> Option<&SurfaceGreen> {
-        Some(&self.green)
+    fn equations(&self) -> BodyEquations<'_> {
+        BodyEquations::HalfSpace(&self.green)
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {

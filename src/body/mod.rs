@@ -22,14 +22,26 @@ pub struct BodyField {
     pub stress: Vec<[f64; 6]>,
 }
 
+/// The equations a body brings into a coupled system.
+pub enum BodyEquations<'a> {
+    /// None: it is rigid.
+    Rigid,
+    /// u = G t at the cells, G being the integrals of the surface Green's function (axes of the frame).
+    HalfSpace(&'a SurfaceGreen),
+    /// K u = f of a meshed body.
+    FiniteElements(&'a FeBody),
+    /// Nothing but the flexibility is known.
+    Unknown,
+}
+
 /// A body tied to a contact frame.
 pub trait ElasticBody: Send + Sync {
     /// What the body is, for the plan ("half-space", "finite elements, 12 345 unknowns").
     fn describe(&self) -> String;
 
-    /// The surface Green's function in the frame's axes, if the body is a half-space.
-    fn green(&self) -> Option<&SurfaceGreen> {
-        None
+    /// The body's own equations, for forms of coupling that need more than its flexibility.
+    fn equations(&self) -> BodyEquations<'_> {
+        BodyEquations::Unknown
     }
 
     /// Takes the body's flexibility on the frame (gap change per traction on body 2); `None` if rigid.

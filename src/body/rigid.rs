@@ -1,6 +1,6 @@
 //! Bodies that do not deform.
 
-use super::{BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::Result;
 use crate::linalg::operator::Flexibility;
@@ -12,6 +12,10 @@ pub struct RigidBody;
 impl ElasticBody for RigidBody {
     fn describe(&self) -> String {
         "rigid".into()
+    }
+
+    fn equations(&self) -> BodyEquations<'_> {
+        BodyEquations::Rigid
     }
 
     fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {

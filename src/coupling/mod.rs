@@ -1,11 +1,17 @@
 //! The two bodies tied to one frame: g = g_free + S P + w.
 
+pub mod block;
+mod block_rows;
+
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
+use crate::body::BodyEquations::HalfSpace;
 use crate::body::ElasticBody;
 use crate::body::half_space::half_space_flexibility;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::operator::{Flexibility, SumFlexibility};
+
+pub use block::BlockSystem;
 
 /// How the equations of the bodies and of the frame are brought together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -58,13 +64,39 @@ pub fn couple(
     coupling: Coupling,
     cross: CrossBlocks,
 ) -> Result<Coupled> {
+    match coupling {
+        Coupling::Schur => sum_of_bodies(body1, body2, frame, cross),
+        Coupling::Block => block_of_bodies(body1, body2, frame),
+    }
+}
+
+fn both_rigid() -> Error {
+    Error::input(
+        "both bodies are rigid: their contact has no unique tractions; make at least one of body1.kind and \
+         body2.kind \"fe\" or \"half-space\"",
+    )
+}
+
+fn block_of_bodies(
+    body1: &dyn ElasticBody,
+    body2: &dyn ElasticBody,
+    frame: &ContactFrame,
+) -> Result<Coupled> {
+    let system = BlockSystem::new(body1, body2, frame)?;
+    let mut free_gap = vec![0.0; 3 * frame.n_cells()];
+    let nothing = vec![0.0; frame.n_cells()];
+    system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
+    Ok(Coupled { flexibility: Box::new(system), free_gap, skipped: Vec::new() })
+}
+
+fn sum_of_bodies(
+    body1: &mut dyn ElasticBody,
+    body2: &mut dyn ElasticBody,
+    frame: &ContactFrame,
+    cross: CrossBlocks,
+) -> Result<Coupled> {
     let mut skipped = Vec::new();
-    let flexibility = match coupling {
-        Coupling::Schur => sum_of_flexibilities(body1, body2, frame, cross, &mut skipped)?,
-        Coupling::Block => {
-            return Err(Error::input("solver.coupling = \"block\" is not there yet; use \"schur\""));
-        }
-    };
+    let flexibility = sum_of_flexibilities(body1, body2, frame, cross, &mut skipped)?;
     if !flexibility.couples_normal_tangential() {
         skipped.push(Skipped {
             what: "products between normal and tangential components".into(),
@@ -86,7 +118,7 @@ fn sum_of_flexibilities(
     cross: CrossBlocks,
     skipped: &mut Vec<Skipped>,
 ) -> Result<Box<dyn Flexibility>> {
-    if let (Some(lower), Some(upper)) = (body1.green(), body2.green()) {
+    if let (HalfSpace(lower), HalfSpace(upper)) = (body1.equations(), body2.equations()) {
         skipped.push(Skipped {
             what: "second half-space operator".into(),
             why: "the Green's functions of both half-spaces are summed into one operator".into(),
@@ -104,10 +136,7 @@ fn sum_of_flexibilities(
         }
     }
     match parts.len() {
-        0 => Err(Error::input(
-            "both bodies are rigid: their contact has no unique tractions; make at least one of body1.kind and \
-             body2.kind \"fe\" or \"half-space\"",
-        )),
+        0 => Err(both_rigid()),
         1 => Ok(parts.remove(0)),
         _ => Ok(Box::new(SumFlexibility::new(parts))),
     }

@@ -2,6 +2,7 @@
 
 pub mod dense;
 pub mod factor;
+pub mod lu;
 pub mod operator;
 pub mod ordering;
 pub mod packed;

@@ -1,5 +1,6 @@
 //! Maps between frame and faces, patch test, Schur complement against the assembled block system.
 
+mod block;
 mod bricks;
 mod finite_elements;
 mod half_spaces;

@@ -1,0 +1,194 @@
+//! The assembled system of two bodies and the frame, factored once: the reference path.
+//!
+//! Unknowns are the displacements x1, x2 of the bodies (free nodal components of a meshed body, displacements at
+//! the cells of a half-space) and the gap k; the tractions are known in the predictor:
+//!
+//! ```text
+//! | R1   0    0 | | x1 |   | s1 I1^T A P + F1 |          R = K for finite elements, 1 for a half-space, whose
+//! | 0    R2   0 | | x2 | = | s2 I2^T A P + F2 |          right-hand side is s G P
+//! | I1  -I2   1 | | k  |   | k_go + C_gn w    |          s1 = -1, s2 = +1
+//! ```
+//!
+//! Lengths are scaled by the cell size l0, stresses by the geometric mean E0 of the bodies' moduli at the contact:
+//! unknowns x / l0, k / l0; rows of finite elements by 1 / (E0 l0^2), the others by 1 / l0.
+//!
+//! # Source
+//! formulation 3.2.
+
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+
+use super::block_rows::{BodyRows, Forces};
+use crate::body::{BodyEquations, ElasticBody};
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, Side};
+use crate::linalg::lu::{BATCH, LuWorkspace, SparseLu};
+use crate::linalg::operator::Flexibility;
+
+/// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.
+const MOST_UNKNOWNS: usize = 60_000;
+
+/// The factored system; as a [`Flexibility`] it gives k for tractions alone.
+pub struct BlockSystem {
+    n_cells: usize,
+    bodies: [BodyRows; 2],
+    /// Index of the first gap unknown.
+    first_gap: usize,
+    scales: Scales,
+    lu: SparseLu,
+    work: Mutex<Work>,
+}
+
+/// Scales of formulation 3.2.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales {
+    /// E0, MPa.
+    pub modulus: f64,
+    /// l0, mm.
+    pub length: f64,
+}
+
+struct Work {
+    rhs: Vec<f64>,
+    memory: LuWorkspace,
+    /// Tractions and gaps of the normal path, `[3, N]`.
+    planes: [Vec<f64>; 2],
+}
+
+impl BlockSystem {
+    /// Assembles and factors the system.
+    ///
+    /// # Errors
+    /// If both bodies are rigid, a body gives no equations, the system is too large for this path, or the
+    /// factorisation fails.
+    pub fn new(body1: &dyn ElasticBody, body2: &dyn ElasticBody, frame: &ContactFrame) -> Result<Self> {
+        let n_cells = frame.n_cells();
+        refuse_size(body1, body2, n_cells)?;
+        let mut lower = BodyRows::new(body1, Side::Lower, frame)?;
+        let mut upper = BodyRows::new(body2, Side::Upper, frame)?;
+        lower.place(0);
+        upper.place(lower.n());
+        let first_gap = lower.n() + upper.n();
+        if first_gap == 0 {
+            return Err(super::both_rigid());
+        }
+        let n = first_gap + 3 * n_cells;
+        let length = (frame.areas.iter().sum::<f64>() / n_cells as f64).sqrt();
+        let moduli: Vec<f64> = [&lower, &upper].into_iter().filter_map(|body| body.modulus(length)).collect();
+        let modulus = (moduli.iter().map(|e| e.ln()).sum::<f64>() / moduli.len() as f64).exp();
+        let scales = Scales { modulus, length };
+        let bodies = [lower, upper];
+        let gap_rows = (0..3 * n_cells).map(|i| (first_gap + i, first_gap + i, 1.0));
+        let body_rows = bodies.iter().flat_map(|body| body.entries(scales));
+        let projections = bodies
+            .iter()
+            .flat_map(|body| body.projection(n_cells))
+            .map(|(i, j, value)| (first_gap + i, j, value));
+        let lu = SparseLu::new(n, body_rows.chain(projections).chain(gap_rows))?;
+        let planes = [vec![0.0; 3 * n_cells], vec![0.0; 3 * n_cells]];
+        let work = Mutex::new(Work { rhs: vec![0.0; n], memory: lu.workspace()?, planes });
+        Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
+    }
+
+    /// The gap k, `[3, N]` by planes, mm, for tractions on body 2 `[3, N]`, the bodies' own loads and prescribed
+    /// displacements, and the given normal gap and worn depth, `[N]` each; overwrites `gap`.
+    pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
+        let mut work = self.work.lock().expect("no panic while the buffers are held");
+        let Work { rhs, memory, .. } = &mut *work;
+        self.load(tractions, Forces::All, rhs);
+        let normal = &mut rhs[self.first_gap + 2 * self.n_cells..];
+        for ((row, distance), depth) in normal.iter_mut().zip(normal_gap).zip(worn) {
+            *row += (distance + depth) / self.scales.length;
+        }
+        self.solve(rhs, memory, gap);
+    }
+
+    /// Right-hand side of the bodies' rows, and of the frame's rows as far as prescribed displacements go.
+    fn load(&self, tractions: &[f64], forces: Forces, rhs: &mut [f64]) {
+        rhs.fill(0.0);
+        let (rows, frame_rows) = rhs.split_at_mut(self.first_gap);
+        for body in &self.bodies {
+            body.load(tractions, forces, self.scales, rows);
+            if forces == Forces::All {
+                body.prescribed_gap(self.scales, frame_rows);
+            }
+        }
+    }
+
+    fn solve(&self, rhs: &mut [f64], memory: &mut LuWorkspace, gap: &mut [f64]) {
+        self.lu.solve_in_place(rhs, memory);
+        for (k, x) in gap.iter_mut().zip(&rhs[self.first_gap..]) {
+            *k = x * self.scales.length;
+        }
+    }
+}
+
+/// Refuses systems too large for this path before anything is made for them.
+fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize) -> Result<()> {
+    let rows = |body: &dyn ElasticBody| match body.equations() {
+        BodyEquations::FiniteElements(body) => body.condensed().model().n_free(),
+        BodyEquations::HalfSpace(_) => 3 * n_cells,
+        BodyEquations::Rigid | BodyEquations::Unknown => 0,
+    };
+    let n = rows(body1) + rows(body2) + 3 * n_cells;
+    if n <= MOST_UNKNOWNS {
+        return Ok(());
+    }
+    Err(Error::resources(format!(
+        "the block system would have {n} unknowns; this reference path takes at most {MOST_UNKNOWNS}: use \
+         solver.coupling = \"schur\", or a coarser mesh or frame"
+    )))
+}
+
+impl Flexibility for BlockSystem {
+    fn n_cells(&self) -> usize {
+        self.n_cells
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut work = self.work.lock().expect("no panic while the buffers are held");
+        let Work { rhs, memory, .. } = &mut *work;
+        self.load(tractions, Forces::Tractions, rhs);
+        self.solve(rhs, memory, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let n = self.n_cells;
+        let mut work = self.work.lock().expect("no panic while the buffers are held");
+        let Work { rhs, memory, planes: [tractions, gap] } = &mut *work;
+        tractions[2 * n..].copy_from_slice(pressure);
+        self.load(tractions, Forces::Tractions, rhs);
+        self.solve(rhs, memory, gap);
+        normal_gap.copy_from_slice(&gap[2 * n..]);
+    }
+
+    /// By one solve per cell and component, [`BATCH`] at a time; half-spaces give theirs directly.
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        let (n, rows) = (self.n_cells, self.lu.n());
+        let mut blocks = vec![Matrix3::zeros(); n];
+        self.bodies.iter().for_each(|body| body.add_direct_diagonal(&mut blocks));
+        if !self.bodies.iter().any(BodyRows::is_meshed) {
+            return blocks;
+        }
+        let mut work = self.work.lock().expect("no panic while the buffers are held");
+        let Work { memory, planes: [unit, _], .. } = &mut *work;
+        let mut rhs = vec![0.0; BATCH * rows];
+        let wanted: Vec<usize> = (0..3 * n).collect();
+        unit.fill(0.0);
+        for batch in wanted.chunks(BATCH) {
+            let rhs = &mut rhs[..batch.len() * rows];
+            for (&i, column) in batch.iter().zip(rhs.chunks_exact_mut(rows)) {
+                unit[i] = 1.0;
+                self.load(unit, Forces::TractionsOnMeshes, column);
+                unit[i] = 0.0;
+            }
+            self.lu.solve_in_place(rhs, memory);
+            for (&i, column) in batch.iter().zip(rhs.chunks_exact(rows)) {
+                let at = |k: usize| column[self.first_gap + k * n + i % n] * self.scales.length;
+                (0..3).for_each(|k| blocks[i % n][(k, i / n)] += at(k));
+            }
+        }
+        blocks
+    }
+}

@@ -1,0 +1,221 @@
+//! The rows that one body brings into the block system.
+
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+
+use super::block::Scales;
+use crate::bem::half_space::DenseFlexibility;
+use crate::body::half_space::half_space_matrix;
+use crate::body::{BodyEquations, ElasticBody, FeBody};
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::linalg::operator::Flexibility;
+use crate::linalg::sparse::SymmetricSparse;
+
+/// Which forces a right-hand side holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Forces {
+    /// Contact tractions.
+    Tractions,
+    /// Contact tractions, on meshed bodies only.
+    TractionsOnMeshes,
+    /// Contact tractions, loads and prescribed displacements.
+    All,
+}
+
+/// Rows of a body; `first` is its first row and unknown in the system.
+pub(super) enum BodyRows {
+    Rigid,
+    HalfSpace { first: usize, side: Side, matrix: DenseFlexibility, scratch: Mutex<Vec<f64>> },
+    FiniteElements(Box<MeshRows>),
+}
+
+/// Rows of a finite-element body.
+pub(super) struct MeshRows {
+    first: usize,
+    side: Side,
+    stiffness: SymmetricSparse,
+    map: FaceMap,
+    /// Row of each component of each contact node, `None` where prescribed, `[3 n_c]`.
+    rows: Vec<Option<usize>>,
+    /// Prescribed displacement of the same components, 0 where free, mm.
+    prescribed: Vec<f64>,
+    /// Loads and -K_fc u_c, `[n_free]`, N.
+    load: Vec<f64>,
+    scratch: Mutex<Vec<f64>>,
+}
+
+/// (row, column, value).
+type Entry = (usize, usize, f64);
+
+impl BodyRows {
+    pub(super) fn new(body: &dyn ElasticBody, side: Side, frame: &ContactFrame) -> Result<Self> {
+        match body.equations() {
+            BodyEquations::Rigid => Ok(Self::Rigid),
+            BodyEquations::HalfSpace(green) => Ok(Self::HalfSpace {
+                first: 0,
+                side,
+                matrix: half_space_matrix(green, frame)?,
+                scratch: Mutex::new(vec![0.0; 3 * frame.n_cells()]),
+            }),
+            BodyEquations::FiniteElements(body) => {
+                Ok(Self::FiniteElements(Box::new(MeshRows::new(body, side))))
+            }
+            BodyEquations::Unknown => Err(Error::input(format!(
+                "{} ({}) gives no equations for the block system: use solver.coupling = \"schur\"",
+                side.name(),
+                body.describe()
+            ))),
+        }
+    }
+
+    /// Number of rows.
+    pub(super) fn n(&self) -> usize {
+        match self {
+            Self::Rigid => 0,
+            Self::HalfSpace { matrix, .. } => 3 * matrix.n_cells(),
+            Self::FiniteElements(mesh) => mesh.stiffness.n(),
+        }
+    }
+
+    /// Puts the body's rows and unknowns at `start`.
+    pub(super) fn place(&mut self, start: usize) {
+        match self {
+            Self::Rigid => {}
+            Self::HalfSpace { first, .. } => *first = start,
+            Self::FiniteElements(mesh) => mesh.first = start,
+        }
+    }
+
+    pub(super) fn is_meshed(&self) -> bool {
+        matches!(self, Self::FiniteElements(_))
+    }
+
+    /// Modulus of the body at the contact, MPa, for cells of size `length`; `None` if rigid.
+    pub(super) fn modulus(&self, length: f64) -> Option<f64> {
+        match self {
+            Self::Rigid => None,
+            Self::HalfSpace { matrix, .. } => {
+                let blocks = matrix.diagonal_blocks();
+                let mean = blocks.iter().map(|block| block.trace() / 3.0).sum::<f64>() / blocks.len() as f64;
+                Some(length / mean)
+            }
+            Self::FiniteElements(mesh) => {
+                let diagonal = mesh.stiffness.diagonal();
+                let contact: Vec<f64> = mesh.rows.iter().flatten().map(|&row| diagonal[row]).collect();
+                let mean = contact.iter().sum::<f64>() / contact.len().max(1) as f64;
+                Some(if mean > 0.0 { mean / length } else { diagonal[0] / length })
+            }
+        }
+    }
+
+    /// Scaled entries of the body's own rows.
+    pub(super) fn entries(&self, scales: Scales) -> Box<dyn Iterator<Item = Entry> + '_> {
+        match self {
+            Self::Rigid => Box::new(std::iter::empty()),
+            Self::HalfSpace { first, matrix, .. } => {
+                Box::new((*first..first + 3 * matrix.n_cells()).map(|i| (i, i, 1.0)))
+            }
+            Self::FiniteElements(mesh) => {
+                let scale = 1.0 / (scales.modulus * scales.length);
+                Box::new(
+                    mesh.stiffness
+                        .entries()
+                        .map(move |(i, j, value)| (mesh.first + i, mesh.first + j, value * scale)),
+                )
+            }
+        }
+    }
+
+    /// Entries of the body's displacement in the frame's rows, k - sum s I x = ..; rows from 0.
+    pub(super) fn projection(&self, n_cells: usize) -> Box<dyn Iterator<Item = Entry> + '_> {
+        match self {
+            Self::Rigid => Box::new(std::iter::empty()),
+            Self::HalfSpace { first, side, .. } => {
+                Box::new((0..3 * n_cells).map(move |i| (i, first + i, -side.gap_sign())))
+            }
+            Self::FiniteElements(mesh) => Box::new(mesh.projection()),
+        }
+    }
+
+    /// Adds the scaled right-hand side of the body's rows; `rows` are those of both bodies.
+    pub(super) fn load(&self, tractions: &[f64], forces: Forces, scales: Scales, rows: &mut [f64]) {
+        match self {
+            Self::Rigid => {}
+            Self::HalfSpace { .. } if forces == Forces::TractionsOnMeshes => {}
+            Self::HalfSpace { first, side, matrix, scratch } => {
+                let mut displacement = scratch.lock().expect("no panic while the scratch is held");
+                matrix.apply(tractions, &mut displacement);
+                for (row, u) in rows[*first..].iter_mut().zip(displacement.iter()) {
+                    *row += side.gap_sign() * u / scales.length;
+                }
+            }
+            Self::FiniteElements(mesh) => mesh.load(tractions, forces, scales, rows),
+        }
+    }
+
+    /// Adds the share of prescribed displacements of contact nodes to the frame's rows.
+    pub(super) fn prescribed_gap(&self, scales: Scales, frame_rows: &mut [f64]) {
+        if let Self::FiniteElements(mesh) = self {
+            let mut gap = vec![0.0; frame_rows.len()];
+            mesh.map.apply(&mesh.prescribed, &mut gap);
+            for (row, g) in frame_rows.iter_mut().zip(&gap) {
+                *row += mesh.side.gap_sign() * g / scales.length;
+            }
+        }
+    }
+
+    /// Adds the diagonal blocks that need no solve.
+    pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
+        if let Self::HalfSpace { matrix, .. } = self {
+            blocks.iter_mut().zip(matrix.diagonal_blocks()).for_each(|(sum, block)| *sum += block);
+        }
+    }
+}
+
+impl MeshRows {
+    fn new(body: &FeBody, side: Side) -> Self {
+        let (model, map) = (body.condensed().model(), body.map().clone());
+        let components = || map.nodes().iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
+        Self {
+            first: 0,
+            side,
+            stiffness: model.stiffness().clone(),
+            rows: components().map(|(node, c)| model.free_dof(node, c)).collect(),
+            prescribed: components().map(|(node, c)| model.prescribed(node, c).unwrap_or(0.0)).collect(),
+            load: model.load_vector(),
+            scratch: Mutex::new(vec![0.0; 3 * map.nodes().len()]),
+            map,
+        }
+    }
+
+    fn projection(&self) -> impl Iterator<Item = Entry> + '_ {
+        let n = self.map.n_cells();
+        (0..n).flat_map(move |cell| {
+            let axes = self.map.triads()[cell].0;
+            self.map.row(cell).flat_map(move |(node, weight)| {
+                (0..9).filter_map(move |k| {
+                    let (global, local) = (k / 3, k % 3);
+                    let column = self.first + self.rows[3 * node + global]?;
+                    Some((local * n + cell, column, -self.side.gap_sign() * weight * axes[(global, local)]))
+                })
+            })
+        })
+    }
+
+    fn load(&self, tractions: &[f64], forces: Forces, scales: Scales, rows: &mut [f64]) {
+        let rows = &mut rows[self.first..self.first + self.load.len()];
+        let scale = 1.0 / (scales.modulus * scales.length * scales.length);
+        let mut contact = self.scratch.lock().expect("no panic while the scratch is held");
+        self.map.apply_transpose(tractions, &mut contact);
+        for (force, row) in contact.iter().zip(&self.rows) {
+            if let Some(row) = *row {
+                rows[row] += self.side.gap_sign() * force * scale;
+            }
+        }
+        if forces == Forces::All {
+            rows.iter_mut().zip(&self.load).for_each(|(row, load)| *row += load * scale);
+        }
+    }
+}

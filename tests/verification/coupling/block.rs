@@ -1,0 +1,144 @@
+//! The assembled block system against the Schur complement (formulation 3.2 and 3.3).
+
+use super::bricks::{Brick, spec, straight, support, wavy};
+use super::half_spaces::{cfrp, difference, gaps, steel};
+use super::random;
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::{BodyField, ElasticBody, FeBody, HalfSpaceBody, RigidBody};
+use orthowear::coupling::{BlockSystem, Coupled, Coupling, couple};
+use orthowear::error::{Kind, Result};
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::linalg::operator::Flexibility;
+
+fn frame() -> ContactFrame {
+    ContactFrame::grid([1.1, 0.9], [5, 4], [0.1, -0.2], 0.3).expect("an admissible grid")
+}
+
+/// A block with loads, prescribed displacements, and, for body 1, a contact node that is held in two directions.
+fn finite_elements(side: Side, frame: &ContactFrame) -> FeBody {
+    let lower = side == Side::Lower;
+    let brick = Brick {
+        width: [2.0, 1.5],
+        z: if lower { [-1.1, 0.0] } else { [0.0, 0.7] },
+        cells: if lower { [6, 5, 2] } else { [5, 7, 2] },
+        contact_on_top: lower,
+        distortion: if lower { wavy } else { straight },
+        tetrahedra: !lower,
+    };
+    let mut mesh = brick.mesh();
+    if lower {
+        // The pin moves to the contact node nearest to the middle of the face.
+        let distance = |x: &[f64; 3]| x[0] * x[0] + x[1] * x[1] + 100.0 * x[2] * x[2];
+        let nearest = (0..mesh.points.len())
+            .min_by(|&a, &b| distance(&mesh.points[a]).total_cmp(&distance(&mesh.points[b])));
+        mesh.blocks[3].nodes[0] = nearest.expect("a mesh with points");
+    }
+    let mut spec = spec(mesh, &if lower { cfrp(30.0, 20.0) } else { steel() });
+    spec.supports = vec![support("base", [true; 3], if lower { [0.0; 3] } else { [0.002, 0.001, -0.003] })];
+    if lower {
+        spec.supports.push(support("pin", [true, false, true], [0.001, 0.0, -0.002]));
+    }
+    spec.body_force = [1.0, -2.0, 3.0];
+    spec.pressures = vec![("contact".into(), 2.0)];
+    FeBody::new(spec, "contact", side, frame).expect("a finite-element body")
+}
+
+fn half_space(side: Side, frame: &ContactFrame) -> HalfSpaceBody {
+    let stiffness = if side == Side::Lower { cfrp(30.0, 20.0) } else { steel() };
+    HalfSpaceBody::new(&stiffness, side, frame).expect("a half-space")
+}
+
+type Pair = [Box<dyn ElasticBody>; 2];
+
+fn pairs(frame: &ContactFrame) -> Vec<(&'static str, Pair)> {
+    let fe = |side| -> Box<dyn ElasticBody> { Box::new(finite_elements(side, frame)) };
+    let be = |side| -> Box<dyn ElasticBody> { Box::new(half_space(side, frame)) };
+    vec![
+        ("FE-FE", [fe(Side::Lower), fe(Side::Upper)]),
+        ("FE-BE", [fe(Side::Lower), be(Side::Upper)]),
+        ("BE-FE", [be(Side::Lower), fe(Side::Upper)]),
+        ("BE-BE", [be(Side::Lower), be(Side::Upper)]),
+        ("FE-rigid", [fe(Side::Lower), Box::new(RigidBody)]),
+        ("rigid-BE", [Box::new(RigidBody), be(Side::Upper)]),
+    ]
+}
+
+fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Coupled {
+    couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
+}
+
+/// Truth: eliminating the bodies from the block system is algebra: both paths give the same gaps for the same
+/// tractions, loads and prescribed displacements; k grows by the worn depth and the initial gap on the normal
+/// components only. 1e-10 relative: two different factorisations of the same matrices, FFT against dense.
+#[test]
+fn both_paths_give_the_same_gaps() {
+    let frame = frame();
+    let n = frame.n_cells();
+    let (tractions, extra) = (random(3 * n), random(5 * n));
+    let (distance, worn) = (&extra[3 * n..4 * n], &extra[4 * n..]);
+    for (name, mut pair) in pairs(&frame) {
+        let block = tied(&mut pair, &frame, Coupling::Block);
+        let system = BlockSystem::new(pair[0].as_ref(), pair[1].as_ref(), &frame).expect("a block system");
+        let schur = tied(&mut pair, &frame, Coupling::Schur);
+        let apart = difference(&gaps(&block, &tractions), &gaps(&schur, &tractions));
+        assert!(apart < 1e-10, "{name}: S P differs by {apart:e}");
+        if name.contains("FE") {
+            let apart = difference(&block.free_gap, &schur.free_gap);
+            assert!(apart < 1e-10, "{name}: free gaps differ by {apart:e}");
+        } else {
+            assert!(block.free_gap.iter().chain(&schur.free_gap).all(|g| *g == 0.0));
+        }
+        let pressure = &tractions[2 * n..];
+        let mut normal = [vec![0.0; n], vec![0.0; n]];
+        block.flexibility.apply_normal(pressure, &mut normal[0]);
+        schur.flexibility.apply_normal(pressure, &mut normal[1]);
+        assert!(difference(&normal[0], &normal[1]) < 1e-10, "{name}: normal part");
+        let scale = block.flexibility.diagonal_blocks()[0].amax();
+        for (a, b) in block.flexibility.diagonal_blocks().iter().zip(schur.flexibility.diagonal_blocks()) {
+            assert!((a - b).amax() < 1e-10 * scale, "{name}: diagonal blocks\n{a}{b}");
+        }
+        let mut gap = vec![0.0; 3 * n];
+        system.gap(&tractions, distance, worn, &mut gap);
+        let mut expected = schur.initial_gap(distance);
+        expected.iter_mut().zip(gaps(&schur, &tractions)).for_each(|(g, s)| *g += s);
+        expected[2 * n..].iter_mut().zip(worn).for_each(|(g, w)| *g += w);
+        assert!(difference(&gap, &expected) < 1e-10, "{name}: k with wear");
+    }
+}
+
+/// A body that tells nothing but its flexibility.
+struct Closed;
+
+impl ElasticBody for Closed {
+    fn describe(&self) -> String {
+        "closed".into()
+    }
+
+    fn take_flexibility(
+        &mut self,
+        _cross: orthowear::bem::half_space::CrossBlocks,
+    ) -> Result<Option<Box<dyn Flexibility>>> {
+        Ok(None)
+    }
+
+    fn recover(&self, _tractions: &[f64]) -> Result<BodyField> {
+        Ok(BodyField::default())
+    }
+}
+
+/// Truth: the documented refusals: nothing elastic, a body without equations, a system too large.
+#[test]
+fn what_the_block_system_cannot_do_is_refused() {
+    let frame = frame();
+    let refused =
+        |lower: &mut dyn ElasticBody, upper: &mut dyn ElasticBody, frame: &ContactFrame, word: &str| {
+            let error = couple(lower, upper, frame, Coupling::Block, SkipVanishing).err().expect("a refusal");
+            assert!(error.message().contains(word), "{error}");
+            error.kind()
+        };
+    assert_eq!(refused(&mut RigidBody, &mut RigidBody, &frame, "both bodies are rigid"), Kind::Input);
+    assert_eq!(refused(&mut RigidBody, &mut Closed, &frame, "body 2 (closed)"), Kind::Input);
+    let large = ContactFrame::grid([1.0, 1.0], [150, 150], [0.0; 2], 0.0).unwrap();
+    let mut upper = half_space(Side::Upper, &large);
+    assert_eq!(refused(&mut RigidBody, &mut upper, &large, "135000 unknowns"), Kind::Resources);
+}
