@@ -174,3 +174,82 @@ pub(super) fn state(
         other => unreachable!("{} was refused", other.name()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, SymmetricEigen};
+
+    use super::*;
+    use crate::element::Tet4;
+    use crate::material::{Orthotropic, Stiffness};
+
+    fn unpacked(packed: &[f64], n: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(n, n, |i, j| packed[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)])
+    }
+
+    fn orthotropic() -> Stiffness {
+        Stiffness::orthotropic(&Orthotropic {
+            e1: 140e3,
+            e2: 10e3,
+            e3: 9e3,
+            g12: 5.2e3,
+            g13: 4.8e3,
+            g23: 3.3e3,
+            nu12: 0.30,
+            nu13: 0.28,
+            nu23: 0.45,
+        })
+        .unwrap()
+        .rotated(&crate::geometry::fibre_axes(0.6, 0.3))
+    }
+
+    /// Truth: an element has exactly six zero modes, the rigid ones, and no negative one (catalogue rigid-body-modes:
+    /// |lambda_6| < 1e-9 lambda_7, here 1e-12 of the largest), distorted or slender.
+    #[test]
+    fn six_zero_modes() {
+        let rules = Rules::new();
+        let distort = |x: [f64; 3]| {
+            [x[0] + 0.2 * x[1] * x[2], x[1] * (1.3 + 0.2 * x[0]), 0.7 * x[2] + 0.3 * x[0] + 0.1 * x[0] * x[1]]
+        };
+        let slender = |x: [f64; 3]| [30.0 * x[0], x[1], x[2]];
+        let check = |kind: ElementKind, nodes: Vec<[f64; 3]>, formulation| {
+            let n = 3 * kind.n_nodes();
+            let mut packed = vec![0.0; packed_len(kind)];
+            stiffness(kind, &nodes, orthotropic().voigt(), formulation, &rules, &mut packed).unwrap();
+            let mut values: Vec<f64> =
+                SymmetricEigen::new(unpacked(&packed, n)).eigenvalues.iter().copied().collect();
+            values.sort_by(f64::total_cmp);
+            let largest = values[n - 1];
+            assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
+            assert!(values[6] > 1e-7 * largest, "{values:?}");
+        };
+        for formulation in HexFormulation::ALL {
+            check(ElementKind::Hex8, Hex8::NODES.map(distort).to_vec(), formulation);
+            check(ElementKind::Hex8, Hex8::NODES.map(slender).to_vec(), formulation);
+        }
+        check(ElementKind::Tet4, Tet4::NODES.map(distort).to_vec(), HexFormulation::Enhanced);
+    }
+
+    /// Truth: the forces are the stiffness times the displacements, and the energy half their product, two routes to
+    /// the condensed element. Tolerance: rounding.
+    #[test]
+    fn forces_are_stiffness_times_displacements() {
+        let rules = Rules::new();
+        let nodes = Hex8::NODES
+            .map(|x| [x[0] + 0.2 * x[1] * x[2], x[1] * (1.3 + 0.2 * x[0]), 0.7 * x[2] + 0.3 * x[0]]);
+        let u: Vec<[f64; 3]> =
+            (0..8).map(|a| [0.1 * a as f64, (a * a % 5) as f64, (a * 3 % 7) as f64]).collect();
+        for formulation in HexFormulation::ALL {
+            let c = orthotropic();
+            let mut packed = vec![0.0; packed_len(ElementKind::Hex8)];
+            stiffness(ElementKind::Hex8, &nodes, c.voigt(), formulation, &rules, &mut packed).unwrap();
+            let flat = nalgebra::DVector::from_iterator(24, u.iter().flatten().copied());
+            let wanted = unpacked(&packed, 24) * &flat;
+            let state = state(ElementKind::Hex8, &nodes, &u, c.voigt(), formulation, &rules).unwrap();
+            for (force, wanted_force) in state.forces.iter().flatten().zip(&wanted) {
+                assert!((force - wanted_force).abs() < 1e-12 * wanted.amax());
+            }
+            assert!((state.energy / (0.5 * flat.dot(&wanted)) - 1.0).abs() < 1e-12);
+        }
+    }
+}

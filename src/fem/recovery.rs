@@ -16,7 +16,7 @@ impl FeModel {
     /// over the elements at the node; zero at points on no solid. Across a border of materials this averages a jump.
     ///
     /// # Errors
-    /// None for a model that was made (kept for elements that fail).
+    /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn stress(&self, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
         let n_points = self.mesh().n_points();
         let (mut sum, mut count) = (vec![[0.0; 6]; n_points], vec![0.0f64; n_points]);

@@ -53,6 +53,15 @@ fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
+/// Threads for the dense blocks: all, but one inside a parallel region. The bits are the same for any number.
+fn parallelism() -> Par {
+    if rayon::current_thread_index().is_some() || rayon::current_num_threads() == 1 {
+        Par::Seq
+    } else {
+        Par::rayon(0)
+    }
+}
+
 fn out_of_memory() -> Error {
     Error::resources("not enough memory to factorise the stiffness matrix; use a coarser mesh")
 }
@@ -107,24 +116,9 @@ impl SymbolicFactor {
         matrix: &SymmetricSparse,
         row_name: impl Fn(usize) -> String,
     ) -> Result<CholeskyFactor> {
-        let mut values = zeroed(self.symbolic.len_val())?;
-        let par = Par::Seq;
-        let mut memory = workspace(self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default()))?;
-        let outcome = self.symbolic.factorize_numeric_llt(
-            &mut values,
-            sparse_view(matrix),
-            Side::Lower,
-            Default::default(),
-            par,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        );
-        drop(memory);
-        let mut factor = match outcome.map(|_| ()) {
-            Ok(()) => CholeskyFactor { symbolic: self.symbolic, values, residual: f64::NAN },
-            Err(PivotError::NonPositivePivot { index }) => {
-                return Err(not_positive(&row_name(original_row(&self.symbolic, index))));
-            }
+        let mut factor = match self.compute(matrix, parallelism())? {
+            Ok(factor) => factor,
+            Err(row) => return Err(not_positive(&row_name(row))),
         };
         factor.check_pivots(matrix, row_name)?;
         factor.residual = factor.measure_residual(matrix)?;
@@ -136,6 +130,31 @@ impl SymbolicFactor {
              please report this",
             factor.residual, RESIDUAL_LIMIT
         )))
+    }
+}
+
+impl SymbolicFactor {
+    /// L without any check; the inner error is the row of a pivot that is not positive.
+    fn compute(
+        self,
+        matrix: &SymmetricSparse,
+        par: Par,
+    ) -> Result<std::result::Result<CholeskyFactor, usize>> {
+        let mut values = zeroed(self.symbolic.len_val())?;
+        let mut memory = workspace(self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default()))?;
+        let outcome = self.symbolic.factorize_numeric_llt(
+            &mut values,
+            sparse_view(matrix),
+            Side::Lower,
+            Default::default(),
+            par,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        Ok(match outcome.map(|_| ()) {
+            Ok(()) => Ok(CholeskyFactor { symbolic: self.symbolic, values, residual: f64::NAN }),
+            Err(PivotError::NonPositivePivot { index }) => Err(original_row(&self.symbolic, index)),
+        })
     }
 }
 
@@ -246,12 +265,15 @@ impl CholeskyFactor {
     /// # Panics
     /// If `m` is larger than the matrix.
     pub fn trailing_inverse(&self, m: usize) -> Result<SymmetricDense> {
+        self.trailing_inverse_with(m, parallelism())
+    }
+
+    fn trailing_inverse_with(&self, m: usize, par: Par) -> Result<SymmetricDense> {
         let block = self.trailing_block(m)?;
         let mut inverse = SymmetricDense::zeros(m)?;
         if m == 0 {
             return Ok(inverse);
         }
-        let par = Par::Seq;
         let mut memory = workspace(faer::linalg::cholesky::llt::inverse::inverse_scratch::<f64>(m, par))?;
         faer::linalg::cholesky::llt::inverse::inverse(
             MatMut::from_column_major_slice_mut(inverse.values_mut(), m, m),
@@ -293,5 +315,90 @@ impl SymmetricFactor for CholeskyFactor {
             MemStack::new(&mut memory),
         );
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ordering::{NodeGraph, nested_dissection};
+    use super::super::sparse::SymmetricTriplets;
+    use super::*;
+
+    /// Stiffness of springs between the nodes of k x k x k cells, held softly to the ground; and its node graph.
+    fn springs(k: usize) -> (SymmetricSparse, NodeGraph) {
+        let at = |x: usize, y: usize, z: usize| (x * k + y) * k + z;
+        let mut cells: Vec<Vec<usize>> = Vec::new();
+        for (x, y, z) in (0..(k - 1).pow(3)).map(|i| (i / (k - 1).pow(2), i / (k - 1) % (k - 1), i % (k - 1)))
+        {
+            cells.push((0..8).map(|c| at(x + (c >> 2), y + (c >> 1 & 1), z + (c & 1))).collect());
+        }
+        let mut triplets = SymmetricTriplets::new(k * k * k, 0);
+        (0..k * k * k).for_each(|i| triplets.add(i, i, 1e-3));
+        for cell in &cells {
+            for (p, &i) in cell.iter().enumerate() {
+                for &j in &cell[..p] {
+                    triplets.add(i, i, 1.0);
+                    triplets.add(j, j, 1.0);
+                    triplets.add(i, j, -1.0);
+                }
+            }
+        }
+        (triplets.build(), NodeGraph::from_elements(k * k * k, cells.iter().map(Vec::as_slice)))
+    }
+
+    fn analysed(matrix: &SymmetricSparse, graph: &NodeGraph, last: &[usize]) -> SymbolicFactor {
+        let nodes: Vec<usize> = (0..matrix.n()).collect();
+        SymbolicFactor::new(matrix, &nested_dissection(graph, &nodes, last).unwrap()).unwrap()
+    }
+
+    /// Truth: same bits whatever the number of threads, in the factor and in the inverse of the Schur complement, at a
+    /// size (fronts of several hundred) that the dense kernels do split among threads.
+    #[test]
+    fn same_bits_for_any_number_of_threads() {
+        let (matrix, graph) = springs(22);
+        let last: Vec<usize> = (0..22 * 22).collect();
+        let compute = |par| {
+            let factor = analysed(&matrix, &graph, &last).compute(&matrix, par).unwrap().unwrap();
+            let inverse = factor.trailing_inverse_with(last.len(), par).unwrap();
+            let values = factor.values.iter().chain(inverse.values());
+            values.map(|v| v.to_bits()).collect::<Vec<u64>>()
+        };
+        let one = compute(Par::Seq);
+        for threads in [1, 2, 3, 8] {
+            assert!(one == compute(Par::rayon(threads)), "{threads} threads");
+        }
+    }
+
+    /// Truth: A (A^-1)_cc from unit right-hand sides. Tolerance: rounding times the condition, 1e4.
+    #[test]
+    fn trailing_inverse_is_the_block_of_the_inverse() {
+        let (matrix, graph) = springs(7);
+        let last = [3, 100, 51, 200, 0];
+        let factor = analysed(&matrix, &graph, &last).factorise(&matrix, |row| row.to_string()).unwrap();
+        let inverse = factor.trailing_inverse(last.len()).unwrap();
+        for (j, &column) in last.iter().enumerate() {
+            let mut unit = vec![0.0; matrix.n()];
+            unit[column] = 1.0;
+            factor.solve_in_place(&mut unit, 1).unwrap();
+            for (i, &row) in last.iter().enumerate() {
+                assert!((inverse.at(i, j) - unit[row]).abs() < 1e-12 * inverse.at(0, 0));
+            }
+        }
+    }
+
+    /// Truth: a matrix with one negative diagonal entry is not positive definite; the row named is that row's own
+    /// number, not its place in the order.
+    #[test]
+    fn names_the_row_of_a_bad_pivot() {
+        let mut triplets = SymmetricTriplets::new(50, 0);
+        (0..50).for_each(|i| triplets.add(i, i, if i == 17 { -1.0 } else { 1.0 }));
+        let matrix = triplets.build();
+        let order: Vec<usize> = (0..50).rev().collect();
+        let error = SymbolicFactor::new(&matrix, &order)
+            .unwrap()
+            .factorise(&matrix, |row| format!("row {row}"))
+            .err()
+            .expect("a refusal");
+        assert!(error.to_string().contains("singular at row 17:"), "{error}");
     }
 }

@@ -1,0 +1,141 @@
+//! Condensation to the contact nodes: exactness, reciprocity, bits, memory.
+
+use nalgebra::{DMatrix, DVector};
+use orthowear::element::ElementKind::{self, Hex8};
+use orthowear::fem::{CondensedBody, FeModel, HexFormulation, Support};
+
+use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
+use super::fem_meshes::{block, rough, wavy};
+
+/// A block held at its base with an inhomogeneous load, condensed to the nodes of its top.
+fn loaded_block(
+    kind: ElementKind,
+    formulation: HexFormulation,
+    cells: [usize; 3],
+    map: fn([f64; 3]) -> [f64; 3],
+) -> CondensedBody {
+    let mesh = block(kind, cells, [1.0; 3], map);
+    let top = mesh.group_nodes("z1").unwrap();
+    let roller = Support { group: "x0".into(), components: [true, false, false], value: [1e-3, 0.0, 0.0] };
+    let base = Support { group: "z0".into(), components: [false, true, true], value: [0.0; 3] };
+    let mut spec = spec(mesh, rotated_orthotropic(), formulation, vec![roller, base]);
+    spec.pressures = vec![("y1".into(), 30.0)];
+    spec.body_force = [0.0, 1.0, -2.0];
+    FeModel::new(spec).unwrap().condense(&top).unwrap()
+}
+
+fn forces(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+    };
+    (0..n).map(|_| 100.0 * next()).collect()
+}
+
+fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
+    body.contact_nodes().iter().flat_map(|&node| u[node]).collect()
+}
+
+/// Truth: condensation is exact (Guyan 1965): F_cc f + u_free equals the full solution at the contact nodes, and F_cc is
+/// the block of the inverse of the assembled K computed by a dense factorisation of another library; energy equals
+/// work. Tolerance 1e-10 (catalogue schur-exactness). Prescribed contact dofs (the edge at x = 0) have zero rows.
+#[test]
+fn condensation_is_exact() {
+    for (kind, formulation) in ELEMENTS {
+        let body = loaded_block(kind, formulation, [4, 4, 4], rough);
+        let model = body.model();
+        let n = model.n_free();
+        let mut k = DMatrix::zeros(n, n);
+        model.stiffness().entries().for_each(|(i, j, v)| k[(i, j)] = v);
+        let k = k.cholesky().unwrap();
+        let inverse = k.inverse();
+        let contact: Vec<Option<usize>> = body
+            .contact_nodes()
+            .iter()
+            .flat_map(|&node| (0..3).map(move |c| (node, c)))
+            .map(|(node, c)| model.free_dof(node, c))
+            .collect();
+        assert!(contact.iter().any(Option::is_none));
+        let flexibility = body.flexibility();
+        for (i, &row) in contact.iter().enumerate() {
+            for (j, &column) in contact.iter().enumerate() {
+                let dense = row.zip(column).map_or(0.0, |(r, c)| inverse[(r, c)]);
+                assert!((flexibility.at(i, j) - dense).abs() < 1e-10 * inverse.amax());
+                assert_eq!(flexibility.at(i, j).to_bits(), flexibility.at(j, i).to_bits());
+            }
+        }
+        let f = forces(contact.len(), 1);
+        let full = body.solve(&f).unwrap();
+        let free = at_contact(&body, body.free_displacement());
+        let solved = at_contact(&body, &full);
+        let scale = solved.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        for i in 0..contact.len() {
+            let condensed: f64 = free[i] + flexibility.row(i).iter().zip(&f).map(|(a, b)| a * b).sum::<f64>();
+            assert!((condensed - solved[i]).abs() < 1e-10 * scale);
+        }
+        let mut rhs = DVector::from_vec(model.load_vector());
+        contact.iter().zip(&f).for_each(|(row, value)| row.iter().for_each(|&row| rhs[row] += value));
+        let dense = model.expand(k.solve(&rhs).as_slice());
+        assert!(largest_difference(&full, &dense) < 1e-10 * scale);
+        assert!(body.residual() < 1e-12);
+    }
+}
+
+/// Truth: work of load a on displacement b equals that of b on a (Betti 1872), through back-substitutions; and, for a
+/// body without other loads, strain energy = half the work of the forces (Clapeyron). Tolerance 1e-12 relative to
+/// |f| |u| (catalogue maxwell-betti), energy 1e-11 (schur-exactness).
+#[test]
+fn maxwell_betti() {
+    for (kind, formulation) in ELEMENTS {
+        let mesh = block(kind, [5, 4, 3], [1.0; 3], rough);
+        let top = mesh.group_nodes("z1").unwrap();
+        let model = FeModel::new(spec(mesh, rotated_orthotropic(), formulation, vec![clamp("z0")])).unwrap();
+        let body = model.condense(&top).unwrap();
+        let (a, b) = (forces(3 * top.len(), 1), forces(3 * top.len(), 2));
+        let (ua, ub) = (body.solve(&a).unwrap(), body.solve(&b).unwrap());
+        let work = |f: &[f64], u: &[[f64; 3]]| -> f64 {
+            f.iter().zip(at_contact(&body, u)).map(|(f, u)| f * u).sum()
+        };
+        let (ab, ba, aa) = (work(&a, &ub), work(&b, &ua), work(&a, &ua));
+        assert!((ab - ba).abs() < 1e-12 * aa);
+        assert!((body.model().strain_energy(&ua).unwrap() / (0.5 * aa) - 1.0).abs() < 1e-11);
+        let reactions = body.model().reactions(&ua).unwrap();
+        for c in 0..3 {
+            let applied: f64 = a.iter().skip(c).step_by(3).sum();
+            let sum: f64 = reactions.iter().map(|r| r[c]).sum();
+            assert!((sum + applied).abs() < 1e-9);
+        }
+    }
+}
+
+/// Truth: same input, same bits, whatever the number of threads.
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let body = loaded_block(Hex8, HexFormulation::Enhanced, [12, 12, 10], wavy);
+            let u = body.solve(&forces(3 * body.contact_nodes().len(), 3)).unwrap();
+            let stress = body.model().stress(&u).unwrap();
+            let flat: Vec<f64> = u.iter().flatten().chain(stress.iter().flatten()).copied().collect();
+            flat.iter().chain(body.flexibility().values()).map(|v| v.to_bits()).collect::<Vec<u64>>()
+        })
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(3));
+}
+
+/// Truth: the analysis foretells the factor: its entries are those of the computed one, and its bytes hold at least
+/// the factor, the matrix and one dense block.
+#[test]
+fn analysis_foretells_the_memory() {
+    let mesh = block(Hex8, [6, 6, 6], [1.0; 3], |x| x);
+    let top = mesh.group_nodes("z1").unwrap();
+    let model = FeModel::new(spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")])).unwrap();
+    let analysis = model.analyse(&top).unwrap();
+    assert_eq!(analysis.n_free(), 6 * 49 * 3);
+    let least = 8 * analysis.factor_entries() + 8 * (3 * top.len()).pow(2);
+    assert!(analysis.memory_bytes() > least && analysis.memory_bytes() < 10 * least);
+    assert!(model.condense_as(analysis).unwrap().residual() < 1e-12);
+}

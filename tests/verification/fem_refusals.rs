@@ -1,0 +1,150 @@
+//! Bodies that must be refused, and what the message must say.
+
+use std::sync::Arc;
+
+use orthowear::element::ElementKind::{Hex8, Hex20, Tet4, Wedge6};
+use orthowear::error::Kind;
+use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support};
+
+use super::fem_bodies::{ALL, clamp, isotropic, spec};
+use super::fem_meshes::{add_cells, block, prescribe};
+
+fn refusal(spec: FeSpec) -> String {
+    let error = FeModel::new(spec).err().expect("a refusal");
+    assert_eq!(error.kind(), Kind::Input);
+    error.to_string()
+}
+
+fn cube(supports: Vec<Support>) -> FeSpec {
+    spec(block(Hex8, [2, 2, 2], [1.0; 3], |x| x), isotropic(), HexFormulation::Enhanced, supports)
+}
+
+fn assert_says(message: &str, words: &[&str]) {
+    for word in words {
+        assert!(message.contains(word), "{message:?} does not say {word:?}");
+    }
+}
+
+/// Truth: kinds that are read but are no finite elements here are refused by name with those that are.
+#[test]
+fn refuses_other_kinds() {
+    for kind in [Hex20, Wedge6] {
+        let mut spec = cube(vec![clamp("z0")]);
+        let mut mesh = (*spec.mesh).clone();
+        add_cells(&mut mesh, kind, "other", (0..kind.n_nodes()).collect());
+        spec.mesh = Arc::new(mesh);
+        assert_says(&refusal(spec), &["body1", kind.name(), "hex8, tet4"]);
+    }
+}
+
+/// Truth: what a spec names must exist, be finite, be unique and cover the body.
+#[test]
+fn refuses_wrong_specs() {
+    assert_says(&refusal(cube(vec![clamp("bottom")])), &["bottom", "z0"]);
+    let mut without = cube(vec![clamp("z0")]);
+    without.regions = vec![(Some("fibre".into()), isotropic())];
+    assert_says(&refusal(without), &["fibre"]);
+    let mut uncovered = cube(vec![clamp("z0")]);
+    uncovered.regions.clear();
+    assert_says(&refusal(uncovered), &["element 1", "region", "material"]);
+    let mut twice = cube(vec![clamp("z0")]);
+    twice.regions = vec![(Some("body".into()), isotropic()), (Some("body".into()), isotropic())];
+    assert_says(&refusal(twice), &["two regions"]);
+    let pull = Support { group: "x0".into(), components: ALL, value: [1.0, 0.0, 0.0] };
+    assert_says(&refusal(cube(vec![clamp("z0"), pull])), &["z0", "x0", "different displacements along x"]);
+    let nan = Support { group: "z0".into(), components: ALL, value: [f64::NAN, 0.0, 0.0] };
+    assert_says(&refusal(cube(vec![nan])), &["z0", "NaN"]);
+    assert_says(&refusal(cube(vec![clamp("body")])), &["all nodes are fixed"]);
+    let mut infinite = cube(vec![clamp("z0")]);
+    infinite.pressures = vec![("z1".into(), f64::INFINITY)];
+    assert_says(&refusal(infinite), &["z1", "inf"]);
+    let mut surface = cube(vec![clamp("z0")]);
+    surface.tractions = vec![("body".into(), [1.0; 3])];
+    assert_says(&refusal(surface), &["body", "surfaces"]);
+}
+
+/// Truth: a reversed or collapsed element is named with its number (catalogue rel-negative-jacobian).
+#[test]
+fn refuses_inverted_elements() {
+    for kind in [Hex8, Tet4] {
+        let mut mesh = block(kind, [2, 2, 2], [1.0; 3], |x| x);
+        let n = kind.n_nodes();
+        mesh.blocks[0].nodes.swap(3 * n, 3 * n + 1);
+        mesh.blocks[0].tags[3] = 77;
+        let message = refusal(spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")]));
+        assert_says(&message, &["element 77", kind.name(), "inverted"]);
+    }
+    let flat = block(Hex8, [2, 2, 2], [1.0, 1.0, 1e-14], |x| x);
+    let message = refusal(spec(flat, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")]));
+    assert_says(&message, &["degenerate"]);
+}
+
+/// Truth: the rigid motions that leave the prescribed dofs at rest, found by hand (catalogue rel-floating-body).
+#[test]
+fn names_free_rigid_motions() {
+    let free = |components: [bool; 3]| {
+        let message = refusal(cube(vec![Support { group: "z0".into(), components, value: [0.0; 3] }]));
+        message.split("by ").nth(1).unwrap().split(';').next().unwrap().to_string()
+    };
+    assert_eq!(free([false, false, true]), "translation x, translation y, rotation about z");
+    assert_eq!(
+        free([true, false, false]),
+        "translation y, translation z, rotation about x, rotation about y"
+    );
+    assert_eq!(free([true, true, false]), "translation z, rotation about x, rotation about y");
+    let all = refusal(cube(vec![]));
+    assert_says(
+        &all,
+        &[
+            "translation x, translation y, translation z",
+            "rotation about x, rotation about y, rotation about z",
+        ],
+    );
+
+    let mut mesh = block(Hex8, [2, 2, 2], [1.0; 3], |x| x);
+    let corner = mesh.points.iter().position(|x| *x == [0.0; 3]).unwrap();
+    let opposite = mesh.points.iter().position(|x| *x == [1.0, 1.0, 0.0]).unwrap();
+    let supports = prescribe(&mut mesh, &[corner, opposite], ALL, |_| [0.0; 3]);
+    let one_point =
+        refusal(spec(mesh.clone(), isotropic(), HexFormulation::Enhanced, supports[..1].to_vec()));
+    assert_says(&one_point, &["by rotation about x, rotation about y, rotation about z"]);
+    let hinge = refusal(spec(mesh, isotropic(), HexFormulation::Enhanced, supports));
+    assert_says(&hinge, &["rotation about the direction (0.707, 0.707, 0.000)"]);
+}
+
+/// Two unit cubes of one cell each; the second moved by `offset`, sharing the nodes that coincide.
+fn two_cubes(offset: [f64; 3]) -> FeSpec {
+    let mut mesh = block(Hex8, [1, 1, 1], [1.0; 3], |x| x);
+    let first = mesh.cell_nodes(mesh.volume_cells().next().unwrap()).to_vec();
+    let moved: Vec<usize> = first
+        .iter()
+        .map(|&node| {
+            let x = std::array::from_fn(|c| mesh.points[node][c] + offset[c]);
+            mesh.points.iter().position(|p| *p == x).unwrap_or_else(|| {
+                mesh.points.push(x);
+                mesh.points.len() - 1
+            })
+        })
+        .collect();
+    add_cells(&mut mesh, Hex8, "second", moved);
+    spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("z0")])
+}
+
+/// Truth: a part that touches the held one nowhere floats; one joined along an edge only turns about it, which no rigid
+/// motion of the whole shows but the factorisation does, naming a node.
+#[test]
+fn refuses_loose_and_hinged_parts() {
+    let loose = refusal(two_cubes([5.0, 0.0, 0.0]));
+    assert_says(&loose, &["part of 8 nodes", "2 parts", "translation x"]);
+    let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0])).unwrap().condense(&[]).err().expect("singular");
+    assert_eq!(hinged.kind(), Kind::Input);
+    assert_says(&hinged.to_string(), &["body1", "singular at the node at [", "direction"]);
+}
+
+/// Truth: contact nodes are on the body and given once.
+#[test]
+fn refuses_wrong_contact_nodes() {
+    let model = || FeModel::new(cube(vec![clamp("z0")])).unwrap();
+    assert_says(&model().condense(&[3, 4, 3]).err().unwrap().to_string(), &["contact node 3", "twice"]);
+    assert_says(&model().condense(&[999]).err().unwrap().to_string(), &["999", "no solid"]);
+}
