@@ -5,8 +5,17 @@
 pub enum Scale {
     /// Equal differences.
     Linear,
+    /// Equal differences, marked at whole numbers only.
+    Whole,
     /// Equal ratios; shows positive values only.
     Logarithmic,
+}
+
+impl Scale {
+    /// A round step at or above `rough`.
+    fn step(self, rough: f64) -> f64 {
+        round_up(if self == Self::Whole { rough.max(1.0) } else { rough }, &[1.0, 2.0, 5.0, 10.0])
+    }
 }
 
 /// A range of values on a range of pixels.
@@ -22,14 +31,14 @@ impl Axis {
     /// An axis that shows all finite `values` (all positive ones if logarithmic) between two pixel positions;
     /// its ends are round numbers.
     pub fn over(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
-        let shown = values.filter(|v| v.is_finite() && (scale == Scale::Linear || *v > 0.0));
+        let shown = values.filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0));
         let (mut low, mut high) =
             shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         if low > high {
             (low, high) = (1.0, 1.0);
         }
         match scale {
-            Scale::Linear => {
+            Scale::Linear | Scale::Whole => {
                 if low > 0.0 && low < 0.4 * high {
                     low = 0.0;
                 }
@@ -37,7 +46,7 @@ impl Axis {
                     let half = if high == 0.0 { 1.0 } else { 0.5 * high.abs() };
                     (low, high) = (low - half, high + half);
                 }
-                let step = round_step((high - low) / 6.0);
+                let step = scale.step((high - low) / 6.0);
                 (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
             }
             Scale::Logarithmic => {
@@ -60,7 +69,7 @@ impl Axis {
     /// Pixel position of a value; `None` where it cannot be shown.
     pub fn at(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
-            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
         };
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
@@ -69,8 +78,8 @@ impl Axis {
     /// Values to mark, with their labels; minor marks have none.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
-            Scale::Linear => {
-                let step = round_step((self.high - self.low) / 6.0);
+            Scale::Linear | Scale::Whole => {
+                let step = self.scale.step((self.high - self.low) / 6.0);
                 let first = (self.low / step - 1e-9).ceil() as i64;
                 let last = (self.high / step + 1e-9).floor() as i64;
                 (first..=last).map(|i| (i as f64 * step, Some(label(i as f64 * step, step)))).collect()
@@ -103,11 +112,6 @@ impl Axis {
         }
         ticks
     }
-}
-
-/// The step 1, 2 or 5 times a power of ten next above `rough`.
-fn round_step(rough: f64) -> f64 {
-    round_up(rough, &[1.0, 2.0, 5.0, 10.0])
 }
 
 fn round_up(value: f64, digits: &[f64]) -> f64 {
@@ -171,7 +175,7 @@ mod tests {
     #[test]
     fn constant_empty_and_unusable_values_still_make_an_axis() {
         for values in [&[5.0, 5.0][..], &[0.0], &[], &[f64::NAN, -1.0], &[f64::INFINITY]] {
-            for scale in [Scale::Linear, Scale::Logarithmic] {
+            for scale in [Scale::Linear, Scale::Whole, Scale::Logarithmic] {
                 let axis = Axis::over(values.iter().copied(), scale, [0.0, 100.0]);
                 assert!(axis.ticks().len() >= 2, "{values:?} {axis:?}");
                 assert!(

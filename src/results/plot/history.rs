@@ -27,7 +27,7 @@ fn over_entries(records: &[IncrementRecord], title: &str, unit: &str, values: &[
     let chart = Chart {
         title: title.to_owned(),
         labels: ["entry (increment or cycle jump)".to_owned(), format!("{title}, {unit}")],
-        scales: [Scale::Linear, Scale::Linear],
+        scales: [Scale::Whole, Scale::Linear],
         series: values.iter().map(series).collect(),
     };
     chart.panel()
