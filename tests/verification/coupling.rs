@@ -2,9 +2,11 @@
 
 mod block;
 mod bricks;
+mod finite_block;
 mod finite_elements;
 mod half_spaces;
 mod maps;
+mod states;
 
 /// Values in [-1, 1), the same in every run (linear congruence).
 fn random(n: usize) -> Vec<f64> {

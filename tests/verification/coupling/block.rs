@@ -1,8 +1,9 @@
 //! The assembled block system against the Schur complement (formulation 3.2 and 3.3).
 
 use super::bricks::{Brick, spec, straight, support, wavy};
-use super::half_spaces::{cfrp, difference, gaps, steel};
+use super::half_spaces::{cfrp, difference, gaps};
 use super::random;
+use crate::common::steel;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{BodyField, ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use orthowear::coupling::{BlockSystem, Coupled, Coupling, couple};
@@ -48,9 +49,9 @@ fn half_space(side: Side, frame: &ContactFrame) -> HalfSpaceBody {
     HalfSpaceBody::new(&stiffness, side, frame).expect("a half-space")
 }
 
-type Pair = [Box<dyn ElasticBody>; 2];
+pub type Pair = [Box<dyn ElasticBody>; 2];
 
-fn pairs(frame: &ContactFrame) -> Vec<(&'static str, Pair)> {
+pub fn pairs(frame: &ContactFrame) -> Vec<(&'static str, Pair)> {
     let fe = |side| -> Box<dyn ElasticBody> { Box::new(finite_elements(side, frame)) };
     let be = |side| -> Box<dyn ElasticBody> { Box::new(half_space(side, frame)) };
     vec![
@@ -63,7 +64,7 @@ fn pairs(frame: &ContactFrame) -> Vec<(&'static str, Pair)> {
     ]
 }
 
-fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Coupled {
+pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Coupled {
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 

@@ -1,8 +1,9 @@
 //! Finite-element bodies on a frame: contact patch test, flexibility, loads, surfaces.
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
-use super::half_spaces::{cfrp, difference, gaps, largest, steel};
+use super::half_spaces::{cfrp, difference, gaps, largest};
 use super::random;
+use crate::common::steel;
 use nalgebra::{Vector3, Vector6};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};

@@ -1,33 +1,18 @@
 //! Half-spaces and rigid bodies on one frame.
 
 use super::random;
+use crate::common::{im7, steel};
 use nalgebra::Vector3;
 use orthowear::bem::half_space::CrossBlocks::{self, SkipVanishing};
 use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
 use orthowear::coupling::{Coupled, Coupling, couple};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::geometry::fibre_axes;
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::geometry::Triad;
+use orthowear::material::Stiffness;
 
 /// IM7/8551-7 with the fibre tilted and turned (degrees).
 pub fn cfrp(tilt: f64, azimuth: f64) -> Stiffness {
-    let constants = Orthotropic {
-        e1: 167_230.0,
-        e2: 9544.0,
-        e3: 9544.0,
-        g12: 5292.0,
-        g13: 5292.0,
-        g23: 3483.0,
-        nu12: 0.272,
-        nu13: 0.272,
-        nu23: 0.369,
-    };
-    let axes = fibre_axes(tilt.to_radians(), azimuth.to_radians());
-    Stiffness::orthotropic(&constants).expect("an admissible material").rotated(&axes)
-}
-
-pub fn steel() -> Stiffness {
-    Stiffness::isotropic(210e3, 0.3).expect("an admissible material")
+    im7(tilt).rotated(&Triad::horizontal(azimuth.to_radians()).0)
 }
 
 fn half_space(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> HalfSpaceBody {
