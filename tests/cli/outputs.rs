@@ -161,3 +161,82 @@ fn a_full_disk_is_reported_with_the_path() {
     let message = error.to_string();
     assert!(message.contains("history.csv") && message.contains("free some space"), "{message}");
 }
+
+/// Runs the scene of two half-spaces on 16 x 16 cells into `out`.
+fn program(out: &Path, more: &[&str]) -> std::process::Output {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-on-cfrp-halfspaces.toml");
+    let mut command = assert_cmd::Command::cargo_bin("orthowear").expect("the program is built");
+    command
+        .arg("run")
+        .arg(scene)
+        .arg("--quiet")
+        .arg("--out")
+        .arg(out)
+        .args(["--set", "frame.cells=[16, 16]"]);
+    command.args(more).output().expect("the program starts")
+}
+
+/// Truth: forces are sums of tractions over areas; the fields are read by meshio.
+#[test]
+fn fields_and_summary_of_a_run_agree() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let output = program(dir.path(), &["--set", "output.fields=[\"vtu\", \"svg\"]"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = json(&dir.path().join("summary.json"));
+    let listed: Vec<&str> =
+        summary["files"].as_array().expect("a list").iter().filter_map(|f| f.as_str()).collect();
+    let mut there = names(dir.path());
+    there.retain(|name| name != "summary.json");
+    assert_eq!(
+        {
+            let mut sorted = listed.clone();
+            sorted.sort_unstable();
+            sorted
+        },
+        there
+    );
+    assert!(
+        ["frame.pvd", "body1_0002.vtu", "pressure.svg", "history.csv"].iter().all(|f| listed.contains(f))
+    );
+    crate::tools::python("resultants.py", dir.path());
+}
+
+/// Truth: exit codes and promises of docs/results.md, with the program itself: a wrong scene, then a run that does
+/// not converge, into the directory of a good run.
+#[test]
+fn failures_of_the_program_lose_nothing() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    assert_eq!(program(dir.path(), &[]).status.code(), Some(0));
+    let good: Vec<(String, Vec<u8>)> = names(dir.path())
+        .into_iter()
+        .map(|name| (name.clone(), fs::read(dir.path().join(&name)).expect("readable")))
+        .collect();
+    let kept = |number: usize| {
+        for (name, content) in &good {
+            let aside = dir.path().join(format!("previous-{number}")).join(name);
+            let found = fs::read(if aside.exists() { aside } else { dir.path().join(name) }).expect("kept");
+            assert!(&found == content, "{name} was changed");
+        }
+    };
+
+    assert_eq!(program(dir.path(), &["--set", "gap.radius=-1.0"]).status.code(), Some(2));
+    let summary = json(&dir.path().join("summary.json"));
+    assert!(summary["status"] == "failed" && summary["error"].as_str().is_some_and(|e| e.contains("radius")));
+    kept(1);
+
+    assert_eq!(program(dir.path(), &[]).status.code(), Some(0));
+    assert_eq!(program(dir.path(), &["--set", "solver.max_iterations=2"]).status.code(), Some(3));
+    let summary = json(&dir.path().join("summary.json"));
+    assert_eq!((&summary["status"], &summary["reason"]), (&"not-converged".into(), &"iterations".into()));
+    assert_eq!(summary["steps"].as_array().map(Vec::len), Some(1), "the entries so far are kept");
+}
+
+/// Truth: exit code 4 and a message with the path where results cannot be written.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_place_that_cannot_be_written_ends_with_code_4() {
+    let output = program(Path::new("/proc/orthowear.out"), &[]);
+    assert_eq!(output.status.code(), Some(4));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("/proc/orthowear.out"), "{message}");
+}

@@ -1,0 +1,28 @@
+//! Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the project's .venv. Where it is
+//! absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Runs a script of tests/python with one argument; panics with its message if it fails.
+pub fn python(script: &str, argument: &Path) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program =
+        std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root.join(".venv/bin/python"), PathBuf::from);
+    let works = Command::new(&program).args(["-c", "import meshio, vtkmodules.vtkIOXML"]).output();
+    if !works.is_ok_and(|output| output.status.success()) {
+        let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
+        assert!(
+            !required,
+            "Python with meshio and VTK is missing, but ORTHOWEAR_REQUIRE_TOOLS=1 requires it"
+        );
+        eprintln!("SKIPPED: Python with meshio and VTK is missing (scripts/setup makes .venv)");
+        return;
+    }
+    let output = Command::new(program)
+        .arg(root.join("tests/python").join(script))
+        .arg(argument)
+        .output()
+        .expect("starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
