@@ -21,6 +21,7 @@ pub struct Study<'p> {
     plan: &'p Plan,
     model: Model,
     bodies: [Box<dyn ElasticBody>; 2],
+    contact_nodes: [Vec<usize>; 2],
     /// Work that was not needed so far.
     pub skipped: Vec<Skipped>,
     /// Seconds by stage so far.
@@ -68,7 +69,13 @@ pub fn prepare<'p>(
         wear: plan.wear,
         wear_share: plan.wear_share,
     };
-    Ok(Some(Study { plan, model, bodies: [body1, body2], skipped, timings }))
+    let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
+    Ok(Some(Study { plan, model, bodies: [body1, body2], contact_nodes, skipped, timings }))
+}
+
+/// Nodes of the contact surface of body `index`; none without a mesh.
+fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, Failure> {
+    plan.bodies[index].fe().map_or(Ok(Vec::new()), |fe| fe.mesh.group_nodes(&fe.contact).at(KEYS[index]))
 }
 
 fn way(plan: &Plan) -> coupling::Coupling {
@@ -113,13 +120,13 @@ impl Study<'_> {
     /// The bodies whose fields can be written; a rigid one has none.
     pub fn outputs(&self) -> Vec<BodyOutput<'_>> {
         let sides = [body_fields::Side::One, body_fields::Side::Two];
-        let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies);
+        let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies).zip(&self.contact_nodes);
         parts
-            .filter_map(|((side, body), spec)| {
+            .filter_map(|(((side, body), spec), contact_nodes)| {
                 let shape = match spec {
                     BodySpec::Rigid => return None,
                     BodySpec::HalfSpace(_) => BodyShape::Frame,
-                    BodySpec::Fe(_) => return None,
+                    BodySpec::Fe(fe) => BodyShape::Mesh { mesh: &fe.mesh, contact_nodes },
                 };
                 Some(BodyOutput { side, body: body.as_ref(), shape })
             })
