@@ -1,16 +1,174 @@
 //! `orthowear check`.
 
+use super::progress::seconds;
+use super::run::show_failure;
+use super::table::{align, short};
 use super::{SceneArgs, exit, refuse, to_stdout, use_threads};
-use crate::scene;
+use crate::friction::FrictionLaw;
+use crate::history::step::{Normal, Step, Tangential};
+use crate::scene::plan::{FrameSpec, Plan};
+use crate::scene::{self, Document};
+use crate::study::{self, Forecast};
+use crate::wear::WearLaw;
 
-/// Checks a scene and prints what a run would do.
+/// Sections and keys whose defaults are shown where the scene does not give them.
+const DEFAULTS: [(&str, &str); 9] = [
+    ("units", "length mm, force N"),
+    ("friction", "law none"),
+    ("wear", "law none"),
+    ("solver.tolerance", "1e-8"),
+    ("solver.method", "auto"),
+    ("solver.max_iterations", "20000"),
+    ("solver.coupling", "schur"),
+    ("solver.skip", "true"),
+    ("output.fields", "[\"vtu\"]"),
+];
+
+/// Checks a scene with its meshes and prints what a run would do; the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
     use_threads(arguments.threads);
-    match scene::read(&arguments.scene, &arguments.overrides) {
-        Ok(plan) => {
-            to_stdout(&format!("{}: no mistakes found\n", plan.document.file));
+    let plan = match scene::read(&arguments.scene, &arguments.overrides) {
+        Ok(plan) => plan,
+        Err(mistakes) => return refuse(&mistakes),
+    };
+    match study::forecast(&plan) {
+        Ok(forecast) => {
+            to_stdout(&describe(&plan, &forecast));
             exit::DONE
         }
-        Err(mistakes) => refuse(&mistakes),
+        Err(failure) => show_failure(&plan, &failure),
     }
+}
+
+/// The plan as a person reads it.
+fn describe(plan: &Plan, forecast: &Forecast) -> String {
+    let rows: Vec<Vec<String>> = summary_rows(plan, forecast);
+    let width = rows.iter().map(|row| row[0].chars().count()).max().unwrap_or(0);
+    let mut text = format!("{}\n\n", plan.title);
+    for row in &rows {
+        text.push_str(&format!("{:width$}   {}\n", row[0], row[1]));
+    }
+    text.push_str("\nsteps\n");
+    text.push_str(&align(&step_rows(plan)));
+    text.push_str("\nskipped\n");
+    if forecast.skipped.is_empty() {
+        text.push_str("  nothing\n");
+    }
+    for skip in &forecast.skipped {
+        text.push_str(&format!("  {}: {}\n", skip.what, skip.why));
+    }
+    text.push_str("\ndefaults\n");
+    for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(&plan.document, key)) {
+        text.push_str(&format!("  {key}: {value}\n"));
+    }
+    for note in &plan.notes {
+        text.push_str(&format!("\nnote: {note}\n"));
+    }
+    text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));
+    text
+}
+
+fn is_default(document: &Document, key: &str) -> bool {
+    document.get(key).is_none()
+}
+
+fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
+    let length = &plan.units.length;
+    let frame = match plan.frame {
+        FrameSpec::Grid { half_width, cells, .. } => format!(
+            "grid of {} x {} = {} cells, {} x {} {length}",
+            cells[0],
+            cells[1],
+            forecast.n_cells,
+            2.0 * half_width[0],
+            2.0 * half_width[1]
+        ),
+        FrameSpec::Mesh { body, .. } => {
+            format!("{} faces of the contact group of body {}", forecast.n_cells, body + 1)
+        }
+    };
+    let mib = forecast.memory_bytes / f64::from(1 << 20);
+    [
+        ("body 1", forecast.bodies[0].what.clone()),
+        ("body 2", forecast.bodies[1].what.clone()),
+        ("frame", frame),
+        ("unknowns", format!("{} tractions", 3 * forecast.n_cells)),
+        ("friction", friction(&plan.friction)),
+        ("wear", wear(&plan.wear)),
+        ("contact problems", forecast.n_solves.to_string()),
+        ("memory", format!("about {mib:.0} MiB")),
+        ("time", format!("about {} (within a factor of a few)", seconds(forecast.seconds))),
+    ]
+    .into_iter()
+    .map(|(name, value)| vec![name.to_owned(), value])
+    .collect()
+}
+
+fn friction(law: &FrictionLaw) -> String {
+    match law.ellipse() {
+        None => "none".to_owned(),
+        Some(ellipse) if ellipse.mu[0] == ellipse.mu[1] => format!("coefficient {}", short(ellipse.mu[0])),
+        Some(ellipse) => format!(
+            "ellipse {} x {}, first axis at {:.1} degrees from the frame's x",
+            short(ellipse.mu[0]),
+            short(ellipse.mu[1]),
+            ellipse.angle.to_degrees()
+        ),
+    }
+}
+
+fn wear(law: &WearLaw) -> String {
+    match *law {
+        WearLaw::None => "none".to_owned(),
+        WearLaw::Archard { i } => format!("Archard, intensity {i:e}"),
+        WearLaw::Orthotropic { i, .. } => format!("orthotropic, intensities {:e}, {:e}", i[0], i[1]),
+        WearLaw::Frp { .. } => law.intensity(None).map_or_else(String::new, |wear| {
+            format!("fibre-reinforced plastic, intensities {:.4e}, {:.4e}", wear.i[0], wear.i[1])
+        }),
+        WearLaw::Energy { k } => format!("{k:e} per friction energy"),
+    }
+}
+
+fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
+    plan.steps.iter().map(|step| vec![format!("  {}", step.name), prescribed(step), how(step)]).collect()
+}
+
+/// What a step prescribes.
+fn prescribed(step: &Step) -> String {
+    let mut parts = Vec::new();
+    match step.normal {
+        Some(Normal::Approach(x)) => parts.push(format!("approach {x}")),
+        Some(Normal::Force(force)) => parts.push(format!("normal force {force}")),
+        None => {}
+    }
+    match step.tangential {
+        Some(Tangential::Shift([x, y])) => parts.push(format!("shift ({}, {})", short(x), short(y))),
+        Some(Tangential::Force([x, y])) => parts.push(format!("tangential force ({x}, {y})")),
+        None => {}
+    }
+    if let Some(cycles) = &step.cycles {
+        parts.push(format!(
+            "{} cycles of +-{} at {:.1} degrees",
+            cycles.count,
+            cycles.amplitude,
+            cycles.angle.to_degrees()
+        ));
+    }
+    if parts.is_empty() { "as before".to_owned() } else { parts.join(", ") }
+}
+
+/// How a step is taken.
+fn how(step: &Step) -> String {
+    let mut text = match &step.cycles {
+        Some(cycles) => format!("{} jumps", cycles.jumps),
+        None if step.increments == 1 => "1 increment".to_owned(),
+        None => format!("{} increments", step.increments),
+    };
+    if !step.friction {
+        text.push_str(", without friction");
+    }
+    if !step.wear {
+        text.push_str(", without wear");
+    }
+    text
 }

@@ -17,6 +17,8 @@ pub use model::Model;
 
 use crate::contact::SolverOptions;
 use crate::error::Result;
+use crate::friction::FrictionLaw;
+use crate::wear::WearLaw;
 use control::Held;
 use model::Prepared;
 use state::State;
@@ -67,7 +69,7 @@ pub fn run(
     let mut result = RunResult {
         records: Vec::new(),
         outcome: Outcome::Converged,
-        skipped: skipped_by_contact(model, steps, options),
+        skipped: skipped_by_contact(&model.friction, &model.wear, steps, options),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
         state: FrameState::default(),
@@ -90,13 +92,18 @@ pub fn run(
 }
 
 /// The skips of the contact stage that apply to these steps.
-pub fn skipped_by_contact(model: &Model, steps: &[Step], options: &SolverOptions) -> Vec<Skipped> {
+pub fn skipped_by_contact(
+    friction: &FrictionLaw,
+    wear: &WearLaw,
+    steps: &[Step],
+    options: &SolverOptions,
+) -> Vec<Skipped> {
     if !options.skip {
         return Vec::new();
     }
     let mut skipped = Vec::new();
-    let frictionless = model.friction.ellipse().is_none();
-    let wearless = model.wear.intensity(model.friction.ellipse()).is_none();
+    let frictionless = friction.ellipse().is_none();
+    let wearless = wear.intensity(friction.ellipse()).is_none();
     let bare: Vec<&str> = steps
         .iter()
         .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
