@@ -74,7 +74,9 @@ pub fn run(
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
         state: FrameState::default(),
     };
-    result.warnings.extend(path_dependence(steps));
+    if prepared.ellipse.is_some() {
+        result.warnings.extend(path_dependence(steps));
+    }
     let held = Held { normal: Normal::Approach(0.0), tangential: Tangential::Shift([0.0; 2]) };
     let mut run = Run { prepared, options: *options, state, held, result };
     for (index, step) in steps.iter().enumerate() {

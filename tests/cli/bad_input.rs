@@ -146,8 +146,8 @@ const TABLE: &[Row] = &[
     ("tolerance = 1e-8", "tolerance = 0.0", 0, &["solver.tolerance", "above 0 and below 1"]),
     ("E = 210e3", "E = 0", 0, &["materials.steel.E", "above 0"]),
     // What makes no sense.
-    ("nu = 0.3", "nu = 0.5", 0, &["materials.steel", "not positive definite", "between -1 and 0.5"]),
-    ("nu12 = 0.272", "nu12 = 9.0", 0, &["materials.cfrp", "not positive definite"]),
+    ("nu = 0.3", "nu = 0.5", 0, &["materials.steel", "not admissible", "between -1 and 0.5"]),
+    ("nu12 = 0.272", "nu12 = 9.0", 0, &["materials.cfrp", "not admissible"]),
     ("material = \"steel\"", "material = \"stel\"", 0, &["body2.material", "did you mean `steel`", "`cfrp`"]),
     ("approach = 0.02", "approach = 0.02\nnormal_force = 3.0", 1, &["steps.0.normal_force", "not both"]),
     (
