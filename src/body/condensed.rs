@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
+use crate::error::Result;
 use crate::frame::FaceMap;
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
@@ -40,16 +41,19 @@ struct Scratch {
 impl CondensedFlexibility {
     /// Operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof
     /// 3 node + component, global axes, mm/N).
-    pub fn new(map: FaceMap, entry: impl Fn(usize, usize) -> f64 + Sync) -> Self {
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(map: FaceMap, entry: impl Fn(usize, usize) -> f64) -> Result<Self> {
         let n_nodes = map.nodes().len();
-        let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry);
+        let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry)?;
         let first = map.triads()[0].normal();
         let common = map.triads().iter().all(|triad| triad.normal() == first);
-        let normal = if common { NormalPart::Common(along(&nodal, first)) } else { NormalPart::Full };
+        let normal = if common { NormalPart::Common(along(&nodal, first)?) } else { NormalPart::Full };
         let n_cells = if common { 0 } else { 3 * map.n_cells() };
         let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
         let planes = Mutex::new([vec![0.0; n_cells], vec![0.0; n_cells]]);
-        Self { map, nodal, normal, scratch: Mutex::new(scratch), planes }
+        Ok(Self { map, nodal, normal, scratch: Mutex::new(scratch), planes })
     }
 
     fn diagonal_block(&self, cell: usize) -> Matrix3<f64> {
@@ -66,7 +70,7 @@ impl CondensedFlexibility {
 }
 
 /// n^T F n for every pair of nodes.
-fn along(nodal: &PackedSymmetric, normal: Point) -> PackedSymmetric {
+fn along(nodal: &PackedSymmetric, normal: Point) -> Result<PackedSymmetric> {
     PackedSymmetric::from_lower(nodal.n() / 3, |i, j| {
         let block = Matrix3::from_fn(|a, b| nodal.at(3 * i + a, 3 * j + b));
         normal.dot(&(block * normal))

@@ -92,7 +92,7 @@ impl ElasticBody for FeBody {
             return Err(Error::numerical("the flexibility of a finite-element body was taken twice"));
         }
         let nodal = self.condensed.take_flexibility();
-        Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j)))))
+        Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j))?)))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {

@@ -110,7 +110,8 @@ fn sum_of_bodies(
     Ok(Coupled { flexibility, free_gap, skipped })
 }
 
-/// S = S_1 + S_2; two half-spaces go into one operator of their summed Green's function.
+/// S = S_1 + S_2; two half-spaces go into one operator of their summed Green's function (unless nothing is to be
+/// skipped).
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
@@ -118,7 +119,9 @@ fn sum_of_flexibilities(
     cross: CrossBlocks,
     skipped: &mut Vec<Skipped>,
 ) -> Result<Box<dyn Flexibility>> {
-    if let (HalfSpace(lower), HalfSpace(upper)) = (body1.equations(), body2.equations()) {
+    if cross == CrossBlocks::SkipVanishing
+        && let (HalfSpace(lower), HalfSpace(upper)) = (body1.equations(), body2.equations())
+    {
         skipped.push(Skipped {
             what: "second half-space operator".into(),
             why: "the Green's functions of both half-spaces are summed into one operator".into(),

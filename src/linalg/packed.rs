@@ -5,6 +5,8 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
+use crate::error::{Error, Result};
+
 /// Stripes a matrix is worked on in; their number is fixed so that the bits do not depend on the threads.
 const STRIPES: usize = 16;
 /// Rows taken together.
@@ -26,13 +28,22 @@ fn start(i: usize) -> usize {
 
 impl PackedSymmetric {
     /// Packs the lower triangle of the matrix whose entries are `at(i, j)`, i >= j.
-    pub fn from_lower(n: usize, at: impl Fn(usize, usize) -> f64 + Sync) -> Self {
-        let mut lower = vec![0.0; start(n)];
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn from_lower(n: usize, at: impl Fn(usize, usize) -> f64) -> Result<Self> {
+        let mut lower = Vec::new();
+        lower.try_reserve_exact(start(n)).map_err(|_| {
+            Error::resources(format!(
+                "not enough memory for a flexibility of {n} contact unknowns ({:.2} GiB); use a coarser mesh, or a \
+                 smaller frame",
+                start(n) as f64 * 8.0 / f64::from(1 << 30)
+            ))
+        })?;
         for i in 0..n {
-            let row = &mut lower[start(i)..start(i + 1)];
-            row.iter_mut().enumerate().for_each(|(j, value)| *value = at(i, j));
+            lower.extend((0..=i).map(|j| at(i, j)));
         }
-        Self { n, lower, stripes: stripes(n), scratch: Mutex::new(vec![0.0; STRIPES * n]) }
+        Ok(Self { n, lower, stripes: stripes(n), scratch: Mutex::new(vec![0.0; STRIPES * n]) })
     }
 
     /// Number of rows.
@@ -131,7 +142,7 @@ mod tests {
     fn product_is_the_sum_over_columns() {
         for n in [0, 1, 2, 5, 17, 64, 150] {
             let entry = |i: usize, j: usize| ((i * j + 3 * (i + j)) as f64).sin();
-            let matrix = PackedSymmetric::from_lower(n, entry);
+            let matrix = PackedSymmetric::from_lower(n, entry).expect("memory");
             let x: Vec<f64> = (0..n).map(|i| (i as f64 * 1.7).cos()).collect();
             let mut y = vec![f64::NAN; n];
             matrix.multiply(&x, &mut y);
@@ -146,7 +157,7 @@ mod tests {
     /// Truth: the same bits with one thread and with several.
     #[test]
     fn threads_do_not_change_bits() {
-        let matrix = PackedSymmetric::from_lower(333, |i, j| ((i + 7 * j) as f64).cos());
+        let matrix = PackedSymmetric::from_lower(333, |i, j| ((i + 7 * j) as f64).cos()).expect("memory");
         let x: Vec<f64> = (0..333).map(|i| (i as f64).sin()).collect();
         let product = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

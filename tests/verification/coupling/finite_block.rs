@@ -33,16 +33,17 @@ fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     result.records[0].normal_force
 }
 
-/// A block of half-size and depth `size`, clamped at its base, with elements of 0.15 mm under the contact.
+/// A block of half-size and depth `size`, clamped at its base, with the frame's cells for elements at the contact.
 fn block(stiffness: &Stiffness, (size, outer, deep): (f64, usize, usize), frame: &ContactFrame) -> FeBody {
+    let cells = frame.grid.expect("a grid frame").cells;
     let graded = GradedBlock {
         half_width: [size; 2],
         depth: size,
         patch_half_width: [1.2; 2],
-        patch_cells: [16; 2],
+        patch_cells: cells,
         outer_cells: outer,
         depth_cells: deep,
-        first_depth: Some(0.15),
+        first_depth: Some(2.4 / cells[0] as f64),
         solids: Solids::Hex8,
         side: structured::Side::Lower,
         distortion: 0.0,
@@ -68,5 +69,25 @@ fn blocks_tend_to_the_half_space() {
         let ratio = twelve / six;
         assert!((0.44..0.56).contains(&ratio), "{six} {twelve}");
         assert!((2.0 * twelve - six).abs() < 0.01, "{six} {twelve}");
+    }
+}
+
+/// Prints the table of docs/theory-coupling.md.
+#[test]
+#[ignore = "a minute; makes a table of the documentation"]
+fn table_of_blocks() {
+    let frame = ContactFrame::grid([1.2; 2], [24; 2], [0.0; 2], 0.0).unwrap();
+    let aluminium = Stiffness::isotropic(70e3, 0.33).expect("an admissible material");
+    for (name, material) in
+        [("isotropic", aluminium), ("tilt 0", im7(0.0)), ("tilt 30", im7(30.0)), ("tilt 90", im7(90.0))]
+    {
+        let mut half_space = HalfSpaceBody::new(&material, Side::Lower, &frame).unwrap();
+        let reference = normal_force(&mut half_space, &frame);
+        print!("{name}: half-space {reference:.2} N, block");
+        for size in [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)] {
+            let apart = normal_force(&mut block(&material, size, &frame), &frame) / reference - 1.0;
+            print!(" {:+.2} %", 100.0 * apart);
+        }
+        println!();
     }
 }

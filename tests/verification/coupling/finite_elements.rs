@@ -54,8 +54,18 @@ fn constant_pressure_passes_from_body_to_body() {
     let materials = [&cfrp(30.0, 0.0), &steel()];
     let closing: f64 =
         (0..2).map(|i| HEIGHTS[i] * materials[i].voigt().try_inverse().unwrap()[(2, 2)] * pressure).sum();
-    for (tetrahedra, cells) in [(false, [6, 9]), (true, [11, 2])] {
-        let frame = ContactFrame::grid([2.0, 1.5], cells, [0.0, 0.0], 0.0).unwrap();
+    let grid = |cells| ContactFrame::grid([2.0, 1.5], cells, [0.0, 0.0], 0.0).unwrap();
+    let faces = |tetrahedra, side: Side| {
+        let mesh = pair(tetrahedra)[usize::from(side == Side::Upper)].mesh();
+        ContactFrame::from_faces(&mesh, "contact", side, [0.0, 0.0], 0.3).unwrap()
+    };
+    let frames = [
+        (false, grid([6, 9])),
+        (true, grid([11, 2])),
+        (false, faces(false, Side::Lower)),
+        (true, faces(true, Side::Upper)),
+    ];
+    for (tetrahedra, frame) in frames {
         let [mut lower, mut upper] = bodies(&pair(tetrahedra), &frame, materials);
         let n = frame.n_cells();
         let mut tractions = vec![0.0; 3 * n];

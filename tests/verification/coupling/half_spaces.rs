@@ -52,6 +52,22 @@ fn a_pair_is_the_sum_of_its_halves() {
     assert!(difference(&both, &sum) < 1e-12, "{:e}", difference(&both, &sum));
 }
 
+/// Truth: the same sum made by two operators, with the skip of the ledger off; 1e-12: rounding of FFTs.
+#[test]
+fn one_operator_for_two_half_spaces() {
+    let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
+    let tractions = random(3 * 48);
+    let answer = |cross: CrossBlocks| {
+        let mut lower = half_space(&cfrp(30.0, 20.0), Side::Lower, &frame);
+        let mut upper = half_space(&steel(), Side::Upper, &frame);
+        let coupled = couple(&mut lower, &mut upper, &frame, Coupling::Schur, cross).unwrap();
+        (gaps(&coupled, &tractions), coupled.skipped.len())
+    };
+    let ((one, listed), (two, not_listed)) = (answer(SkipVanishing), answer(CrossBlocks::Keep));
+    assert_eq!((listed, not_listed), (1, 0));
+    assert!(difference(&one, &two) < 1e-12);
+}
+
 /// Truth: turning frame, material and tractions together changes nothing in the frame's axes; 1e-11: the series of
 /// the Green's function is cut at 1e-13 of its largest term.
 #[test]
