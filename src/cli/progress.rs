@@ -58,7 +58,8 @@ impl Progress {
         let (Some(bar), Some((_, start))) = (&self.bar, &self.stage) else { return };
         bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
         let left = remaining(start.elapsed(), fraction).map(|s| format!("{s} left")).unwrap_or_default();
-        let residual = residual.map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
+        let residual =
+            residual.filter(|r| r.is_finite()).map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
         bar.set_message(format!("{left}{residual}"));
     }
 

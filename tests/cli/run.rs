@@ -210,8 +210,8 @@ fn quiet_is_quiet() {
 
 /// Truth: docs/command-line.md: an interrupt ends with 130 and keeps what there is.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_run_keeps_its_results() {
+#[rstest::rstest]
+fn an_interrupted_run_keeps_its_results(#[values(10, 60, 200, 700)] delay: u64) {
     let (folder, path) = hertz("");
     let out = folder.path().join("out");
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"))
@@ -228,7 +228,7 @@ fn an_interrupted_run_keeps_its_results() {
     while !out.exists() && started.elapsed().as_secs() < 60 {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    std::thread::sleep(std::time::Duration::from_millis(delay));
     // SAFETY: sends a signal to the child just started.
     unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGINT) };
     assert_eq!(child.wait().unwrap().code(), Some(130));
