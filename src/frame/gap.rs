@@ -1,6 +1,7 @@
 //! Initial gaps: the distance of the undeformed surfaces when they first touch.
 
 use super::ContactFrame;
+use super::heights::Heights;
 use crate::error::{Error, Result};
 
 /// Shape of the gap between the undeformed surfaces; lengths in mm, angles in radians from the frame's x.
@@ -43,18 +44,6 @@ pub enum GapShape {
     Heights(Heights),
     /// The distance along n between the meshed surfaces of the bodies (evaluated by the coupling).
     Mesh,
-}
-
-/// Gap heights given point by point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Heights {
-    /// Gap heights, mm, first index along the frame's x: `values[ix * shape[1] + iy]`.
-    pub values: Vec<f64>,
-    /// Number of values along x and y.
-    pub shape: [usize; 2],
-    /// Distance of the values along x and y, mm, centred at the frame's origin and interpolated bilinearly;
-    /// `None`: one value per cell.
-    pub spacing: Option<[f64; 2]>,
 }
 
 /// An initial gap: a shape and where its lowest point lies.
@@ -181,101 +170,6 @@ impl InitialGap {
             }
             GapShape::Flat | GapShape::Heights(_) | GapShape::Mesh => Ok(()),
         }
-    }
-}
-
-impl Heights {
-    fn evaluate(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
-        self.check()?;
-        let mut gap = match self.spacing {
-            None => self.per_cell(frame, offset)?,
-            Some(spacing) => (0..frame.n_cells())
-                .map(|cell| {
-                    let [x, y] = frame.plane_coordinates(cell);
-                    self.interpolate([x - offset[0], y - offset[1]], spacing)
-                })
-                .collect::<Result<Vec<f64>>>()?,
-        };
-        let lowest = gap.iter().copied().fold(f64::INFINITY, f64::min);
-        gap.iter_mut().for_each(|g| *g -= lowest);
-        Ok(gap)
-    }
-
-    fn check(&self) -> Result<()> {
-        if self.shape[0].checked_mul(self.shape[1]) != Some(self.values.len()) || self.values.is_empty() {
-            return Err(Error::input(format!(
-                "gap heights: {} values do not fill a table of {} x {}",
-                self.values.len(),
-                self.shape[0],
-                self.shape[1]
-            )));
-        }
-        if let Some(bad) = self.values.iter().position(|v| !v.is_finite()) {
-            return Err(Error::input(format!(
-                "gap heights: the value in row {}, column {} is {}; all must be finite numbers",
-                bad / self.shape[1] + 1,
-                bad % self.shape[1] + 1,
-                self.values[bad]
-            )));
-        }
-        match self.spacing {
-            Some(s) if !s.iter().all(|d| d.is_finite() && *d > 0.0) => {
-                Err(Error::input(format!("gap.spacing = {s:?}: both numbers must be positive and finite")))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn per_cell(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
-        if offset != [0.0, 0.0] {
-            return Err(Error::input(
-                "gap.offset cannot move heights given one per cell: give gap.spacing as well, or leave out the offset",
-            ));
-        }
-        let fits = match frame.grid {
-            Some(grid) => grid.cells == self.shape,
-            None => self.values.len() == frame.n_cells(),
-        };
-        if !fits {
-            let wanted = match frame.grid {
-                Some(grid) => format!("{} x {}", grid.cells[0], grid.cells[1]),
-                None => frame.n_cells().to_string(),
-            };
-            return Err(Error::input(format!(
-                "gap heights: the file has {} x {} values, the frame {wanted} cells: give one value per cell \
-                 (first index along x), or gap.spacing",
-                self.shape[0], self.shape[1]
-            )));
-        }
-        Ok(self.values.clone())
-    }
-
-    fn interpolate(&self, position: [f64; 2], spacing: [f64; 2]) -> Result<f64> {
-        let mut low = [0usize; 2];
-        let mut share = [0.0; 2];
-        for axis in 0..2 {
-            let last = (self.shape[axis] - 1) as f64;
-            let index = position[axis] / spacing[axis] + 0.5 * last;
-            if index < -1e-9 || index > last + 1e-9 {
-                return Err(Error::input(format!(
-                    "gap heights reach {} mm from their middle along {}, the frame's cells {:.6} mm: give a larger \
-                     table, or make the frame smaller",
-                    0.5 * last * spacing[axis],
-                    ["x", "y"][axis],
-                    position[axis].abs()
-                )));
-            }
-            let index = index.clamp(0.0, last);
-            low[axis] = (index.floor() as usize).min(self.shape[axis].saturating_sub(2));
-            share[axis] = index - low[axis] as f64;
-        }
-        let at = |dx: usize, dy: usize| {
-            let ix = (low[0] + dx).min(self.shape[0] - 1);
-            let iy = (low[1] + dy).min(self.shape[1] - 1);
-            self.values[ix * self.shape[1] + iy]
-        };
-        let [s, t] = share;
-        Ok((1.0 - s) * ((1.0 - t) * at(0, 0) + t * at(0, 1)) + s * ((1.0 - t) * at(1, 0) + t * at(1, 1)))
     }
 }
 

@@ -3,10 +3,12 @@
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
 mod clip;
+mod cover;
 mod edges;
 pub mod faces;
 pub mod gap;
 pub mod grid;
+pub mod heights;
 pub mod map;
 mod search;
 mod shape_integrals;

@@ -2,6 +2,7 @@
 
 mod block;
 mod bricks;
+mod curved;
 mod finite_block;
 mod finite_elements;
 mod half_spaces;

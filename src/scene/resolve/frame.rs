@@ -1,6 +1,6 @@
 //! The contact frame and the initial gap.
 
-use crate::frame::gap::Heights;
+use crate::frame::heights::Heights;
 use crate::frame::{GapShape, InitialGap};
 use crate::mesh::faces::group_faces;
 use crate::scene::keys::frame::{Frame, Gap};

@@ -1,0 +1,75 @@
+//! Curved contact faces under a plane frame: the committed steel cap (a sphere of R = 50 mm that touches z = 0).
+
+use super::bricks::{spec, support};
+use super::random;
+use crate::common::steel;
+use nalgebra::Vector3;
+use orthowear::body::{ElasticBody, FeBody, RigidBody};
+use orthowear::coupling::surface_distance;
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::mesh::gmsh;
+
+fn cap(frame: &ContactFrame) -> FeBody {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
+    let mut spec = spec(gmsh::read(&path).expect("the committed mesh"), &steel());
+    spec.supports = vec![support("top", [true; 3], [0.0; 3])];
+    FeBody::new(spec, "contact", Side::Upper, frame).expect("a finite-element body")
+}
+
+/// Truth: the sphere R - sqrt(R^2 - r^2), from its own centre cells upward. The faces have edges of h = 0.19 and lie
+/// inside the sphere's curve by at most h^2 / (4 R) (two directions), the mean over a cell of 0.2 adds the same for all
+/// cells; so 2 h^2 / (4 R) bounds the difference. The forces of the frame reach the nodes, as do their moments about
+/// the normal (the arms along the normal differ by the gap).
+#[test]
+fn the_gap_of_a_meshed_sphere() {
+    let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.2).unwrap();
+    let body = cap(&frame);
+    let mesh = InitialGap::from(GapShape::Mesh);
+    let found = surface_distance(&mesh, &frame, &RigidBody, &body).unwrap();
+    let sphere = InitialGap { shape: GapShape::Sphere { radius: 50.0 }, offset: [0.0; 2], exact: true };
+    let expected = sphere.evaluate(&frame).unwrap();
+    let least = expected.iter().copied().fold(f64::INFINITY, f64::min);
+    for (f, e) in found.iter().zip(&expected) {
+        assert!((f - (e - least)).abs() < 2.0 * 0.19 * 0.19 / (4.0 * 50.0), "{f} {}", e - least);
+    }
+    let tractions = random(3 * frame.n_cells());
+    let n = frame.n_cells();
+    let (mut force, mut spin) = (Vector3::zeros(), 0.0);
+    for (f, &node) in body.contact_forces(&tractions).chunks_exact(3).zip(body.map().nodes()) {
+        let (f, x) =
+            (Vector3::from_row_slice(f), Vector3::from(body.condensed().model().mesh().points[node]));
+        force += f;
+        spin += x.cross(&f).z;
+    }
+    for cell in 0..n {
+        let local = Vector3::new(tractions[cell], tractions[n + cell], tractions[2 * n + cell]);
+        let f = frame.triads[cell].to_global(&local) * frame.areas[cell];
+        force -= f;
+        spin -= frame.centers[cell].cross(&f).z;
+    }
+    assert!(force.amax() < 1e-12 && spin.abs() < 1e-12, "{force} {spin}");
+    assert!(body.heights().is_some());
+}
+
+/// Truth: the cells of a frame made of the curved faces are the faces: rows are their own averages (weights sum to 1,
+/// four nodes), areas those of the flat quadrangles, and the mesh gap against the plane z = 0 grows from the middle.
+#[test]
+fn a_frame_of_curved_faces() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
+    let mesh = gmsh::read(&path).expect("the committed mesh");
+    let frame = ContactFrame::from_faces(&mesh, "contact", Side::Upper, [0.0; 2], 0.0).unwrap();
+    let body = cap(&frame);
+    assert_eq!(frame.n_cells(), 256);
+    for cell in 0..256 {
+        let row: Vec<f64> = body.map().row(cell).map(|entry| entry.1).collect();
+        assert!(row.len() == 4 && (row.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+        let tilt = frame.triads[cell].normal().xy().norm();
+        let outward = frame.centers[cell].xy().norm() / 50.0;
+        assert!((tilt - outward).abs() < 1e-3, "{tilt} {outward}");
+    }
+    let distance = surface_distance(&InitialGap::from(GapShape::Mesh), &frame, &RigidBody, &body).unwrap();
+    for (d, center) in distance.iter().zip(&frame.centers) {
+        let r = center.xy().norm();
+        assert!((d - r * r / 100.0).abs() < 1e-3, "{d} {r}");
+    }
+}
