@@ -28,7 +28,7 @@ const PLANES: usize = 9;
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
 /// Symmetric, since K(-d) = K(d)^T on a uniform grid; the transform of K (the symbol) is then Hermitian in each
-/// wavevector and nine real planes hold it. Cell (ix, iy) has the index ix * cells[1] + iy.
+/// wavevector and nine real planes hold it. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
 /// Formulation 8.4.

@@ -55,7 +55,7 @@ pub enum Gap {
         #[serde(default)]
         offset: [f64; 2],
     },
-    /// x^2 / (2 radii[0]) + y^2 / (2 radii[1]).
+    /// `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
     Ellipsoid {
         /// Radii of curvature along the two axes.
         radii: [Positive; 2],
