@@ -60,3 +60,43 @@ pub fn fibre_axes(tilt: f64, azimuth: f64) -> Matrix3<f64> {
     let a2 = Point::new(-sa, ca, 0.0);
     Matrix3::from_columns(&[a1, a2, a1.cross(&a2)])
 }
+
+/// Which of the two bodies: body 1 lies below the frame (outward normal n), body 2 above it (outward normal -n).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Body 1, below.
+    Lower,
+    /// Body 2, above; tractions P act on it.
+    Upper,
+}
+
+impl Side {
+    /// n-component of the outward normal.
+    pub fn outward(self) -> f64 {
+        -self.gap_sign()
+    }
+
+    /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
+    pub fn gap_sign(self) -> f64 {
+        match self {
+            Self::Lower => -1.0,
+            Self::Upper => 1.0,
+        }
+    }
+
+    /// "body 1" or "body 2".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lower => "body 1",
+            Self::Upper => "body 2",
+        }
+    }
+
+    /// Its name in scenes and in the names of result files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Lower => "body1",
+            Self::Upper => "body2",
+        }
+    }
+}

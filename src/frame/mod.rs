@@ -15,29 +15,9 @@ mod shape_integrals;
 
 use crate::geometry::{Point, Triad};
 
-pub use crate::bem::half_space::Side;
+pub use crate::geometry::Side;
 pub use gap::{GapShape, InitialGap};
 pub use map::FaceMap;
-
-/// A body lies below the frame (body 1, outward normal n) or above it (body 2, outward normal -n; tractions P
-/// act on it).
-impl Side {
-    /// -1 for body 1, +1 for body 2: its displacement's share in the gap, and the sign of P on it.
-    pub fn gap_sign(self) -> f64 {
-        match self {
-            Self::Lower => -1.0,
-            Self::Upper => 1.0,
-        }
-    }
-
-    /// "body 1" or "body 2".
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Lower => "body 1",
-            Self::Upper => "body 2",
-        }
-    }
-}
 
 /// Layout of a uniform grid frame; cell (ix, iy) has index `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]

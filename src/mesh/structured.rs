@@ -3,6 +3,7 @@
 use super::{Block, CellRef, Mesh, PhysicalGroup};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
+pub use crate::geometry::Side;
 
 /// Which solids a block is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,15 +12,6 @@ pub enum Solids {
     Hex8,
     /// Six tetrahedra of 4 nodes in the place of each hexahedron, faces matching.
     Tet4,
-}
-
-/// On which side of its contact face, z = 0, the block lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Below (body 1): the contact face is its top.
-    Lower,
-    /// Above (body 2): the contact face is its bottom.
-    Upper,
 }
 
 /// A block with its contact face in z = 0, centred on the origin: uniform cells in a central patch of that face,

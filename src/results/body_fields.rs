@@ -3,7 +3,7 @@
 use crate::body::{BodyField, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
-use crate::geometry::Point;
+use crate::geometry::{Point, Side};
 use crate::mesh::Mesh;
 use crate::mesh::faces::outer_faces;
 use crate::results::frame_fields::{FrameMesh, GLOBAL, to_global};
@@ -12,33 +12,6 @@ use crate::results::vtu::{DataArray, UnstructuredGrid};
 
 /// Components of a stress, in VTK's order of symmetric tensors.
 const STRESS: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
-
-/// Which of the two bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Body 1, below.
-    One,
-    /// Body 2, above.
-    Two,
-}
-
-impl Side {
-    /// Its name in files and scenes.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::One => "body1",
-            Self::Two => "body2",
-        }
-    }
-
-    /// Tractions inside act on body 2: the factor to those on this body.
-    fn sign(self) -> f64 {
-        match self {
-            Self::One => -1.0,
-            Self::Two => 1.0,
-        }
-    }
-}
 
 /// A body whose fields are written.
 #[derive(Clone, Copy)]
@@ -79,7 +52,7 @@ pub fn surface_grid(
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
     let mut on_body = to_global(frame.0, tractions);
-    on_body.iter_mut().flatten().for_each(|t| *t *= output.side.sign());
+    on_body.iter_mut().flatten().for_each(|t| *t *= output.side.gap_sign());
     match output.shape {
         BodyShape::Frame => frame_surface(frame, field, &on_body),
         BodyShape::Mesh { mesh, contact_nodes } => {

@@ -75,7 +75,7 @@ impl<'a> FieldWriter<'a> {
             self.write(output, "frame", &grid)?;
         }
         for body in self.bodies.clone() {
-            let name = body.side.name();
+            let name = body.side.key();
             let meshed = matches!(body.shape, BodyShape::Mesh { .. });
             if vtu || (volume && meshed) {
                 let field = body.body.recover(&state.tractions).context(|| format!("fields of {name}"))?;
@@ -103,7 +103,7 @@ impl<'a> FieldWriter<'a> {
         field: &BodyField,
         state: &FrameState,
     ) -> Result<()> {
-        let name = body.side.name();
+        let name = body.side.key();
         if self.wanted.contains(&FieldKind::Vtu) {
             let tractions = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
             let grid = surface_grid(body, (self.frame, &self.mesh), field, &tractions)

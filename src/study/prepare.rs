@@ -9,9 +9,10 @@ use crate::body::ElasticBody;
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
 use crate::error::Result;
+use crate::geometry::Side;
 use crate::history::step::{Observer, Skipped};
 use crate::history::{self, Model, RunResult};
-use crate::results::body_fields::{self, BodyOutput, BodyShape};
+use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::summary::Timings;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
@@ -119,7 +120,7 @@ impl Study<'_> {
 
     /// The bodies whose fields can be written; a rigid one has none.
     pub fn outputs(&self) -> Vec<BodyOutput<'_>> {
-        let sides = [body_fields::Side::One, body_fields::Side::Two];
+        let sides = [Side::Lower, Side::Upper];
         let parts = sides.into_iter().zip(&self.bodies).zip(&self.plan.bodies).zip(&self.contact_nodes);
         parts
             .filter_map(|(((side, body), spec), contact_nodes)| {

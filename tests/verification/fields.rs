@@ -10,10 +10,11 @@ use orthowear::body::{BodyField, ElasticBody};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
+use orthowear::geometry::Side;
 use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::mesh::{Block, Mesh};
-use orthowear::results::body_fields::{BodyOutput, BodyShape, Side, surface_grid, volume_grid};
+use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid, volume_grid};
 use orthowear::results::fields::{FieldKind, FieldWriter};
 use orthowear::results::frame_fields::{FrameMesh, frame_grid};
 use orthowear::results::output::OutputDir;
@@ -138,7 +139,7 @@ fn surfaces_carry_displacement_and_traction() {
     let body = AffineBody(mesh.points.clone());
     let field = body.recover(&[]).expect("a field");
     let top: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == 0.0).collect();
-    for (side, sign) in [(Side::One, -1.0), (Side::Two, 1.0)] {
+    for (side, sign) in [(Side::Lower, -1.0), (Side::Upper, 1.0)] {
         let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &top };
         let output = BodyOutput { side, body: &body, shape };
         let tractions = [[1.0, 2.0, 3.0]; 4];
@@ -255,11 +256,11 @@ fn meshio_and_vtk_read_what_was_given() {
     let (lower, upper) = (AffineBody(cube.points.clone()), AffineBody(centers));
     let bodies = vec![
         BodyOutput {
-            side: Side::One,
+            side: Side::Lower,
             body: &lower,
             shape: BodyShape::Mesh { mesh: &cube, contact_nodes: &[4, 5, 6, 7] },
         },
-        BodyOutput { side: Side::Two, body: &upper, shape: BodyShape::Frame },
+        BodyOutput { side: Side::Upper, body: &upper, shape: BodyShape::Frame },
     ];
 
     let writer = FieldWriter::new(&frame, bodies.clone(), &[FieldKind::Vtu, FieldKind::Volume]);

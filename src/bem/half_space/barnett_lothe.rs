@@ -7,26 +7,8 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
+use crate::geometry::Side;
 use crate::material::Stiffness;
-
-/// Which side of the frame a half-space fills.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Below: the outward normal is +n (body 1).
-    Lower,
-    /// Above: the outward normal is -n (body 2).
-    Upper,
-}
-
-impl Side {
-    /// n-component of the outward normal.
-    pub fn outward(self) -> f64 {
-        match self {
-            Self::Lower => 1.0,
-            Self::Upper => -1.0,
-        }
-    }
-}
 
 /// First and largest number of points of the trapezoidal rule over half a turn.
 const POINTS: [usize; 2] = [32, 1 << 15];

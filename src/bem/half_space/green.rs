@@ -6,8 +6,9 @@ use nalgebra::{Complex, Matrix3};
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::barnett_lothe::{BarnettLothe, Side};
+use super::barnett_lothe::BarnettLothe;
 use crate::error::{Error, Result};
+use crate::geometry::Side;
 use crate::material::Stiffness;
 
 /// First and largest number of sampled directions over half a turn.

@@ -21,7 +21,7 @@ mod memory;
 pub mod patch;
 pub mod polygon;
 
-pub use barnett_lothe::Side;
+pub use crate::geometry::Side;
 pub use dense::DenseFlexibility;
 pub use fft::{CrossBlocks, FftFlexibility};
 pub use green::SurfaceGreen;
