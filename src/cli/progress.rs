@@ -21,6 +21,8 @@ pub(super) struct Progress {
     bar: Option<ProgressBar>,
     lines: bool,
     stage: Option<(String, Instant)>,
+    /// Largest fraction of the stage so far: a solve that starts anew does not turn the bar back.
+    done: f64,
     drawn: Instant,
 }
 
@@ -37,7 +39,7 @@ impl Progress {
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
         });
-        Self { bar, lines: !quiet, stage: None, drawn: Instant::now() }
+        Self { bar, lines: !quiet, stage: None, done: 0.0, drawn: Instant::now() }
     }
 
     /// Draws a stage: its name, the fraction done in 0..=1, the natural residual.
@@ -45,6 +47,7 @@ impl Progress {
         let known = self.stage.as_ref().is_some_and(|(stage, _)| stage == name);
         if !known {
             self.end_stage();
+            self.done = 0.0;
             self.stage = Some((name.to_owned(), Instant::now()));
             if let Some(bar) = &self.bar {
                 bar.reset();
@@ -55,9 +58,10 @@ impl Progress {
             return;
         }
         self.drawn = Instant::now();
+        self.done = self.done.max(fraction.clamp(0.0, 1.0));
         let (Some(bar), Some((_, start))) = (&self.bar, &self.stage) else { return };
-        bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
-        let left = remaining(start.elapsed(), fraction).map(|s| format!("{s} left")).unwrap_or_default();
+        bar.set_position((self.done * STEPS as f64) as u64);
+        let left = remaining(start.elapsed(), self.done).map(|s| format!("{s} left")).unwrap_or_default();
         let residual =
             residual.filter(|r| r.is_finite()).map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
         bar.set_message(format!("{left}{residual}"));
