@@ -128,8 +128,10 @@ fn round_down(value: f64, digits: &[f64]) -> f64 {
 
 /// A value with as many digits as its `step` needs.
 pub(crate) fn label(value: f64, step: f64) -> String {
-    let largest = value.abs().max(step);
-    if value != 0.0 && !(1e-3..1e6).contains(&largest) {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e6).contains(&step) {
         let text = format!("{value:.1e}");
         let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
         return format!("{}\u{b7}10^{{{exponent}}}", mantissa.trim_end_matches(".0"));
@@ -162,7 +164,7 @@ mod tests {
         assert_eq!(labels(&[0.0, 300.0], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
         assert_eq!(
             labels(&[-0.3, 0.2], Scale::Linear),
-            ["\u{2212}0.3", "\u{2212}0.2", "\u{2212}0.1", "0.0", "0.1", "0.2"]
+            ["\u{2212}0.3", "\u{2212}0.2", "\u{2212}0.1", "0", "0.1", "0.2"]
         );
         assert_eq!(
             labels(&[1e-7, 2e-3], Scale::Logarithmic),
