@@ -67,6 +67,6 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: vec![FieldKind::Vtu] }
+        Self { fields: vec![FieldKind::Vtu, FieldKind::Svg] }
     }
 }
