@@ -284,7 +284,7 @@ fn meshio_and_vtk_read_what_was_given() {
         for body in &bodies {
             let field = body.body.recover(planes).expect("a field");
             let grid = surface_grid(body, (&frame, &cells), &field, &tractions).expect("a grid");
-            files.insert(format!("{}_000{}.vtu", body.side.name(), i + 1), json_grid(&grid, true));
+            files.insert(format!("{}_000{}.vtu", body.side.key(), i + 1), json_grid(&grid, true));
         }
         let volume = volume_grid(&cube, &lower.recover(planes).expect("a field")).expect("a grid");
         files.insert(format!("body1_volume_000{}.vtu", i + 1), json_grid(&volume, true));
