@@ -21,6 +21,21 @@ pub struct StateChecks {
     pub dissipation: f64,
 }
 
+impl StateChecks {
+    /// The worse of each check, for answers that consist of several solved states; the energies are those of
+    /// `later`.
+    pub fn worst(&self, later: &Self) -> Self {
+        Self {
+            natural_residual: self.natural_residual.max(later.natural_residual),
+            min_gap: self.min_gap.min(later.min_gap),
+            max_cone_violation: self.max_cone_violation.max(later.max_cone_violation),
+            normal_gap_energy: self.normal_gap_energy.max(later.normal_gap_energy),
+            tangential_gap_energy: self.tangential_gap_energy.max(later.tangential_gap_energy),
+            ..*later
+        }
+    }
+}
+
 /// Evaluates the state afresh and checks it; without friction the tangential elastic gap is filled in too.
 pub fn check(problem: &Increment, it: &mut Iterate) -> StateChecks {
     problem.evaluate(it);
@@ -76,13 +91,9 @@ fn fill_tangential(problem: &Increment, it: &mut Iterate) {
         let planes = end * 3 * n..(end + 1) * 3 * n;
         let before = it.elastic[planes.clone()].to_vec();
         problem.flexibility.apply(&it.tractions[planes.clone()], &mut it.elastic[planes]);
-        for plane in 0..2 {
-            for i in 0..n {
-                let k = plane * n + i;
-                let change = it.elastic[end * 3 * n + k] - before[k];
-                it.gap[end * 3 * n + k] += change;
-                it.slip[end * 2 * n + k] += change;
-            }
+        for k in 0..2 * n {
+            it.gap[end * 3 * n + k] += it.elastic[end * 3 * n + k] - before[k];
         }
     }
+    problem.fill_slip(it);
 }

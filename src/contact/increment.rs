@@ -210,7 +210,7 @@ impl Increment<'_> {
         }
     }
 
-    fn fill_slip(&self, it: &mut Iterate) {
+    pub(super) fn fill_slip(&self, it: &mut Iterate) {
         let n = self.n();
         for (end, spec) in self.ends.iter().enumerate() {
             for plane in 0..2 {
@@ -279,10 +279,16 @@ impl Increment<'_> {
 
     /// Natural residual (formulation 7.1): what one local projection step with c = 1 / diag S (the diagonal of the
     /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
-    /// prescribed forces; 0 for an open state without penetration.
+    /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
     pub fn natural_residual(&self, it: &Iterate) -> f64 {
+        let [normal, tangential] = self.residuals(it);
+        worse(normal, tangential)
+    }
+
+    /// The normal and the tangential part of [`Increment::natural_residual`].
+    pub fn residuals(&self, it: &Iterate) -> [f64; 2] {
         let n = self.n();
-        let mut worst: f64 = 0.0;
+        let mut parts = [0.0_f64; 2];
         let mut p_max: f64 = 0.0;
         for end in 0..self.ends.len() {
             let base = end * 3 * n;
@@ -290,31 +296,32 @@ impl Increment<'_> {
                 let p = it.hatted[base + 2 * n + i];
                 let wear = self.repeats * it.wear_path[end * n + i];
                 let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
-                let rho = (p - c * it.gap[base + 2 * n + i]).max(0.0);
-                worst = worst.max((p - rho).abs());
-                p_max = p_max.max(p);
+                let star = p - c * it.gap[base + 2 * n + i];
+                let rho = if star > 0.0 { star } else { 0.0 * star };
+                parts[0] = worse(parts[0], (p - rho).abs());
+                p_max = worse(p_max, p);
                 if self.friction.is_some() {
                     let c = self.scales.c_tangential[i];
                     let q = [it.hatted[base + i], it.hatted[base + n + i]];
                     let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
                     let norm = star[0].hypot(star[1]);
                     let scale = if norm > rho { rho / norm } else { 1.0 };
-                    worst = worst.max((q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
+                    parts[1] = worse(parts[1], (q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
                 }
             }
         }
-        let local = if worst == 0.0 {
-            0.0
-        } else if p_max > 0.0 {
-            worst / p_max
-        } else {
-            f64::INFINITY
-        };
-        (0..self.ends.len()).fold(local, |residual, end| residual.max(self.force_residual(it, end)))
+        for part in &mut parts {
+            // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
+            *part = if *part == 0.0 { 0.0 } else { *part / p_max };
+        }
+        (0..self.ends.len()).fold(parts, |[normal, tangential], end| {
+            let [force, shear] = self.force_residuals(it, end);
+            [worse(normal, force), worse(tangential, shear)]
+        })
     }
 
-    /// Relative defect of the prescribed forces of an end; 0 without any.
-    fn force_residual(&self, it: &Iterate, end: usize) -> f64 {
+    /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
+    fn force_residuals(&self, it: &Iterate, end: usize) -> [f64; 2] {
         let n = self.n();
         let sum = |plane: usize| -> f64 {
             let start = end * 3 * n + plane * n;
@@ -322,14 +329,19 @@ impl Increment<'_> {
         };
         let normal = sum(2);
         let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
-        let mut residual: f64 = 0.0;
+        let mut residuals = [0.0; 2];
         if let NormalControl::Force(wanted) = self.ends[end].normal {
-            residual = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
+            residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
         }
         if let TangentialControl::Force(wanted) = self.ends[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            residual = residual.max(relative(defect, wanted[0].hypot(wanted[1]).max(normal.abs())));
+            residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(normal.abs()));
         }
-        residual
+        residuals
     }
+}
+
+/// The larger of two numbers, NaN if either is (unlike `f64::max`, which hides it).
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -7,11 +7,14 @@
 use super::increment::{Increment, NormalControl, TangentialControl};
 use super::scales::Hat;
 
-/// Why no admissible tractions carry the prescribed force.
+/// Whether the tangential forces could be carried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoEquilibrium {
-    /// The tangential force exceeds what friction can carry.
-    GrossSliding,
+pub enum Equilibrium {
+    /// Every prescribed force is carried.
+    Held,
+    /// A tangential force exceeds what friction can carry at the pressures of this iterate: every cell slips at its
+    /// limit along the force.
+    Sliding,
 }
 
 /// Step sizes of the normal and the tangential block, MPa/mm.
@@ -25,16 +28,14 @@ pub struct StepSizes {
 
 /// `out = proj(hatted - step * gradient)` for every end; under force control `rigid` gets the motion that carries
 /// the force. Does not allocate.
-///
-/// # Errors
-/// [`NoEquilibrium`] if the tangential force is beyond the friction capacity of the pressures.
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
     from: (&[f64], &[f64]),
     out: &mut [f64],
     rigid: &mut [[f64; 3]],
-) -> Result<(), NoEquilibrium> {
+) -> Equilibrium {
+    let mut equilibrium = Equilibrium::Held;
     let n = problem.n();
     let (hatted, gradient) = from;
     for (k, end) in problem.ends.iter().enumerate() {
@@ -47,7 +48,6 @@ pub fn project(
         let pressures = &mut new[2 * n..];
         if let NormalControl::Force(force) = end.normal {
             let lift = lift_for_force(pressures, problem.areas, force);
-            pressures.iter_mut().for_each(|p| *p += lift);
             rigid[k][2] -= lift / steps.normal;
         }
         pressures.iter_mut().for_each(|p| *p = p.max(0.0));
@@ -56,7 +56,12 @@ pub fn project(
                 new[j] = old[j] - steps.tangential * g[j];
             }
             if let TangentialControl::Force(force) = end.tangential {
-                let shift = shift_for_force(new, problem.areas, &hat, force, steps.tangential)?;
+                let (carried, shift) = shift_for_force(new, problem.areas, &hat, force, steps.tangential);
+                if carried == Equilibrium::Sliding {
+                    equilibrium = carried;
+                    slide(new, n, hat.untraction(force));
+                    continue;
+                }
                 let hatted_shift = hat.slip(shift);
                 for i in 0..n {
                     new[i] -= steps.tangential * hatted_shift[0];
@@ -70,7 +75,16 @@ pub fn project(
             new[..2 * n].fill(0.0);
         }
     }
-    Ok(())
+    equilibrium
+}
+
+/// Every tangential traction at its limit along `direction`.
+fn slide(planes: &mut [f64], n: usize, direction: [f64; 2]) {
+    let norm = direction[0].hypot(direction[1]);
+    for i in 0..n {
+        planes[i] = planes[2 * n + i] * direction[0] / norm;
+        planes[n + i] = planes[2 * n + i] * direction[1] / norm;
+    }
 }
 
 /// Radial return of every tangential traction on the disc of radius p.
@@ -86,15 +100,20 @@ fn clip(planes: &mut [f64], n: usize) {
     }
 }
 
-/// The lift τ with Σ A max(z + τ, 0) = force: Newton on a convex, increasing, piecewise linear function, which ends
-/// exactly after finitely many steps.
-fn lift_for_force(z: &[f64], areas: &[f64], force: f64) -> f64 {
-    let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if force <= 0.0 {
-        return -top;
+/// Lifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ: Newton on a convex, increasing, piecewise linear
+/// function from the right of its root, which ends exactly after finitely many steps. Values are taken relative to the
+/// largest, so that the smallest force is not lost in rounding.
+fn lift_for_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
+    let mut top = 0;
+    for i in 0..z.len() {
+        if z[i] > z[top] {
+            top = i;
+        }
     }
-    let total: f64 = areas.iter().sum();
-    let mut lift = -top + force / total;
+    let highest = z[top];
+    z.iter_mut().for_each(|value| *value -= highest);
+    // With this lift the highest cell alone carries the force.
+    let mut lift = force.max(0.0) / areas[top];
     for _ in 0..200 {
         let (mut sum, mut slope) = (0.0, 0.0);
         for (&value, &area) in z.iter().zip(areas) {
@@ -103,13 +122,17 @@ fn lift_for_force(z: &[f64], areas: &[f64], force: f64) -> f64 {
                 slope += area;
             }
         }
+        if slope == 0.0 {
+            break;
+        }
         let step = (sum - force) / slope;
         lift -= step;
-        if step.abs() <= 1e-15 * (lift.abs() + top.abs()) {
+        if step.abs() <= 1e-15 * lift.abs() {
             break;
         }
     }
-    lift
+    z.iter_mut().for_each(|value| *value += lift);
+    lift - highest
 }
 
 /// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force: the minimum of a convex potential (Huber's, cell
@@ -120,14 +143,14 @@ fn shift_for_force(
     hat: &Hat,
     force: [f64; 2],
     step: f64,
-) -> Result<[f64; 2], NoEquilibrium> {
+) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
     // In hatted components: wanted Σ A clip = f̂, with f̂ = M⁻¹ Rᵀ force, unknown y = a M Rᵀ v.
     let wanted = hat.untraction(force);
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
-        return if size == 0.0 { Ok([0.0; 2]) } else { Err(NoEquilibrium::GrossSliding) };
+        return (if size == 0.0 { Equilibrium::Held } else { Equilibrium::Sliding }, [0.0; 2]);
     }
     let scale = capacity / areas.iter().sum::<f64>();
     let mut y = [0.0; 2];
@@ -162,7 +185,10 @@ fn shift_for_force(
     }
     // y = a M Rᵀ v, so v = R M⁻¹ y / a.
     let scaled = [y[0] / hat.mu[0] / step, y[1] / hat.mu[1] / step];
-    Ok([hat.cos * scaled[0] - hat.sin * scaled[1], hat.sin * scaled[0] + hat.cos * scaled[1]])
+    (
+        Equilibrium::Held,
+        [hat.cos * scaled[0] - hat.sin * scaled[1], hat.sin * scaled[0] + hat.cos * scaled[1]],
+    )
 }
 
 struct ClippedSum {

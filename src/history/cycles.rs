@@ -8,13 +8,13 @@
 use std::time::Instant;
 
 use crate::contact::certificate::{self, StateChecks};
-use crate::contact::solver::SolveReport;
+use crate::contact::solver::{SolveReport, Stop};
 use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 
 use super::control::Held;
-use super::increments::{Laws, Stage, problem, solve};
-use super::step::{Cycles, IncrementRecord, Integrator, Normal, Observer, Outcome, Step, Tangential};
+use super::increments::{Laws, Stage, entry, problem, solve};
+use super::step::{Cycles, Integrator, Normal, Observer, Outcome, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
@@ -31,13 +31,25 @@ struct Stroke {
     it: Iterate,
     stuck: Vec<bool>,
     at: Vec<f64>,
+    /// Iterations and operator applications not yet in any entry.
+    spent: [usize; 2],
 }
 
 /// Sums over the stages of a jump.
 struct Jump {
+    /// Iterations and applications of all stages; stop and residual of the last.
     report: SolveReport,
+    /// The worst checks of the stages.
     checks: StateChecks,
     dissipation: f64,
+}
+
+impl Default for Jump {
+    fn default() -> Self {
+        let report = SolveReport { stop: Stop::Converged, residual: 0.0, iterations: 0, applications: 0 };
+        let checks = StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() };
+        Self { report, checks, dissipation: 0.0 }
+    }
 }
 
 impl Run<'_> {
@@ -50,6 +62,7 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let center = self.state.rigid;
+        let mut clock = Instant::now();
         let mut stroke = self.first_strokes(step, cycles, center, observer)?;
         if self.result.outcome != Outcome::Converged {
             return Ok(());
@@ -57,15 +70,18 @@ impl Run<'_> {
         let touched = state::touches_edge(&self.prepared, &stroke.it);
         let before = self.state.cycles_done;
         for jump in 0..cycles.jumps {
-            let clock = Instant::now();
             let done = |k: usize| (cycles.count as f64 * k as f64 / cycles.jumps as f64).round();
             let size = done(jump + 1) - done(jump);
             let count = cycles.jumps as f64;
             let stage = Stage { name: &step.name, from: jump as f64 / count, to: (jump + 1) as f64 / count };
-            let summed = self.jump(step, cycles, size, &mut stroke, observer, &stage)?;
+            let mut summed = self.jump(step, cycles, size, &mut stroke, observer, &stage)?;
+            // The first strokes have no entry of their own.
+            summed.report.iterations += std::mem::take(&mut stroke.spent[0]);
+            summed.report.applications += std::mem::take(&mut stroke.spent[1]);
             self.state.cycles_done = before + done(jump + 1) as u64;
             self.state.dissipation += summed.dissipation;
             self.record_jump(step, (jump + 1, touched), &stroke, &summed, clock, observer)?;
+            clock = Instant::now();
             if self.result.outcome != Outcome::Converged {
                 return Ok(());
             }
@@ -96,9 +112,11 @@ impl Run<'_> {
         let mut pair = Iterate::new(n, vec![center; 2]);
         let mut stuck = vec![true; n];
         let mut at = vec![0.0; 2 * n];
+        let mut spent = [0; 2];
         for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
             let rigid = [center[0] + sign * along[0], center[1] + sign * along[1], self.state.rigid[2]];
-            let it = self.stroke_to(step, rigid, observer)?;
+            let (it, report) = self.stroke_to(step, rigid, observer)?;
+            spent = [spent[0] + report.iterations, spent[1] + report.applications];
             if self.result.outcome != Outcome::Converged {
                 break;
             }
@@ -110,11 +128,17 @@ impl Run<'_> {
             }
             at.copy_from_slice(&it.gap[..2 * n]);
         }
-        Ok(Stroke { it: pair, stuck, at })
+        Ok(Stroke { it: pair, stuck, at, spent })
     }
 
     /// One increment without wear to a given rigid motion; the state follows.
-    fn stroke_to(&mut self, step: &Step, rigid: [f64; 3], observer: &mut dyn Observer) -> Result<Iterate> {
+    fn stroke_to(
+        &mut self,
+        step: &Step,
+        rigid: [f64; 3],
+        observer: &mut dyn Observer,
+    ) -> Result<(Iterate, SolveReport)> {
+        let clock = Instant::now();
         let normal = match self.held.normal {
             Normal::Approach(_) => NormalControl::Approach,
             Normal::Force(force) => NormalControl::Force(force),
@@ -128,7 +152,9 @@ impl Run<'_> {
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
-        problem.hat_tractions(&self.state.tractions, &mut it.hatted);
+        if self.options.skip {
+            problem.hat_tractions(&self.state.tractions, &mut it.hatted);
+        }
         let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
         let report = solve(&problem, &mut it, &self.options, observer, &stage)?;
         let checks = certificate::check(&problem, &mut it);
@@ -137,20 +163,15 @@ impl Run<'_> {
         let fields = state::frame_state(&problem, &it, 0, &worn);
         self.state.take(&it, 0);
         let approach = -it.rigid[0][2];
-        let mut record = IncrementRecord {
-            name: step.name.clone(),
-            approach,
-            shift: values.shift,
-            normal_force: values.normal_force,
-            tangential_force: values.tangential_force,
-            certificate: state::certificate(&checks, approach, balance),
-            ..IncrementRecord::default()
-        };
+        let mut record = entry(&step.name, 1, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
+        record.certificate = state::certificate(&checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
         self.finish(&mut record, &report, &checks);
         if self.result.outcome != Outcome::Converged {
             self.deliver(record, fields, observer)?;
         }
-        Ok(it)
+        Ok((it, report))
     }
 
     /// Integrates the wear over `size` cycles; the worn depth of the state and the stroke follow.
@@ -170,20 +191,14 @@ impl Run<'_> {
             Integrator::Explicit => (&[(0.0, 1.0)], true),
         };
         let start = self.state.worn.clone();
-        let mut jump = Jump {
-            report: SolveReport {
-                stop: crate::contact::solver::Stop::Converged,
-                residual: 0.0,
-                iterations: 0,
-                applications: 0,
-            },
-            checks: StateChecks::default(),
-            dissipation: 0.0,
-        };
+        let mut jump = Jump::default();
         let mut gathered = vec![0.0; start.len()];
         for (weight, share) in stages {
             let worn: Vec<f64> = start.iter().zip(&gathered).map(|(w, g)| w + g).collect();
             self.stage(step, cycles, (&worn, weight * size), stroke, &mut jump, (observer, stage))?;
+            if jump.report.stop != Stop::Converged {
+                return Ok(jump);
+            }
             jump.dissipation += share * size * jump.checks.dissipation;
             gathered.iter_mut().zip(&stroke.it.wear_rate).for_each(|(g, rate)| *g += share * size * rate);
         }
@@ -211,6 +226,7 @@ impl Run<'_> {
             Normal::Force(force) => NormalControl::Force(force),
         };
         let laws = Laws { friction: step.friction, wear: step.wear, repeats };
+        let before = jump.checks;
         for _ in 0..STICK_PASSES {
             let end = End {
                 normal,
@@ -220,16 +236,17 @@ impl Run<'_> {
             let problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
             let report = solve(&problem, &mut stroke.it, &self.options, observer, stage)?;
             jump.report = SolveReport {
-                stop: report.stop,
-                residual: report.residual,
                 iterations: jump.report.iterations + report.iterations,
                 applications: jump.report.applications + report.applications,
+                ..report
             };
-            jump.checks = certificate::check(&problem, &mut stroke.it);
-            if !update_stuck(&problem, stroke, cycles.amplitude) {
-                break;
+            jump.checks = before.worst(&certificate::check(&problem, &mut stroke.it));
+            if report.stop != Stop::Converged || !update_stuck(&problem, stroke, cycles.amplitude) {
+                return Ok(());
             }
         }
+        // The set of cells that stick did not come to rest.
+        jump.report.stop = Stop::Iterations;
         Ok(())
     }
 
@@ -251,28 +268,24 @@ impl Run<'_> {
         };
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end.clone(), end]);
         let ends = [0, 1].map(|end| state::resultants(&self.prepared, &problem, &stroke.it, end));
-        let mean = |value: fn(&super::step::StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+        let mean = |value: fn(&StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
         let approach = -0.5 * (stroke.it.rigid[0][2] + stroke.it.rigid[1][2]);
         let balance = state::energy_balance(&self.prepared, &self.state, &stroke.it, 1);
         let fields = state::frame_state(&problem, &stroke.it, 0, &worn);
         self.state.take(&stroke.it, 1);
-        let mut record = IncrementRecord {
-            name: step.name.clone(),
-            increment: number,
-            approach,
+        let values = StrokeEnd {
             shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
             normal_force: mean(|e| e.normal_force),
-            tangential_force: ends[0].tangential_force,
-            moment: ends[0].moment,
             contact_area: mean(|e| e.contact_area),
             stick_area: mean(|e| e.stick_area),
             peak_pressure: mean(|e| e.peak_pressure),
-            contact_touches_edge: state::touches_edge(&self.prepared, &stroke.it),
-            certificate: state::certificate(&jump.checks, approach, balance),
-            seconds: clock.elapsed().as_secs_f64(),
-            stroke_ends: Some(ends),
-            ..IncrementRecord::default()
+            ..ends[0]
         };
+        let mut record = entry(&step.name, number, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, &stroke.it);
+        record.certificate = state::certificate(&jump.checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
+        record.stroke_ends = Some(ends);
         self.finish(&mut record, &jump.report, &jump.checks);
         if record.contact_touches_edge && !touched_before && self.result.outcome == Outcome::Converged {
             self.result.outcome = Outcome::NotConverged("frame-edge");

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 
 use super::control::{Controls, Path};
 use super::model::Prepared;
-use super::step::{IncrementRecord, Observer, Outcome, Step};
+use super::step::{IncrementRecord, Observer, Outcome, Step, StrokeEnd};
 use super::{Run, state};
 
 /// Which laws act in an increment, and how often its slip happens.
@@ -79,6 +79,23 @@ pub(super) fn solve(
     Ok(report)
 }
 
+/// The entry of an increment from its resultants.
+pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd) -> IncrementRecord {
+    IncrementRecord {
+        name: name.to_owned(),
+        increment: number,
+        approach,
+        shift: values.shift,
+        normal_force: values.normal_force,
+        tangential_force: values.tangential_force,
+        moment: values.moment,
+        contact_area: values.contact_area,
+        stick_area: values.stick_area,
+        peak_pressure: values.peak_pressure,
+        ..IncrementRecord::default()
+    }
+}
+
 impl Run<'_> {
     /// Runs all increments of a monotone step.
     pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
@@ -106,7 +123,7 @@ impl Run<'_> {
         self.check_controls(step, controls)?;
         let end = End {
             normal: controls.normal,
-            tangential: controls.tangential,
+            tangential: self.carried(step, controls.tangential),
             reference: SlipReference::Previous(self.state.reference.clone()),
         };
         let worn = self.state.worn.clone();
@@ -127,22 +144,10 @@ impl Run<'_> {
         self.state.take(&it, 0);
         self.state.dissipation += checks.dissipation;
         let approach = -it.rigid[0][2];
-        let mut record = IncrementRecord {
-            name: step.name.clone(),
-            increment: number,
-            approach,
-            shift: values.shift,
-            normal_force: values.normal_force,
-            tangential_force: values.tangential_force,
-            moment: values.moment,
-            contact_area: values.contact_area,
-            stick_area: values.stick_area,
-            peak_pressure: values.peak_pressure,
-            contact_touches_edge: state::touches_edge(&self.prepared, &it),
-            certificate: state::certificate(&checks, approach, balance),
-            seconds: clock.elapsed().as_secs_f64(),
-            ..IncrementRecord::default()
-        };
+        let mut record = entry(&step.name, number, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
+        record.certificate = state::certificate(&checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
         self.finish(&mut record, &report, &checks);
         self.deliver(record, fields, observer)
     }
@@ -158,7 +163,8 @@ impl Run<'_> {
                 step.name
             )));
         }
-        if tangential && (!step.friction || self.prepared.ellipse.is_none()) {
+        let forced = matches!(controls.tangential, TangentialControl::Force(force) if force != [0.0; 2]);
+        if forced && !self.has_friction(step) {
             return Err(Error::input(format!(
                 "step \"{}\" prescribes a tangential force, but there is no friction in this step to carry it: give \
                  [friction] a law, or prescribe shift",
@@ -166,6 +172,15 @@ impl Run<'_> {
             )));
         }
         Ok(())
+    }
+
+    fn has_friction(&self, step: &Step) -> bool {
+        step.friction && self.prepared.ellipse.is_some()
+    }
+
+    /// Without friction a tangential force of zero holds wherever body 2 is.
+    fn carried(&self, step: &Step, control: TangentialControl) -> TangentialControl {
+        if self.has_friction(step) { control } else { TangentialControl::Shift }
     }
 
     /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
@@ -190,6 +205,7 @@ impl Run<'_> {
         self.result.outcome = match report.stop {
             Stop::Interrupted => Outcome::Interrupted,
             Stop::GrossSliding => Outcome::NotConverged("gross-sliding"),
+            Stop::ContactLost => Outcome::NotConverged("contact-lost"),
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };

@@ -57,6 +57,12 @@ impl<'a> Prepared<'a> {
         }
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
         let intensity = model.wear.intensity(model.friction.ellipse());
+        if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
+            return Err(Error::input(format!(
+                "the friction coefficient {mu:e} cannot be inverted: give each coefficient a value above 1e-300, or \
+                 no friction at all"
+            )));
+        }
         let scales = Scales::new(model.flexibility.as_ref(), &model.frame.areas, ellipse.as_ref());
         let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
         if let Some(cell) = scales.c_normal.iter().position(bad_scale) {

@@ -3,6 +3,7 @@
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{Normal, Outcome, Step, Tangential};
+use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
 
 use crate::common::{
@@ -108,8 +109,20 @@ fn hertz_elliptic() {
         let found = &result.records[0];
         assert!(relative(found.approach, delta) < tolerance, "{} {delta}", found.approach);
         assert!(relative(found.peak_pressure, p0) < 1e-2, "{} {p0}", found.peak_pressure);
-        let area = std::f64::consts::PI * a * b;
-        assert!(relative(found.contact_area, area) < 0.05, "{} {area}", found.contact_area);
+        // Semi-axes within one cell: the farthest edges of cells in contact.
+        let spacing = model.frame.grid.expect("a grid").spacing;
+        let n = model.frame.n_cells();
+        let mut reach = [0.0_f64; 2];
+        for (cell, center) in model.frame.centers.iter().enumerate() {
+            if result.state.tractions[2 * n + cell] > 0.0 {
+                reach =
+                    [reach[0].max(center.x + 0.5 * spacing[0]), reach[1].max(center.y + 0.5 * spacing[1])];
+            }
+        }
+        assert!(
+            (reach[0] - a).abs() <= spacing[0] && (reach[1] - b).abs() <= spacing[1],
+            "{reach:?} {a} {b}"
+        );
     }
 }
 
@@ -126,7 +139,8 @@ fn cattaneo_mindlin() {
         let mut model = half_spaces(&material, Some(&material), (1.25 * a, 50), sphere(radius));
         model.friction = FrictionLaw::Coulomb { mu };
         let pull = Step { tangential: Some(Tangential::Force([share * mu * load, 0.0])), ..step("pull") };
-        let result = solve(&model, &[press(load), pull]);
+        let options = SolverOptions { tolerance: 1e-10, ..SolverOptions::default() };
+        let result = solve_with(&model, &[press(load), pull], &options);
         assert_eq!(result.outcome, Outcome::Converged);
         let (before, after) = (&result.records[0], &result.records[1]);
         let wanted =
@@ -134,11 +148,25 @@ fn cattaneo_mindlin() {
         assert!(relative(after.shift[0], wanted) < 5e-3, "Q {share}: {} {wanted}", after.shift[0]);
         assert!(after.shift[1].abs() < 1e-9);
         assert!(relative(after.tangential_force[0], share * mu * load) < 1e-10);
-        assert!(relative(after.peak_pressure, before.peak_pressure) < 1e-7);
+        assert!(relative(after.peak_pressure, before.peak_pressure) < 1e-8);
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
         assert!((stick - c).abs() < 2.5 * a / 50.0, "c {stick} {c}");
+    }
+}
+
+/// Cattaneo-Mindlin, nu = 0.3 (case `cattaneo-mindlin`): the classical solution ignores transverse slip, hence 2 %.
+#[test]
+fn cattaneo_mindlin_with_lateral_contraction() {
+    let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
+    for (share, shift) in [(0.3, 0.001_246_296), (0.9, 0.004_620_354)] {
+        let mut model = half_spaces(&steel, Some(&steel), (1.25 * 0.402_072_6, 50), sphere(10.0));
+        model.friction = FrictionLaw::Coulomb { mu: 0.3 };
+        let pull = Step { tangential: Some(Tangential::Force([share * 300.0, 0.0])), ..step("pull") };
+        let result = solve(&model, &[press(1000.0), pull]);
+        assert!(relative(result.records[1].shift[0], shift) < 2e-2, "{} {shift}", result.records[1].shift[0]);
+        assert!(relative(result.records[0].peak_pressure, 2953.469) < 1e-2);
     }
 }
 
@@ -208,6 +236,86 @@ fn gross_sliding_is_reported() {
         assert_eq!(result.outcome, outcome);
         assert_eq!(result.records.len(), 2);
     }
+}
+
+/// Truth: approach and tangential force named together, the force below mu P of the end state: an equilibrium exists
+/// however wide the frame is (the first iterates carry far less than the end state).
+#[test]
+fn a_wide_frame_does_not_slide_by_itself() {
+    let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
+    for half_width in [1.2, 4.8] {
+        let mut model = half_spaces(&steel, Some(&steel), (half_width, 48), sphere(50.0));
+        model.friction = FrictionLaw::Coulomb { mu: 0.3 };
+        let both = |force: f64| Step { tangential: Some(Tangential::Force([force, 0.0])), ..indent(0.02) };
+        let held = solve(&model, &[both(800.0)]);
+        assert_eq!(held.outcome, Outcome::Converged, "half-width {half_width}");
+        assert!(relative(held.records[0].tangential_force[0], 800.0) < 1e-8);
+        let beyond = solve(&model, &[both(1100.0)]);
+        assert_eq!(beyond.outcome, Outcome::NotConverged("gross-sliding"));
+        // The state kept slides at its limit with the right pressures.
+        let record = &beyond.records[0];
+        assert!(relative(record.tangential_force[0], 0.3 * record.normal_force) < 1e-6);
+    }
+}
+
+/// Truth: a tangential force on bodies that do not touch has no equilibrium, and that is not sliding.
+#[test]
+fn a_lost_contact_is_reported() {
+    let model = sphere_on_frp(30.0, 1.2, 12);
+    let apart = Step { tangential: Some(Tangential::Force([300.0, 0.0])), ..indent(-0.01) };
+    let result = solve(&model, &[apart]);
+    assert_eq!(result.outcome, Outcome::NotConverged("contact-lost"));
+    assert_eq!(result.records[0].normal_force, 0.0);
+}
+
+/// Truth: `str-zero-load`: tiny forces are carried as exactly as any other (their squares must not vanish).
+#[test]
+fn tiny_forces_are_carried() {
+    let model = sphere_on_frp(30.0, 1.2, 12);
+    for force in [1e-100, 1e-30, 1e-6] {
+        let result = solve(&model, &[press(force)]);
+        assert_eq!(result.outcome, Outcome::Converged, "{force}");
+        assert!(relative(result.records[0].normal_force, force) < 1e-10);
+    }
+}
+
+/// Gives back NaN for one cell, as a damaged operator would.
+struct Damaged(Box<dyn Flexibility>);
+
+impl Flexibility for Damaged {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply(tractions, gap);
+        gap[7] = f64::NAN;
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+        normal_gap[7] = f64::NAN;
+    }
+
+    fn diagonal_blocks(&self) -> Vec<nalgebra::Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+}
+
+/// Truth: `rel-nan-guard`: a number that is not one ends the run with an error, never as a result.
+#[test]
+fn not_a_number_is_an_error() {
+    for friction in [true, false] {
+        let mut model = sphere_on_frp(0.0, 1.2, 8);
+        model.flexibility = Box::new(Damaged(model.flexibility));
+        let steps = [Step { friction, ..indent(0.02) }];
+        let run = orthowear::history::run(&model, &steps, &SolverOptions::default(), &mut Silent);
+        assert!(run.is_err(), "friction {friction}");
+    }
+    let mut model = sphere_on_frp(0.0, 1.2, 8);
+    model.friction = FrictionLaw::Coulomb { mu: 5e-324 };
+    let run = orthowear::history::run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent);
+    assert!(run.expect_err("no inverse").to_string().contains("friction coefficient"));
 }
 
 /// Truth: `rel-nonconvergence-is-loud`: a run cut short says so and keeps its state.

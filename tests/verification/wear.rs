@@ -148,6 +148,26 @@ fn wear_off_and_cold_starts() {
     assert!(relative(warm.normal_force, cold.normal_force) < 1e-6);
 }
 
+/// Truth: `rel-nonconvergence-is-loud`: whatever stage of a jump is cut short, the run says so.
+#[test]
+fn an_unconverged_stage_is_loud() {
+    let mut model = sphere_on_frp(90.0, 1.5, 16);
+    model.wear = frp_wear(90.0);
+    let steps = [indent(0.02), fretting(100_000, 0.02, 1, Integrator::Sdirk2)];
+    let free = solve(&model, &steps);
+    assert_eq!(free.outcome, Outcome::Converged);
+    for max_iterations in (60..400).step_by(20) {
+        let options = SolverOptions { max_iterations, ..SolverOptions::default() };
+        let cut = solve_with(&model, &steps, &options);
+        if cut.outcome == Outcome::Converged {
+            let (a, b) = (free.records.last().expect("records"), cut.records.last().expect("records"));
+            assert_eq!(a.worn_volume, b.worn_volume, "{max_iterations} iterations changed the answer unsaid");
+        } else {
+            assert!(!cut.records.last().expect("records").converged);
+        }
+    }
+}
+
 /// Truth: explicit jumps below the critical size converge to the implicit answer at first order.
 #[test]
 fn explicit_agrees_below_the_critical_jump() {

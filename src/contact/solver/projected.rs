@@ -1,7 +1,7 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
 use super::super::increment::{Increment, Iterate};
-use super::super::projection::{NoEquilibrium, StepSizes, project};
+use super::super::projection::{Equilibrium, StepSizes, project};
 use super::{SolverOptions, Watch};
 
 /// Why a solve ended.
@@ -13,6 +13,8 @@ pub enum Stop {
     Iterations,
     /// No equilibrium: the tangential force is beyond friction.
     GrossSliding,
+    /// No equilibrium: a tangential force is prescribed, but nothing is in contact.
+    ContactLost,
     /// The watcher asked for it.
     Interrupted,
     /// A traction or a gap was not a number.
@@ -70,22 +72,25 @@ pub(super) fn iterate(
         applications: problem.applications(),
     };
     let mut steps = rule.first();
-    let mut best = it.clone();
-    let mut best_at = 0;
+    let mut best = Best { it: it.clone(), measure: f64::INFINITY, at: 0 };
     let mut next = it.clone();
+    let mut equilibrium = Equilibrium::Held;
     loop {
-        let residual = problem.natural_residual(it);
-        if residual.is_nan() || !it.rigid.iter().flatten().all(|x| x.is_finite()) {
+        let [normal, tangential] = problem.residuals(it);
+        let residual = normal.max(tangential);
+        if (normal + tangential).is_nan() || !it.rigid.iter().flatten().all(|x| x.is_finite()) {
             report.stop = Stop::NotFinite;
             break;
         }
-        if residual < report.residual {
+        // A sliding state is judged by its normal part, and comes after every state in equilibrium.
+        let sliding = equilibrium == Equilibrium::Sliding;
+        let measure = if sliding { 1.0 + normal } else { residual };
+        if measure < best.measure {
+            best.take(it, measure, report.iterations);
             report.residual = residual;
-            best.clone_from(it);
-            best_at = report.iterations;
         }
-        if residual <= options.tolerance {
-            report.stop = Stop::Converged;
+        if let Some(stop) = verdict(it, options.tolerance, (sliding, normal, residual)) {
+            report.stop = stop;
             break;
         }
         if report.iterations >= options.max_iterations {
@@ -95,24 +100,47 @@ pub(super) fn iterate(
             report.stop = Stop::Interrupted;
             break;
         }
-        if report.iterations > best_at + PATIENCE {
-            it.clone_from(&best);
-            best_at = report.iterations;
+        if report.iterations > best.at + PATIENCE {
+            it.clone_from(&best.it);
+            best.at = report.iterations;
             steps = rule.restart();
         }
         next.rigid.clone_from(&it.rigid);
-        if let Err(NoEquilibrium::GrossSliding) =
-            project(problem, steps, (&it.hatted, &it.gradient), &mut next.hatted, &mut next.rigid)
-        {
-            report.stop = Stop::GrossSliding;
-            break;
-        }
+        let from = (it.hatted.as_slice(), it.gradient.as_slice());
+        equilibrium = project(problem, steps, from, &mut next.hatted, &mut next.rigid);
         problem.evaluate(&mut next);
         report.applications += problem.applications();
         report.iterations += 1;
         steps = rule.next(problem, it, &next);
         std::mem::swap(it, &mut next);
     }
-    it.clone_from(&best);
+    if !matches!(report.stop, Stop::GrossSliding | Stop::ContactLost | Stop::NotFinite) {
+        it.clone_from(&best.it);
+    }
     report
+}
+
+/// The best state so far.
+struct Best {
+    it: Iterate,
+    measure: f64,
+    at: usize,
+}
+
+impl Best {
+    fn take(&mut self, it: &Iterate, measure: f64, at: usize) {
+        self.it.clone_from(it);
+        self.measure = measure;
+        self.at = at;
+    }
+}
+
+/// Whether the iteration is over: converged, or sliding at pressures that are right.
+fn verdict(it: &Iterate, tolerance: f64, (sliding, normal, residual): (bool, f64, f64)) -> Option<Stop> {
+    if sliding && normal <= tolerance {
+        let n = it.wear_rate.len();
+        let contact = it.hatted.chunks(3 * n).all(|planes| planes[2 * n..].iter().any(|p| *p > 0.0));
+        return Some(if contact { Stop::GrossSliding } else { Stop::ContactLost });
+    }
+    (!sliding && residual <= tolerance).then_some(Stop::Converged)
 }
