@@ -91,9 +91,9 @@ fn fill_tangential(problem: &Increment, it: &mut Iterate) {
         let planes = end * 3 * n..(end + 1) * 3 * n;
         let before = it.elastic[planes.clone()].to_vec();
         problem.flexibility.apply(&it.tractions[planes.clone()], &mut it.elastic[planes]);
-        for k in 0..2 * n {
-            it.gap[end * 3 * n + k] += it.elastic[end * 3 * n + k] - before[k];
-        }
+        let start = end * 3 * n;
+        let changes = it.elastic[start..start + 2 * n].iter().zip(&before).map(|(new, old)| new - old);
+        it.gap[start..start + 2 * n].iter_mut().zip(changes).for_each(|(gap, change)| *gap += change);
     }
     problem.fill_slip(it);
 }

@@ -11,7 +11,7 @@ pub(super) struct Held {
     pub tangential: Tangential,
 }
 
-/// The controls of one increment and the rigid motion it starts from, (x, y, n) with n = -approach.
+/// The controls of one increment and the rigid motion it starts from, (x, y, n).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Controls {
     pub rigid: [f64; 3],
@@ -26,18 +26,20 @@ pub(super) struct Path {
     pub rigid: [f64; 3],
     /// Force on body 1 at the start, (x, y, n).
     pub force: [f64; 3],
+    /// Approach at which the first cell closes.
+    pub first_touch: f64,
     /// What is prescribed at the end.
     pub end: Held,
 }
 
 impl Path {
-    /// The path of `step` from a start, with `held` in force before it.
-    pub fn new(step: &Step, held: Held, rigid: [f64; 3], force: [f64; 3]) -> Self {
+    /// The path of `step` from a start (rigid motion, force), with `held` in force before it.
+    pub fn new(step: &Step, held: Held, (rigid, force): ([f64; 3], [f64; 3]), first_touch: f64) -> Self {
         let end = Held {
             normal: step.normal.unwrap_or(held.normal),
             tangential: step.tangential.unwrap_or(held.tangential),
         };
-        Self { rigid, force, end }
+        Self { rigid, force, first_touch, end }
     }
 
     /// Controls at `fraction` of the path; `now` is the present rigid motion, the guess for what is free.
@@ -46,7 +48,7 @@ impl Path {
         let mut rigid = now;
         let normal = match self.end.normal {
             Normal::Approach(depth) => {
-                rigid[2] = between(self.rigid[2], -depth);
+                rigid[2] = between(self.rigid[2], self.first_touch - depth);
                 NormalControl::Approach
             }
             Normal::Force(force) => NormalControl::Force(between(-self.force[2], force)),

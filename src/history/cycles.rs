@@ -162,7 +162,7 @@ impl Run<'_> {
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
         self.state.take(&it, 0);
-        let approach = -it.rigid[0][2];
+        let approach = self.prepared.approach(&it.rigid[0]);
         let mut record = entry(&step.name, 1, approach, &values);
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
@@ -269,7 +269,7 @@ impl Run<'_> {
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end.clone(), end]);
         let ends = [0, 1].map(|end| state::resultants(&self.prepared, &problem, &stroke.it, end));
         let mean = |value: fn(&StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
-        let approach = -0.5 * (stroke.it.rigid[0][2] + stroke.it.rigid[1][2]);
+        let approach = 0.5 * stroke.it.rigid.iter().map(|rigid| self.prepared.approach(rigid)).sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, &stroke.it, 1);
         let fields = state::frame_state(&problem, &stroke.it, 0, &worn);
         self.state.take(&stroke.it, 1);

@@ -32,7 +32,7 @@ pub(super) fn problem<'b>(
     Increment {
         flexibility: model.flexibility.as_ref(),
         areas: &model.frame.areas,
-        initial_gap: &model.initial_gap,
+        initial_gap: &prepared.initial_gap,
         rigid_axes: prepared.rigid_axes.as_deref(),
         friction: if laws.friction { prepared.ellipse } else { None },
         wear: if laws.wear { prepared.intensity } else { None },
@@ -100,7 +100,7 @@ impl Run<'_> {
     /// Runs all increments of a monotone step.
     pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
         let (force, _) = self.prepared.resultants(&self.state.tractions);
-        let path = Path::new(step, self.held, self.state.rigid, force);
+        let path = Path::new(step, self.held, (self.state.rigid, force), self.prepared.first_touch);
         self.held = path.end;
         for number in 1..=step.increments {
             let controls = path.at(number as f64 / step.increments as f64, self.state.rigid);
@@ -143,7 +143,7 @@ impl Run<'_> {
         let fields = state::frame_state(&problem, &it, 0, &self.state.worn);
         self.state.take(&it, 0);
         self.state.dissipation += checks.dissipation;
-        let approach = -it.rigid[0][2];
+        let approach = self.prepared.approach(&it.rigid[0]);
         let mut record = entry(&step.name, number, approach, &values);
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);

@@ -36,6 +36,11 @@ pub(super) struct Prepared<'a> {
     pub axes: Triad,
     pub edge: Vec<bool>,
     pub rigid_axes: Option<Vec<Matrix3<f64>>>,
+    /// Initial gap, `[3, N]`, with `first_touch` taken from its normal part: small loads would otherwise drown in the
+    /// rounding of the gap of the cells that carry them.
+    pub initial_gap: Vec<f64>,
+    /// Approach at which the first cell closes, mm; 0 on curved frames.
+    pub first_touch: f64,
 }
 
 impl<'a> Prepared<'a> {
@@ -71,6 +76,13 @@ impl<'a> Prepared<'a> {
             )));
         }
         let axes = Triad::horizontal(model.frame.azimuth);
+        let rigid_axes = rigid_axes(&model.frame, &axes);
+        let mut initial_gap = model.initial_gap.clone();
+        let first_touch = match rigid_axes {
+            None => initial_gap[2 * n..].iter().copied().fold(f64::INFINITY, f64::min),
+            Some(_) => 0.0,
+        };
+        initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
         Ok(Self {
             model,
             ellipse,
@@ -78,8 +90,15 @@ impl<'a> Prepared<'a> {
             scales,
             axes,
             edge: model.frame.rim(),
-            rigid_axes: rigid_axes(&model.frame, &axes),
+            rigid_axes,
+            initial_gap,
+            first_touch,
         })
+    }
+
+    /// The approach of a rigid motion (x, y, n).
+    pub fn approach(&self, rigid: &[f64; 3]) -> f64 {
+        self.first_touch - rigid[2]
     }
 
     pub fn n(&self) -> usize {

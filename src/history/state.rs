@@ -17,7 +17,7 @@ pub(super) struct State {
     pub reference: Vec<f64>,
     /// Worn depth, `[N]`.
     pub worn: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's x, y, n (n = -approach).
+    /// Rigid motion of body 2 along the frame's x, y, n (n = first touch - approach).
     pub rigid: [f64; 3],
     /// Cumulative friction dissipation.
     pub dissipation: f64,
@@ -32,9 +32,9 @@ impl State {
         Self {
             tractions: vec![0.0; 3 * n],
             elastic: vec![0.0; 3 * n],
-            reference: prepared.model.initial_gap[..2 * n].to_vec(),
+            reference: prepared.initial_gap[..2 * n].to_vec(),
             worn: vec![0.0; n],
-            rigid: [0.0; 3],
+            rigid: [0.0, 0.0, prepared.first_touch],
             dissipation: 0.0,
             cycles_done: 0,
         }
