@@ -82,45 +82,73 @@ pub struct Certificate {
     pub energy_balance: f64,
 }
 
-/// Resultants at one end of a stroke.
+/// Resultants at one end of a stroke; forces and moments act on body 1, components along the frame's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
-#[allow(missing_docs)]
 pub struct StrokeEnd {
+    /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
+    /// Compression positive, N.
     pub normal_force: f64,
+    /// Along x, y, N.
     pub tangential_force: [f64; 2],
+    /// About the frame's centre, N mm.
     pub moment: [f64; 3],
+    /// Area of the cells with p > 0, mm2.
     pub contact_area: f64,
+    /// Area of those with |q|_μ < p (1 - 1e-6), mm2; 0 without friction.
     pub stick_area: f64,
+    /// Largest cell pressure, MPa.
     pub peak_pressure: f64,
 }
 
-/// One entry of `summary.steps`: an increment, or a cycle jump. Forces and moments act on body 1.
+/// One entry of `summary.steps`: an increment, or a cycle jump (then areas, peak and normal force are means of the two
+/// stroke ends, tangential force and moment those of the + end). Forces and moments act on body 1, components along
+/// the frame's axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
-#[allow(missing_docs)]
 pub struct IncrementRecord {
+    /// Name of the step.
     pub name: String,
+    /// Number of the increment or jump in its step, from 1.
     pub increment: usize,
+    /// Motion of body 2 towards body 1 from first touch, mm.
     pub approach: f64,
+    /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
+    /// Compression positive, N.
     pub normal_force: f64,
+    /// Along x, y, N.
     pub tangential_force: [f64; 2],
+    /// About the frame's centre, N mm.
     pub moment: [f64; 3],
+    /// Area of the cells with p > 0, mm2.
     pub contact_area: f64,
+    /// Area of those with |q|_μ < p (1 - 1e-6), mm2; 0 without friction.
     pub stick_area: f64,
+    /// Largest cell pressure, MPa.
     pub peak_pressure: f64,
+    /// Whether a cell on the rim of the frame carries pressure.
     pub contact_touches_edge: bool,
+    /// Worn volume of both bodies since the start, mm3.
     pub worn_volume: f64,
+    /// Its parts of body 1 and body 2, mm3.
     pub worn_volume_by_body: [f64; 2],
+    /// Largest worn depth of the gap, mm.
     pub max_wear_depth: f64,
+    /// Fretting cycles since the start.
     pub cycles_done: u64,
+    /// Friction dissipation since the start, summed from tractions and slips, N mm.
     pub dissipation: f64,
+    /// Independent checks; of a jump the worst of its stages.
     pub certificate: Certificate,
+    /// Iterations of the contact solver.
     pub iterations: usize,
+    /// Applications of the flexibility operator.
     pub operator_applications: usize,
+    /// Wall-clock time, s.
     pub seconds: f64,
-    /// Whether the certificate's natural residual met the tolerance.
+    /// Whether the solver and the certificate's natural residual met the tolerance.
     pub converged: bool,
+    /// The two ends of the stroke (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stroke_ends: Option<[StrokeEnd; 2]>,
 }
