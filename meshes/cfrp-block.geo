@@ -9,10 +9,10 @@ DefineConstant[
   half_size = {12, Name "half_size"},        // half the edge of the block
   depth = {12, Name "depth"},                // its height
   patch = {1.5, Name "patch"},               // half the edge of the contact patch
-  patch_cells = {24, Name "patch_cells"},    // cells along the patch
+  patch_cells = {28, Name "patch_cells"},    // cells along the patch
   outer_cells = {7, Name "outer_cells"},     // cells from the patch to each side
-  depth_cells = {12, Name "depth_cells"},    // cells over the depth
-  first_depth = {0.12, Name "first_depth"}   // height of the cells below the top face
+  depth_cells = {11, Name "depth_cells"},    // cells over the depth
+  first_depth = {0.11, Name "first_depth"}   // height of the cells below the top face
 ];
 
 Include "graded.geo";
