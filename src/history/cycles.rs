@@ -26,7 +26,12 @@ const STICK_PASSES: usize = 8;
 /// Slip below this share of the stroke counts as none when cells leave the set that sticks.
 const NO_SLIP: f64 = 1e-6;
 
+/// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
+/// only single cells at the rim come and go.
+const MOST_LOST: f64 = 0.05;
+
 /// The two stroke ends, solved, and the set of cells that stick.
+#[derive(Clone)]
 struct Stroke {
     it: Iterate,
     stuck: Vec<bool>,
@@ -42,13 +47,15 @@ struct Jump {
     /// The worst checks of the stages.
     checks: StateChecks,
     dissipation: f64,
+    /// The second stage of SDIRK2 wore past the end of contact.
+    overshot: bool,
 }
 
 impl Default for Jump {
     fn default() -> Self {
         let report = SolveReport { stop: Stop::Converged, residual: 0.0, iterations: 0, applications: 0 };
         let checks = StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() };
-        Self { report, checks, dissipation: 0.0 }
+        Self { report, checks, dissipation: 0.0, overshot: false }
     }
 }
 
@@ -78,8 +85,18 @@ impl Run<'_> {
             // The first strokes have no entry of their own.
             summed.report.iterations += std::mem::take(&mut stroke.spent[0]);
             summed.report.applications += std::mem::take(&mut stroke.spent[1]);
-            self.state.cycles_done = before + done(jump + 1) as u64;
-            self.state.dissipation += summed.dissipation;
+            if summed.report.stop == Stop::Converged {
+                self.state.cycles_done = before + done(jump + 1) as u64;
+                self.state.dissipation += summed.dissipation;
+            }
+            if summed.overshot {
+                self.result.warnings.push(format!(
+                    "step \"{}\" ({}): the jump of {size} cycles is too long for the second-order integrator, which \
+                     would wear past the end of contact; backward Euler took it: more jumps give a better answer",
+                    step.name,
+                    jump + 1
+                ));
+            }
             self.record_jump(step, (jump + 1, touched), &stroke, &summed, clock, observer)?;
             clock = Instant::now();
             if self.result.outcome != Outcome::Converged {
@@ -175,6 +192,9 @@ impl Run<'_> {
     }
 
     /// Integrates the wear over `size` cycles; the worn depth of the state and the stroke follow.
+    ///
+    /// The explicit part of the second stage may wear a jump that is too long for it past the end of contact; such a
+    /// jump is taken again with backward Euler, which cannot.
     fn jump(
         &mut self,
         step: &Step,
@@ -184,8 +204,31 @@ impl Run<'_> {
         observer: &mut dyn Observer,
         stage: &Stage,
     ) -> Result<Jump> {
+        let before = stroke.clone();
+        let jump = self.integrate(step, cycles, (cycles.integrator, size), stroke, (observer, stage))?;
+        if !jump.overshot {
+            return Ok(jump);
+        }
+        let wasted = jump.report;
+        *stroke = before;
+        let euler = (Integrator::BackwardEuler, size);
+        let mut jump = self.integrate(step, cycles, euler, stroke, (observer, stage))?;
+        jump.report.iterations += wasted.iterations;
+        jump.report.applications += wasted.applications;
+        jump.overshot = true;
+        Ok(jump)
+    }
+
+    fn integrate(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (integrator, size): (Integrator, f64),
+        stroke: &mut Stroke,
+        (observer, stage): (&mut dyn Observer, &Stage),
+    ) -> Result<Jump> {
         // (implicit weight, share of the stage in the jump): w_stage = w_explicit + a ΔN F(w_stage).
-        let (stages, explicit): (&[(f64, f64)], bool) = match cycles.integrator {
+        let (stages, explicit): (&[(f64, f64)], bool) = match integrator {
             Integrator::Sdirk2 => (&[(GAMMA, 1.0 - GAMMA), (GAMMA, GAMMA)], false),
             Integrator::BackwardEuler => (&[(1.0, 1.0)], false),
             Integrator::Explicit => (&[(0.0, 1.0)], true),
@@ -193,10 +236,15 @@ impl Run<'_> {
         let start = self.state.worn.clone();
         let mut jump = Jump::default();
         let mut gathered = vec![0.0; start.len()];
-        for (weight, share) in stages {
+        for (number, (weight, share)) in stages.iter().enumerate() {
             let worn: Vec<f64> = start.iter().zip(&gathered).map(|(w, g)| w + g).collect();
+            let touched = self.touching(&stroke.it);
             self.stage(step, cycles, (&worn, weight * size), stroke, &mut jump, (observer, stage))?;
             if jump.report.stop != Stop::Converged {
+                return Ok(jump);
+            }
+            jump.overshot = number > 0 && self.lost_share(&touched, &stroke.it) > MOST_LOST;
+            if jump.overshot {
                 return Ok(jump);
             }
             jump.dissipation += share * size * jump.checks.dissipation;
@@ -209,6 +257,25 @@ impl Run<'_> {
             self.stage(step, cycles, (&worn, 0.0), stroke, &mut jump, (observer, stage))?;
         }
         Ok(jump)
+    }
+
+    /// Cells that carry pressure at either end.
+    fn touching(&self, it: &Iterate) -> Vec<bool> {
+        let n = self.prepared.n();
+        (0..n).map(|i| (0..2).any(|end| it.hatted[end * 3 * n + 2 * n + i] > 0.0)).collect()
+    }
+
+    /// Share of the area in contact before that carries nothing any more.
+    fn lost_share(&self, before: &[bool], it: &Iterate) -> f64 {
+        let (mut lost, mut all) = (0.0, 0.0);
+        let areas = &self.prepared.model.frame.areas;
+        for ((was, is), area) in before.iter().zip(self.touching(it)).zip(areas) {
+            if *was {
+                all += area;
+                lost += if is { 0.0 } else { *area };
+            }
+        }
+        if all > 0.0 { lost / all } else { 0.0 }
     }
 
     /// Solves both stroke ends with the wear of `repeats` cycles implicit in them.

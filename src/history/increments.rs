@@ -209,6 +209,12 @@ impl Run<'_> {
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
+        if record.contact_area == 0.0 && record.converged {
+            self.result.warnings.push(format!(
+                "step \"{}\" ({}): nothing is in contact; check approach, gap and frame if contact was meant",
+                record.name, record.increment
+            ));
+        }
         if record.contact_touches_edge {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \

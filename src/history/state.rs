@@ -58,8 +58,9 @@ pub(super) fn resultants(prepared: &Prepared, problem: &Increment, it: &Iterate,
     let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
     let mut result = StrokeEnd {
         shift: [it.rigid[end][0], it.rigid[end][1]],
-        normal_force: -force[2],
-        tangential_force: [force[0], force[1]],
+        // Not -0 without contact.
+        normal_force: 0.0 - force[2],
+        tangential_force: [force[0] + 0.0, force[1] + 0.0],
         moment,
         ..StrokeEnd::default()
     };

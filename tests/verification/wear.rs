@@ -168,6 +168,30 @@ fn an_unconverged_stage_is_loud() {
     }
 }
 
+/// Truth: no jump, however long, wears more than the rigid overlap (pi R approach^2, formulation 1.12) or deeper than
+/// the approach, and each takes off no less than a shorter history; a jump too long for second order says so.
+#[test]
+fn jumps_of_any_length_stay_within_the_overlap() {
+    let mut model = sphere_on_frp(0.0, 1.6, 20);
+    model.wear = frp_wear(0.0);
+    let bound = std::f64::consts::PI * 50.0 * 0.02 * 0.02;
+    let mut last = 0.0;
+    for (count, jumps) in [(1_000_000, 4), (10_000_000, 2), (30_000_000, 4)] {
+        let steps = [indent(0.02), fretting(count, 0.08, jumps, Integrator::Sdirk2)];
+        let options = SolverOptions { tolerance: 1e-6, ..SolverOptions::default() };
+        let result = solve_with(&model, &steps, &options);
+        let record = result.records.last().expect("records");
+        assert_eq!(result.outcome, Outcome::Converged, "{count} cycles in {jumps} jumps");
+        assert!(record.worn_volume < bound * (1.0 + 1e-3), "{count}: {} {bound}", record.worn_volume);
+        assert!(record.max_wear_depth < 0.02 * (1.0 + 1e-3), "{count}: {}", record.max_wear_depth);
+        assert!(record.worn_volume > last);
+        last = record.worn_volume;
+        if jumps == 2 {
+            assert!(result.warnings.iter().any(|w| w.contains("backward Euler")), "{:?}", result.warnings);
+        }
+    }
+}
+
 /// Truth: explicit jumps below the critical size converge to the implicit answer at first order.
 #[test]
 fn explicit_agrees_below_the_critical_jump() {
