@@ -78,7 +78,8 @@ fn compute(plan: &Plan, output: OutputDir, summary: &mut Summary, quiet: bool, s
     let prepared = catch_unwind(AssertUnwindSafe(|| {
         study::prepare(plan, &mut |stage, done| progress.show(stage, done, None), stop)
     }));
-    let prepared = prepared.unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: "" }));
+    let prepared =
+        prepared.unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: String::new() }));
     let study = match prepared {
         Ok(Some(study)) => study,
         Ok(None) => {
@@ -138,7 +139,7 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
 /// Prints a failure, with the place in the scene it concerns; the exit code.
 pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
     if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
-        return refuse(&Mistakes::from_error(&plan.document, failure.key, &failure.error));
+        return refuse(&Mistakes::from_error(&plan.document, &failure.key, &failure.error));
     }
     report(&failure.error)
 }

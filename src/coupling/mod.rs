@@ -95,14 +95,10 @@ fn sum_of_bodies(
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Coupled> {
-    let mut skipped = Vec::new();
-    let flexibility = sum_of_flexibilities(body1, body2, frame, cross, &mut skipped)?;
-    if !flexibility.couples_normal_tangential() {
-        skipped.push(Skipped {
-            what: "products between normal and tangential components".into(),
-            why: "they vanish for these two materials".into(),
-        });
-    }
+    let half_spaces = [&*body1, &*body2].map(|body| matches!(body.equations(), HalfSpace(_)));
+    let summed = cross == CrossBlocks::SkipVanishing && half_spaces == [true; 2];
+    let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, cross)?;
+    let skipped = skips(rigid, summed, flexibility.couples_normal_tangential());
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
         free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
@@ -110,39 +106,49 @@ fn sum_of_bodies(
     Ok(Coupled { flexibility, free_gap, skipped })
 }
 
-/// S = S_1 + S_2; two half-spaces go into one operator of their summed Green's function (unless nothing is to be
-/// skipped).
+/// S = S_1 + S_2, and which bodies are rigid; two half-spaces go into one operator of their summed Green's function
+/// (unless nothing is to be skipped).
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     cross: CrossBlocks,
-    skipped: &mut Vec<Skipped>,
-) -> Result<Box<dyn Flexibility>> {
+) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
     if cross == CrossBlocks::SkipVanishing
         && let (HalfSpace(lower), HalfSpace(upper)) = (body1.equations(), body2.equations())
     {
-        skipped.push(Skipped {
-            what: "second half-space operator".into(),
-            why: "the Green's functions of both half-spaces are summed into one operator".into(),
-        });
-        return half_space_flexibility(&SurfaceGreen::sum(&[lower, upper]), frame, cross);
+        let green = SurfaceGreen::sum(&[lower, upper]);
+        return Ok((half_space_flexibility(&green, frame, cross)?, [false; 2]));
     }
-    let mut parts = Vec::new();
     let own = [body1.take_flexibility(cross)?, body2.take_flexibility(cross)?];
-    for (name, own) in ["body 1", "body 2"].into_iter().zip(own) {
-        match own {
-            Some(part) => parts.push(part),
-            None => {
-                skipped.push(Skipped { what: format!("flexibility of {name}"), why: "it is rigid".into() })
-            }
-        }
+    let rigid = [own[0].is_none(), own[1].is_none()];
+    let mut parts: Vec<_> = own.into_iter().flatten().collect();
+    let flexibility = match parts.len() {
+        0 => return Err(both_rigid()),
+        1 => parts.remove(0),
+        _ => Box::new(SumFlexibility::new(parts)),
+    };
+    Ok((flexibility, rigid))
+}
+
+/// What summing the flexibilities leaves out: those of `rigid` bodies, one of two half-space operators where they
+/// are `summed` into one, and products between normal and tangential components unless the sum `couples` them.
+pub fn skips(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Skipped> {
+    let mut skipped = Vec::new();
+    let mut skip = |what: &str, why: &str| skipped.push(Skipped { what: what.into(), why: why.into() });
+    if summed {
+        skip(
+            "second half-space operator",
+            "the Green's functions of both half-spaces are summed into one operator",
+        );
     }
-    match parts.len() {
-        0 => Err(both_rigid()),
-        1 => Ok(parts.remove(0)),
-        _ => Ok(Box::new(SumFlexibility::new(parts))),
+    for (name, _) in ["body 1", "body 2"].into_iter().zip(rigid).filter(|(_, rigid)| *rigid) {
+        skip(&format!("flexibility of {name}"), "it is rigid");
     }
+    if !couples {
+        skip("products between normal and tangential components", "they vanish for these two materials");
+    }
+    skipped
 }
 
 /// Distance of the undeformed surfaces along n at each cell, `[N]`, mm.

@@ -21,4 +21,5 @@ mod spec;
 
 pub use condensed::{Analysis, CondensedBody};
 pub use model::FeModel;
+pub use rigid::check_supports;
 pub use spec::{FeSpec, HexFormulation, Support};

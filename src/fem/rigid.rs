@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use super::dofs::{COMPONENTS, Dofs};
+use super::regions::Regions;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
 use crate::linalg::ordering::NodeGraph;
@@ -10,6 +11,18 @@ use crate::linalg::ordering::NodeGraph;
 /// Eigenvalues of the supports' Gram matrix below this share of its largest are zero: supports that are nearer to
 /// one another than a millionth of the body do not hold a rotation.
 const ZERO: f64 = 1e-12;
+
+/// Refuses supports that contradict one another or leave a body free to move, before anything is assembled.
+///
+/// # Errors
+/// Names the groups, or the free motions of the first part that has some. Cells that are no finite elements here
+/// are left to [`super::FeModel::new`].
+pub fn check_supports(spec: &FeSpec) -> Result<()> {
+    let Ok(regions) = Regions::new(spec) else { return Ok(()) };
+    let dofs = Dofs::new(spec, &regions)?;
+    let cells = regions.cells.iter().map(|&cell| spec.mesh.cell_nodes(cell));
+    refuse_free_motions(spec, &dofs, &NodeGraph::from_elements(spec.mesh.n_points(), cells))
+}
 
 /// Refuses a body of which some connected part can move rigidly.
 ///

@@ -3,17 +3,18 @@
 use super::{ContactFrame, Grid};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Triad};
+use crate::linalg::memory;
 
-/// Most cells a grid may have (4096 x 4096).
-const MOST_CELLS: usize = 1 << 24;
+/// Bytes of one cell: centre, corners with their list, area and axes.
+const CELL_BYTES: u128 = 24 + (4 * 24 + 24 + 16) + 8 + 72;
 
 impl ContactFrame {
     /// A grid of `cells` equal rectangles of total size 2 `half_width` about `center` (global x, y, mm), its x
     /// axis turned by `azimuth` (radians) from global x; all normals are +z.
     ///
     /// # Errors
-    /// If a half-width is not positive and finite, a number of cells is zero or far too large, or the centre or
-    /// azimuth is not a finite number.
+    /// If a half-width is not positive and finite, a number of cells is zero, the centre or azimuth is not a
+    /// finite number, or the cells do not fit into the memory.
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
@@ -65,18 +66,14 @@ fn check(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64
             "the frame has {cells:?} cells; it needs at least one along each axis"
         )));
     }
-    if cells[0].checked_mul(cells[1]).is_none_or(|n| n > MOST_CELLS) {
-        return Err(Error::input(format!(
-            "the frame has {} x {} cells; at most {MOST_CELLS} are possible: use fewer cells",
-            cells[0], cells[1]
-        )));
-    }
     if !(center.iter().all(|c| c.is_finite()) && azimuth.is_finite()) {
         return Err(Error::input(format!(
             "the frame's center {center:?} and azimuth {azimuth} must be finite numbers"
         )));
     }
-    Ok(())
+    let n: u128 = cells.iter().map(|&n| n as u128).product();
+    let what = format!("a frame of {} x {} cells", cells[0], cells[1]);
+    memory::ensure(n.saturating_mul(CELL_BYTES), &what, "use fewer cells (frame.cells)")
 }
 
 #[cfg(test)]

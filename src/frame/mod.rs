@@ -72,6 +72,12 @@ impl ContactFrame {
         }
     }
 
+    /// Whether the axes of all cells are the frame's own: x, y turned by the azimuth, and the vertical.
+    pub fn is_level(&self) -> bool {
+        let axes = Triad::horizontal(self.azimuth);
+        self.triads.iter().all(|triad| (triad.0 - axes.0).amax() < 1e-12)
+    }
+
     /// The common normal of all cells, if they have one (to the last bit).
     pub fn common_normal(&self) -> Option<Point> {
         let first = self.triads.first()?.normal();

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 
 use super::control::{Controls, Path};
 use super::model::Prepared;
-use super::step::{IncrementRecord, Observer, Outcome, Step, StrokeEnd};
+use super::step::{IncrementRecord, Observer, Outcome, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// Which laws act in an increment, and how often its slip happens.
@@ -163,7 +163,8 @@ impl Run<'_> {
                 step.name
             )));
         }
-        let forced = matches!(controls.tangential, TangentialControl::Force(force) if force != [0.0; 2]);
+        // On the way to zero the force falls to zero at once, since nothing carries it.
+        let forced = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
         if forced && !self.has_friction(step) {
             return Err(Error::input(format!(
                 "step \"{}\" prescribes a tangential force, but there is no friction in this step to carry it: give \

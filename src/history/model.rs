@@ -123,6 +123,5 @@ impl<'a> Prepared<'a> {
 
 /// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
-    let flat = frame.triads.iter().all(|t| (t.0 - axes.0).amax() < 1e-12);
-    (!flat).then(|| frame.triads.iter().map(|t| t.0.transpose() * axes.0).collect())
+    (!frame.is_level()).then(|| frame.triads.iter().map(|t| t.0.transpose() * axes.0).collect())
 }

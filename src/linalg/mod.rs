@@ -3,6 +3,7 @@
 pub mod dense;
 pub mod factor;
 pub mod lu;
+pub mod memory;
 pub mod operator;
 pub mod ordering;
 pub mod packed;

@@ -9,6 +9,7 @@ use super::keys::Units;
 use super::keys::body::{Element, Fibre};
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
+use crate::fem::{self, HexFormulation};
 use crate::frame::InitialGap;
 use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
@@ -167,6 +168,33 @@ impl Elastic {
     /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
     pub fn in_axes(&self, azimuth: f64) -> Stiffness {
         if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.axes(azimuth)) }
+    }
+}
+
+impl FeSpec {
+    /// What the finite-element module takes; `name` is what its messages call the body.
+    pub fn inputs(&self, name: &str) -> fem::FeSpec {
+        let mut regions = vec![(None, self.elastic.in_axes(0.0))];
+        regions
+            .extend(self.regions.iter().map(|(group, elastic)| (Some(group.clone()), elastic.in_axes(0.0))));
+        let supports = self.supports.iter().map(|support| fem::Support {
+            group: support.group.clone(),
+            components: support.values.map(|value| value.is_some()),
+            value: support.values.map(|value| value.unwrap_or(0.0)),
+        });
+        fem::FeSpec {
+            name: name.to_owned(),
+            mesh: self.mesh.clone(),
+            regions,
+            formulation: match self.element {
+                Some(Element::Hex8) => HexFormulation::Standard,
+                _ => HexFormulation::Enhanced,
+            },
+            supports: supports.collect(),
+            pressures: self.pressures.clone(),
+            tractions: self.tractions.clone(),
+            body_force: self.body_force,
+        }
     }
 }
 

@@ -2,11 +2,10 @@
 
 use super::failure::{AtKey, Failure};
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
-use crate::error::Error;
-use crate::fem::{self, HexFormulation};
-use crate::frame::{ContactFrame, Side};
-use crate::scene::keys::body::Element;
-use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
+use crate::error::{Context, Error};
+use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::mesh::faces::group_faces;
+use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
 /// Keys of the two bodies in the scene.
 pub(super) const KEYS: [&str; 2] = ["body1", "body2"];
@@ -23,7 +22,7 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
         FrameSpec::Mesh { body, center, azimuth } => {
             let fe = plan.bodies[body].fe().ok_or_else(|| Failure {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
-                key: "frame.body",
+                key: "frame.body".to_owned(),
             })?;
             ContactFrame::from_faces(&fe.mesh, &fe.contact, SIDES[body], center, azimuth).at(KEYS[body])
         }
@@ -35,35 +34,29 @@ pub(super) fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<Bo
     let key = KEYS[index];
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => Box::new(RigidBody),
-        BodySpec::HalfSpace(elastic) => {
-            Box::new(HalfSpaceBody::new(&elastic.in_axes(0.0), SIDES[index], frame).at(key)?)
-        }
+        BodySpec::HalfSpace(elastic) => Box::new(half_space(elastic, index, frame)?),
         BodySpec::Fe(fe) => {
-            Box::new(FeBody::new(fe_inputs(fe, key), &fe.contact, SIDES[index], frame).at(key)?)
+            // Made again with the body; here for the key of what is wrong with it.
+            face_map(fe, index, frame)?;
+            Box::new(FeBody::new(fe.inputs(key), &fe.contact, SIDES[index], frame).at(key)?)
         }
     })
 }
 
-/// What the finite-element module takes.
-pub(super) fn fe_inputs(fe: &FeSpec, name: &str) -> fem::FeSpec {
-    let mut regions = vec![(None, fe.elastic.in_axes(0.0))];
-    regions.extend(fe.regions.iter().map(|(group, elastic)| (Some(group.clone()), elastic.in_axes(0.0))));
-    let supports = fe.supports.iter().map(|support| fem::Support {
-        group: support.group.clone(),
-        components: support.values.map(|value| value.is_some()),
-        value: support.values.map(|value| value.unwrap_or(0.0)),
-    });
-    fem::FeSpec {
-        name: name.to_owned(),
-        mesh: fe.mesh.clone(),
-        regions,
-        formulation: match fe.element {
-            Some(Element::Hex8) => HexFormulation::Standard,
-            _ => HexFormulation::Enhanced,
-        },
-        supports: supports.collect(),
-        pressures: fe.pressures.clone(),
-        tractions: fe.tractions.clone(),
-        body_force: fe.body_force,
-    }
+/// Body `index` of `elastic` as a half-space.
+pub(super) fn half_space(
+    elastic: &Elastic,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<HalfSpaceBody, Failure> {
+    HalfSpaceBody::new(&elastic.in_axes(0.0), SIDES[index], frame).at(KEYS[index])
+}
+
+/// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
+/// mistake where it is a grid.
+pub(super) fn face_map(fe: &FeSpec, index: usize, frame: &ContactFrame) -> Result<FaceMap, Failure> {
+    let contact = format!("{}.contact", KEYS[index]);
+    let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+    let key = if frame.grid.is_some() { "frame.half_width" } else { &contact };
+    FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| KEYS[index].to_owned()).at(key)
 }

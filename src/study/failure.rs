@@ -8,16 +8,16 @@ pub struct Failure {
     /// What went wrong.
     pub error: Error,
     /// The key of the scene that it concerns, dotted.
-    pub key: &'static str,
+    pub key: String,
 }
 
 /// Adds the key to a `Result`.
 pub(super) trait AtKey<T> {
-    fn at(self, key: &'static str) -> Result<T, Failure>;
+    fn at(self, key: &str) -> Result<T, Failure>;
 }
 
 impl<T> AtKey<T> for crate::error::Result<T> {
-    fn at(self, key: &'static str) -> Result<T, Failure> {
-        self.map_err(|error| Failure { error, key })
+    fn at(self, key: &str) -> Result<T, Failure> {
+        self.map_err(|error| Failure { error, key: key.to_owned() })
     }
 }

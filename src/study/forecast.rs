@@ -1,13 +1,12 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-use super::bodies::{SIDES, fe_inputs, frame};
+use super::bodies::{face_map, frame};
+use super::controls::refuse_forces_on_curved_frames;
 use super::failure::{AtKey, Failure};
-use super::prepare::options;
+use super::skips::skips;
 use crate::fem::FeModel;
-use crate::frame::{ContactFrame, FaceMap};
-use crate::history::skipped_by_contact;
+use crate::frame::ContactFrame;
 use crate::history::step::{Integrator, Skipped, Step};
-use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodySpec, Plan};
 
 /// Floating-point operations per second that factorisations reach, a cautious figure for two cores.
@@ -55,12 +54,13 @@ pub struct Forecast {
 /// If a mesh, support, material or frame of the plan is wrong.
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let frame = frame(plan)?;
+    refuse_forces_on_curved_frames(plan, &frame)?;
     let bodies = [body(plan, 0, &frame)?, body(plan, 1, &frame)?];
     if plan.bodies.iter().all(|body| matches!(body, BodySpec::Rigid)) {
         let error = crate::error::Error::input(
             "both bodies are rigid: make at least one of body1.kind and body2.kind \"fe\" or \"half-space\"",
         );
-        return Err(Failure { error, key: "body1.kind" });
+        return Err(Failure { error, key: "body1.kind".to_owned() });
     }
     let n_solves: usize = plan.steps.iter().map(solves).sum();
     let application: f64 = bodies.iter().map(|body| body.application).sum();
@@ -70,13 +70,7 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
         3.0e7 + 500.0 * frame.n_cells() as f64 + bodies.iter().map(|body| body.memory_bytes).sum::<f64>();
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
-    let mut skipped = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, &options(plan));
-    for (body, name) in plan.bodies.iter().zip(["body 1", "body 2"]) {
-        if matches!(body, BodySpec::Rigid) {
-            let what = format!("flexibility of {name}");
-            skipped.push(Skipped { what, why: "it is rigid".to_owned() });
-        }
-    }
+    let skipped = skips(plan, &frame)?;
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
 }
 
@@ -113,10 +107,8 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<BodyForecast,
         }
         BodySpec::Fe(fe) => {
             let key = if index == 0 { "body1" } else { "body2" };
-            let contact = if index == 0 { "body1.contact" } else { "body2.contact" };
-            let model = FeModel::new(fe_inputs(fe, key)).at(key)?;
-            let faces = group_faces(&fe.mesh, &fe.contact).at(contact)?;
-            let map = FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).at(contact)?;
+            let model = FeModel::new(fe.inputs(key)).at(key)?;
+            let map = face_map(fe, index, frame)?;
             let analysis = model.analyse(map.nodes()).at(key)?;
             let n_contact = 3.0 * map.nodes().len() as f64;
             let n_free = model.n_free() as f64;

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bodies::{KEYS, body, frame};
+use super::controls::refuse_forces_on_curved_frames;
 use super::failure::{AtKey, Failure};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::ElasticBody;
@@ -41,6 +42,7 @@ pub fn prepare<'p>(
     let mut timings = Timings::default();
     progress("frame", 0.0);
     let frame = timings.measure("frame", || frame(plan))?;
+    refuse_forces_on_curved_frames(plan, &frame)?;
     let mut bodies = Vec::with_capacity(2);
     for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -60,8 +62,7 @@ pub fn prepare<'p>(
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
-    let skipped =
-        coupled.skipped.into_iter().map(|skip| Skipped { what: skip.what, why: skip.why }).collect();
+    let skipped = coupled.skipped.into_iter().map(Into::into).collect();
     let model = Model {
         frame,
         flexibility: coupled.flexibility,
@@ -86,7 +87,8 @@ fn way(plan: &Plan) -> coupling::Coupling {
     }
 }
 
-fn cross(plan: &Plan) -> CrossBlocks {
+/// Whether half-space operators leave out vanishing blocks.
+pub(super) fn cross(plan: &Plan) -> CrossBlocks {
     if plan.solver.skip { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 

@@ -3,3 +3,5 @@ mod bad_input;
 mod outputs;
 mod run;
 mod tools;
+mod mesh_mistakes;
+mod scenes;

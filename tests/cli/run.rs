@@ -293,7 +293,7 @@ fn what_the_mesh_does_not_have() {
         (&["--set", "body1.fixed.0.group=bottom"], &["body1.fixed.0.group", "\"bottom\"", "base"]),
         (&["--set", "body1.fixed.0.components=[\"x\"]"], &["body1"]),
         (&["--set", "body1.element=tet4"], &["body1.element", "no solid cells of that kind"]),
-        (&["--set", "frame.half_width=[3.0, 3.0]"], &["body1", "frame"]),
+        (&["--set", "frame.half_width=[30.0, 30.0]"], &["frame.half_width", "body1"]),
         (
             &["--set", "body1.contact=a", "--set", "body1.fixed.0.group=b", "--set", "gap.radius=-1"],
             &["body1.contact", "body1.fixed.0.group", "gap.radius", "3 mistakes"],

@@ -4,9 +4,9 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::green::SurfaceGreen;
-use super::memory;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
+use crate::linalg::memory;
 use crate::linalg::operator::Flexibility;
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.

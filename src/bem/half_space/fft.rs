@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use super::fft_plan::{Buffers, Convolution};
 use super::green::SurfaceGreen;
 use super::kernel_table::KernelTable;
-use super::memory;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
+use crate::linalg::memory;
 use crate::linalg::operator::Flexibility;
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.

@@ -17,7 +17,6 @@ pub mod fft;
 mod fft_plan;
 pub mod green;
 mod kernel_table;
-mod memory;
 pub mod patch;
 pub mod polygon;
 

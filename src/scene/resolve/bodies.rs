@@ -7,6 +7,8 @@ use super::Resolver;
 use super::materials::Materials;
 use crate::element::ElementKind;
 use crate::error::Result;
+use crate::fem;
+use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh};
 use crate::scene::keys::body::{Body, Component, Element, FeBody, Fibre};
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
@@ -57,9 +59,12 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     let regions = regions(r, key, body, materials);
     let supports = supports(r, key, body);
     let mesh = read_mesh(r, key, &body.mesh)?;
+    let before = r.mistakes.len();
     check_groups(r, key, body, &mesh);
+    let groups_found = r.mistakes.len() == before;
+    check_contact(r, key, body, &mesh);
     check_element(r, key, body, &mesh);
-    Some(BodySpec::Fe(Box::new(FeSpec {
+    let spec = FeSpec {
         elastic: elastic_body?,
         mesh: Arc::new(mesh),
         mesh_name: body.mesh.clone(),
@@ -70,7 +75,32 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         body_force: body.body_force,
         regions: regions?,
         element: body.element,
-    })))
+    };
+    if groups_found {
+        check_held(r, key, body, &spec);
+    }
+    Some(BodySpec::Fe(Box::new(spec)))
+}
+
+/// Reports contact elements that are not on the outside of the solids.
+fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+    // A missing group is reported with the others.
+    if mesh.group_of_dim(&body.contact, 2).is_err() {
+        return;
+    }
+    if let Err(error) = group_faces(mesh, &body.contact) {
+        let mend = "name a physical group of surfaces on the outside of the solids";
+        r.wrong(&format!("{key}.contact"), error.message().to_owned(), "this group", mend);
+    }
+}
+
+/// Reports supports that contradict one another or let the body float.
+fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+    if let Err(error) = fem::check_supports(&spec.inputs(key)) {
+        let list = if body.fixed.is_empty() { "displaced" } else { "fixed" };
+        let mend = "a floating body has no unique displacement";
+        r.wrong(&format!("{key}.{list}"), error.message().to_owned(), "these supports", mend);
+    }
 }
 
 fn regions(

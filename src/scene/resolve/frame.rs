@@ -1,10 +1,9 @@
 //! The contact frame and the initial gap.
 
 use crate::frame::heights::Heights;
-use crate::frame::{GapShape, InitialGap};
-use crate::mesh::faces::group_faces;
+use crate::frame::{ContactFrame, GapShape, InitialGap, Side};
 use crate::scene::keys::frame::{Frame, Gap};
-use crate::scene::plan::{BodySpec, FrameSpec};
+use crate::scene::plan::{BodySpec, FeSpec, FrameSpec};
 
 use super::Resolver;
 
@@ -31,19 +30,25 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
     }
 }
 
-/// Index of the body whose faces are the cells.
+/// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
+fn mean_face_area(fe: &FeSpec) -> f64 {
+    ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
+        .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
+}
+
+/// Index of the body whose faces are the cells; without a wish the finer one.
 fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2]) -> Option<usize> {
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = bodies else { return None };
-    let faces = [body1, body2]
-        .map(|body| body.fe().map(|fe| group_faces(&fe.mesh, &fe.contact).map_or(0, |faces| faces.len())));
+    let faces = [body1, body2].map(|body| body.fe().map(mean_face_area));
     match (wanted, faces) {
         (None, [None, None]) => {
             let message = "the frame takes the faces of a meshed body, but neither body has a mesh";
             r.wrong("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
             None
         }
-        (None, [a, b]) => Some(usize::from(b > a)),
+        (None, [Some(a), Some(b)]) => Some(usize::from(b < a)),
+        (None, [a, _]) => Some(usize::from(a.is_none())),
         (Some(body), faces) => {
             let index = usize::from(body == 2);
             if faces[index].is_none() {

@@ -11,6 +11,7 @@ use crate::scene::keys::step::Step as Keys;
 pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let steps: Vec<Option<Step>> = (0..n).map(|i| step(r, i, laws)).collect();
+    held_forces(r, &steps, laws);
     let steps: Option<Vec<Step>> = steps.into_iter().collect();
     if let Some(steps) = &steps
         && steps.first().is_some_and(|step| step.normal.is_none())
@@ -82,6 +83,32 @@ fn forces(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>) {
         let message = "nothing can carry a tangential force: this step has no friction";
         let mend = "add a [friction] law and leave out `friction = false`, or prescribe `shift`";
         r.wrong(&format!("{key}.tangential_force"), message, "needs friction", mend);
+    }
+}
+
+/// A tangential force that an earlier step left in force needs friction too, until a shift or cycles replace it.
+fn held_forces(r: &mut Resolver, steps: &[Option<Step>], laws: Option<&Laws>) {
+    let Some(laws) = laws else { return };
+    let mut holder: Option<&Step> = None;
+    for (i, step) in steps.iter().enumerate() {
+        // A step that is wrong itself may prescribe anything.
+        let Some(step) = step else {
+            holder = None;
+            continue;
+        };
+        match step.tangential {
+            Some(Tangential::Force(force)) if force != [0.0; 2] => holder = Some(step),
+            Some(_) => holder = None,
+            None if step.cycles.is_some() => holder = None,
+            None => {}
+        }
+        let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
+        let (Some(from), None, true) = (holder, step.tangential, frictionless) else { continue };
+        let message = format!("nothing carries the tangential force held from step \"{}\"", from.name);
+        let mend = "leave out `friction = false`, or prescribe `shift` or tangential_force = [0.0, 0.0] here";
+        let place = format!("steps.{i}.friction");
+        let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
+        r.wrong(&place, message, "no friction", mend);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).
-pub(super) fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
+pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
     let available = available();
     if available.is_some_and(|free| bytes > u128::from(free)) || bytes > isize::MAX as u128 {
         let free =

@@ -1,0 +1,63 @@
+//! The skips of a run, known before its operators are made.
+
+use super::bodies::SIDES;
+use super::bodies::half_space;
+use super::failure::Failure;
+use super::prepare::{cross, options};
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
+use crate::body::BodyEquations::HalfSpace;
+use crate::body::ElasticBody;
+use crate::coupling;
+use crate::frame::ContactFrame;
+use crate::history::skipped_by_contact;
+use crate::history::step::Skipped;
+use crate::scene::keys::solver::Coupling;
+use crate::scene::plan::{BodySpec, Plan};
+
+/// The ledger that the run of `plan` on `frame` will have, in its order.
+///
+/// # Errors
+/// If the frame is not plane under a half-space, or a surface Green's function does not converge.
+pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, Failure> {
+    let mut skipped = Vec::new();
+    if plan.solver.coupling == Coupling::Schur {
+        let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodySpec::Rigid));
+        let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
+        let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
+        skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
+    }
+    let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, &options(plan));
+    let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
+    all.extend(of_contact);
+    Ok(all)
+}
+
+/// Whether the flexibility of both bodies together multiplies normal with tangential components.
+fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Failure> {
+    let meshed = plan.bodies.iter().any(|body| body.fe().is_some());
+    // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
+    if meshed || (frame.grid.is_some() && cross(plan) == CrossBlocks::Keep) {
+        return Ok(true);
+    }
+    let mut bodies = Vec::new();
+    for index in 0..SIDES.len() {
+        if let BodySpec::HalfSpace(elastic) = &plan.bodies[index] {
+            bodies.push(half_space(elastic, index, frame)?);
+        }
+    }
+    let greens: Vec<&SurfaceGreen> = bodies
+        .iter()
+        .filter_map(|body| if let HalfSpace(green) = body.equations() { Some(green) } else { None })
+        .collect();
+    Ok(if summed {
+        SurfaceGreen::sum(&greens).couples_normal_tangential()
+    } else {
+        greens.iter().any(|green| green.couples_normal_tangential())
+    })
+}
+
+impl From<coupling::Skipped> for Skipped {
+    fn from(skip: coupling::Skipped) -> Self {
+        Self { what: skip.what, why: skip.why }
+    }
+}

@@ -1,0 +1,155 @@
+//! Mistakes that only the mesh or the sequence of steps reveals: found by `check`, with key and line.
+
+use std::fs;
+use std::path::Path;
+
+/// Two cubes of side 2 on top of one another; "middle" is the face between them.
+const MESH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n2 1 \"base\"\n2 2 \"top\"\n2 3 \"middle\"\n\
+3 4 \"solid\"\n$EndPhysicalNames\n$Nodes\n12\n1 -1 -1 -4\n2 1 -1 -4\n3 1 1 -4\n4 -1 1 -4\n5 -1 -1 -2\n6 1 -1 -2\n7 1 1 -2\n\
+8 -1 1 -2\n9 -1 -1 0\n10 1 -1 0\n11 1 1 0\n12 -1 1 0\n$EndNodes\n$Elements\n5\n1 3 2 1 1 1 4 3 2\n2 3 2 2 2 9 10 11 12\n\
+3 3 2 3 3 5 6 7 8\n4 5 2 4 4 1 2 3 4 5 6 7 8\n5 5 2 4 4 5 6 7 8 9 10 11 12\n$EndElements\n";
+
+const SCENE: &str = r#"[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "fe"
+material = "steel"
+mesh = "cubes.msh"
+contact = "top"
+fixed = [{ group = "base" }]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.5, 0.5]
+cells = [4, 4]
+[gap]
+kind = "sphere"
+radius = 10.0
+[friction]
+law = "coulomb"
+mu = 0.3
+[[steps]]
+name = "press"
+approach = 0.001
+[[steps]]
+name = "pull"
+tangential_force = [0.1, 0.0]
+[[steps]]
+name = "deeper"
+approach = 0.002
+friction = true
+"#;
+
+/// Exit code and messages of `check` for `SCENE` with replacements.
+fn check(changes: &[(&str, &str)], options: &[&str]) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cubes.msh"), MESH).unwrap();
+    let mut scene = SCENE.to_owned();
+    for (from, to) in changes {
+        assert!(scene.contains(from), "{from}");
+        scene = scene.replacen(from, to, 1);
+    }
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let output = assert_cmd::Command::cargo_bin("orthowear")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(["check", "scene.toml"])
+        .args(options)
+        .output()
+        .unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[track_caller]
+fn refused(changes: &[(&str, &str)], words: &[&str]) {
+    let (code, text) = check(changes, &[]);
+    assert_eq!(code, Some(2), "{text}");
+    for word in words {
+        assert!(text.contains(word), "lacks \"{word}\":\n{text}");
+    }
+}
+
+const INNER: (&str, &str) = ("contact = \"top\"", "contact = \"middle\"");
+const FLOATING: (&str, &str) = ("{ group = \"base\" }", "{ group = \"base\", components = [\"x\"] }");
+
+/// Truth: docs/scene.md; the base of the cases below has no mistake.
+#[test]
+fn the_sound_scene_is_accepted() {
+    let (code, text) = check(&[], &[]);
+    assert_eq!(code, Some(0), "{text}");
+}
+
+/// Truth: the mesh above: its group "middle" lies between two solids (lines of the keys in the scene above).
+#[test]
+fn an_inner_contact_face() {
+    refused(&[INNER], &["body1.contact", "inner face", "[scene.toml:9:"]);
+}
+
+/// Truth: a surface held along x only leaves two translations and a rotation free.
+#[test]
+fn a_floating_body() {
+    refused(&[FLOATING], &["body1.fixed", "translation y", "[scene.toml:10:"]);
+}
+
+/// Truth: the contact surface reaches to 1.
+#[test]
+fn a_frame_beyond_the_contact_faces() {
+    refused(
+        &[("half_width = [0.5, 0.5]", "half_width = [1.5, 0.5]")],
+        &["frame.half_width", "covered", "[scene.toml:15:"],
+    );
+}
+
+/// Truth: docs/command-line.md: mistakes are reported together.
+#[test]
+fn several_at_once() {
+    refused(
+        &[INNER, FLOATING, ("radius = 10.0", "radius = -10.0")],
+        &["body1.contact", "body1.fixed", "gap.radius", "3 mistakes"],
+    );
+}
+
+/// Truth: docs/scene.md: what a step does not name stays as before; a tangential force needs friction.
+#[test]
+fn a_held_tangential_force_needs_friction() {
+    let off = ("friction = true", "friction = false");
+    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:31:"]);
+    let mended = "approach = 0.002\ntangential_force = [0.0, 0.0]";
+    let (code, text) = check(&[off, ("approach = 0.002", mended)], &[]);
+    assert_eq!(code, Some(0), "{text}");
+    refused(
+        &[("law = \"coulomb\"\nmu = 0.3", "law = \"none\"")],
+        &["steps.1.tangential_force", "needs friction"],
+    );
+}
+
+/// Truth: docs/scene.md: forces need a plane frame; the faces of a sphere cap are none.
+#[test]
+fn forces_on_a_curved_frame() {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
+    let body2 = format!(
+        "kind = \"fe\"\nmaterial = \"steel\"\nmesh = '{}'\ncontact = \"contact\"\nfixed = [{{ group = \"top\" }}]",
+        mesh.display()
+    );
+    let body1 = &SCENE[SCENE.find("kind = \"fe\"").unwrap()..SCENE.find("[body2]").unwrap()];
+    let curved = [
+        ("kind = \"rigid\"", body2.as_str()),
+        (body1, "kind = \"rigid\"\n"),
+        ("kind = \"grid\"\nhalf_width = [0.5, 0.5]\ncells = [4, 4]", "kind = \"mesh\""),
+        ("kind = \"sphere\"\nradius = 10.0", "kind = \"mesh\""),
+    ];
+    refused(&curved, &["steps.1.tangential_force", "curved", "`shift`"]);
+    let pressed = [&curved[..], &[("approach = 0.001", "normal_force = 10.0")]].concat();
+    refused(&pressed, &["steps.0.normal_force", "curved", "`approach`"]);
+}
+
+/// Truth: a million million cells fit into no memory; exit codes of docs/command-line.md.
+#[test]
+fn a_frame_beyond_the_memory() {
+    let (code, text) = check(&[], &["--set", "frame.cells=[1000000, 1000000]"]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(text.contains("bytes") && text.contains("use fewer cells"), "{text}");
+}

@@ -1,0 +1,147 @@
+//! The scenes of this repository from end to end on coarse grids and meshes, and equivalent scenes against each other.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
+}
+
+/// A run of `scene` with `--set` of each of `settings`, which has to converge.
+fn run(scene: &Path, settings: &[&str]) -> Value {
+    let out = tempfile::tempdir().unwrap();
+    let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&std::fs::read(out.path().join("summary.json")).unwrap()).unwrap()
+}
+
+fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
+    let mut command = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+    command.arg(verb).arg(scene).args(["--set", "output.fields=[]"]);
+    settings.iter().for_each(|setting| {
+        command.args(["--set", setting]);
+    });
+    command
+}
+
+fn steps(summary: &Value) -> &[Value] {
+    summary["steps"].as_array().unwrap()
+}
+
+fn certified(summary: &Value) {
+    for step in steps(summary) {
+        let certificate = step["certificate"]["natural_residual"].as_f64().unwrap();
+        assert!(certificate <= 1e-8, "{}: {certificate:e}", step["name"]);
+    }
+}
+
+/// Truth: the tolerance asked for; the bound pi R approach^2 of the volume that the sphere can take away; with
+/// i = k mu in every direction the worn volume is k = 1.25e-9 times the friction energy, up to rounding.
+#[test]
+fn sphere_on_block() {
+    let scene = scene("sphere-on-cfrp-block.toml");
+    let summary = run(
+        &scene,
+        &[
+            "body1.mesh=../meshes/cfrp-block-coarse.msh",
+            "frame.cells=[10, 10]",
+            "steps.fretting.cycles.jumps=2",
+        ],
+    );
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    let (volume, energy) = (last["worn_volume"].as_f64().unwrap(), last["dissipation"].as_f64().unwrap());
+    assert!(volume > 0.0 && volume < 0.0628, "{volume}");
+    assert!((volume - 1.25e-9 * energy).abs() <= 1e-10 * volume, "{volume} {energy}");
+}
+
+/// Truth: the tolerance asked for.
+#[test]
+fn cap_on_block() {
+    let scene = scene("steel-cap-on-cfrp-block.toml");
+    let summary = run(&scene, &["body1.mesh=../meshes/cfrp-block-coarse.msh", "frame.cells=[6, 6]"]);
+    certified(&summary);
+}
+
+/// Loads, volume and friction energy of two runs agree within `relative` of the largest of each.
+#[track_caller]
+fn same(a: &Value, b: &Value, relative: f64) {
+    assert_eq!(steps(a).len(), steps(b).len());
+    for (a, b) in steps(a).iter().zip(steps(b)) {
+        let values = |step: &Value| {
+            let load = step["normal_force"].as_f64().unwrap();
+            let q = [0, 1].map(|k| step["tangential_force"][k].as_f64().unwrap());
+            let worn = ["worn_volume", "dissipation"].map(|key| step[key].as_f64().unwrap());
+            [(load, load), (q[0], load), (q[1], load), (worn[0], worn[0]), (worn[1], worn[1])]
+        };
+        for ((x, scale), (y, _)) in values(a).into_iter().zip(values(b)) {
+            assert!((x - y).abs() <= relative * scale.abs(), "{x} and {y} in {} and {}", a, b);
+        }
+    }
+}
+
+/// Truth: turning everything about the normal of half-spaces turns the answer; 1e-7 at a tolerance of 1e-10.
+#[test]
+fn turned_half_spaces() {
+    let scene = scene("sphere-on-cfrp-halfspaces.toml");
+    let plain = ["frame.cells=[24, 24]", "solver.tolerance=1e-10", "wear={law=\"energy\", k=1e-6}"];
+    let turned = [&plain[..], &["frame.azimuth=20.0", "body1.fibre.azimuth=20.0"]].concat();
+    same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
+}
+
+/// Truth: the block and its mesh look the same after a quarter turn.
+#[test]
+fn turned_block() {
+    let scene = scene("sphere-on-cfrp-block.toml");
+    let plain = [
+        "body1.mesh=../meshes/cfrp-block-coarse.msh",
+        "frame.cells=[8, 8]",
+        "solver.tolerance=1e-10",
+        "steps.fretting.cycles.jumps=1",
+    ];
+    let turned = [&plain[..], &["frame.azimuth=90.0", "body1.fibre.azimuth=90.0"]].concat();
+    same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
+}
+
+/// Truth: what is skipped does not change the answer, with friction, wear and cycles neither.
+#[test]
+fn skips_with_friction_and_cycles() {
+    let scene = scene("sphere-on-cfrp-halfspaces.toml");
+    let with = [
+        "frame.cells=[16, 16]",
+        "solver.tolerance=1e-10",
+        "wear={law=\"energy\", k=1.25e-9}",
+        "steps.1={name=\"fretting\", cycles={count=1000, amplitude=0.05, jumps=2}}",
+    ];
+    let without = [&with[..], &["solver.skip=false"]].concat();
+    let (with, without) = (run(&scene, &with), run(&scene, &without));
+    assert!(with["skipped"].as_array().unwrap().len() > without["skipped"].as_array().unwrap().len());
+    same(&with, &without, 1e-7);
+}
+
+/// Truth: docs/command-line.md: `check` says what a run will skip, in the run's words and order.
+#[test]
+fn check_and_run_skip_the_same() {
+    let coarse = "frame.cells=[12, 12]";
+    for (name, settings) in [
+        ("hertz.toml", &[coarse][..]),
+        ("hertz.toml", &[coarse, "solver.skip=false"]),
+        ("cattaneo-mindlin.toml", &[coarse]),
+        ("sphere-on-cfrp-halfspaces.toml", &[coarse]),
+    ] {
+        let scene = scene(name);
+        let checked = command("check", &scene, settings).output().unwrap();
+        let text = String::from_utf8(checked.stdout).unwrap();
+        let list = text.split("\nskipped\n").nth(1).unwrap().split("\n\n").next().unwrap();
+        let list: Vec<&str> = list.lines().map(str::trim).filter(|line| *line != "nothing").collect();
+        let summary = run(&scene, settings);
+        let ran: Vec<String> = summary["skipped"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|skip| format!("{}: {}", skip["what"].as_str().unwrap(), skip["why"].as_str().unwrap()))
+            .collect();
+        assert_eq!(list, ran, "{name} {settings:?}");
+    }
+}
