@@ -116,7 +116,7 @@ fn several_at_once() {
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
-    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:31:"]);
+    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:32:"]);
     let mended = "approach = 0.002\ntangential_force = [0.0, 0.0]";
     let (code, text) = check(&[off, ("approach = 0.002", mended)], &[]);
     assert_eq!(code, Some(0), "{text}");

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+/// The coarse mesh of the block.
+const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
+
 fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
@@ -41,14 +44,7 @@ fn certified(summary: &Value) {
 #[test]
 fn sphere_on_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
-    let summary = run(
-        &scene,
-        &[
-            "body1.mesh=../meshes/cfrp-block-coarse.msh",
-            "frame.cells=[10, 10]",
-            "steps.fretting.cycles.jumps=2",
-        ],
-    );
+    let summary = run(&scene, &[COARSE, "frame.cells=[10, 10]", "steps.fretting.cycles.jumps=2"]);
     certified(&summary);
     let last = steps(&summary).last().unwrap();
     let (volume, energy) = (last["worn_volume"].as_f64().unwrap(), last["dissipation"].as_f64().unwrap());
@@ -60,7 +56,7 @@ fn sphere_on_block() {
 #[test]
 fn cap_on_block() {
     let scene = scene("steel-cap-on-cfrp-block.toml");
-    let summary = run(&scene, &["body1.mesh=../meshes/cfrp-block-coarse.msh", "frame.cells=[6, 6]"]);
+    let summary = run(&scene, &[COARSE, "frame.cells=[6, 6]"]);
     certified(&summary);
 }
 
@@ -94,12 +90,7 @@ fn turned_half_spaces() {
 #[test]
 fn turned_block() {
     let scene = scene("sphere-on-cfrp-block.toml");
-    let plain = [
-        "body1.mesh=../meshes/cfrp-block-coarse.msh",
-        "frame.cells=[8, 8]",
-        "solver.tolerance=1e-10",
-        "steps.fretting.cycles.jumps=1",
-    ];
+    let plain = [COARSE, "frame.cells=[8, 8]", "solver.tolerance=1e-10", "steps.fretting.cycles.jumps=1"];
     let turned = [&plain[..], &["frame.azimuth=90.0", "body1.fibre.azimuth=90.0"]].concat();
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
 }
