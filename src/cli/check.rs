@@ -31,9 +31,9 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),
     };
-    match study::forecast(&plan) {
-        Ok(forecast) => {
-            to_stdout(&describe(&plan, &forecast));
+    match study::forecast(&plan).and_then(|forecast| Ok((forecast, study::notes(&plan)?))) {
+        Ok((forecast, notes)) => {
+            to_stdout(&describe(&plan, &forecast, &notes));
             exit::DONE
         }
         Err(failure) => show_failure(&plan, &failure),
@@ -41,7 +41,7 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
 }
 
 /// The plan as a person reads it.
-fn describe(plan: &Plan, forecast: &Forecast) -> String {
+fn describe(plan: &Plan, forecast: &Forecast, notes: &[String]) -> String {
     let rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     let width = rows.iter().map(|row| row[0].chars().count()).max().unwrap_or(0);
     let mut text = format!("{}\n\n", plan.title);
@@ -61,7 +61,7 @@ fn describe(plan: &Plan, forecast: &Forecast) -> String {
     for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(&plan.document, key)) {
         text.push_str(&format!("  {key}: {value}\n"));
     }
-    for note in &plan.notes {
+    for note in plan.notes.iter().chain(notes) {
         text.push_str(&format!("\nnote: {note}\n"));
     }
     text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));

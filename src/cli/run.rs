@@ -41,6 +41,10 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let code = compute(&plan, output, &mut summary, arguments.quiet, stop);
     if !arguments.quiet {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
+    } else if summary.status == Status::NotConverged {
+        let results = directory.join("summary.json");
+        let why = reason(summary.reason.as_deref());
+        to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
     }
     code
 }
@@ -94,6 +98,7 @@ fn compute(plan: &Plan, output: OutputDir, summary: &mut Summary, quiet: bool, s
             return finish(Recorder::into_directory(output), summary, code);
         }
     };
+    summary.warnings.extend(study.notes.iter().cloned());
     summary.skipped.extend(study.skipped.iter().cloned());
     study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
     let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);

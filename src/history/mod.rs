@@ -75,7 +75,7 @@ pub fn run(
         state: FrameState::default(),
     };
     if prepared.ellipse.is_some() {
-        result.warnings.extend(path_dependence(steps));
+        result.warnings.extend(path_dependence(&model.friction, steps));
     }
     let held = Held { normal: Normal::Approach(0.0), tangential: Tangential::Shift([0.0; 2]) };
     let mut run = Run { prepared, options: *options, state, held, result };
@@ -127,14 +127,18 @@ pub fn skipped_by_contact(
 }
 
 /// Formulation 12: with friction the number of increments is part of the load path.
-fn path_dependence(steps: &[Step]) -> Option<String> {
+fn path_dependence(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
     let frictional = steps.iter().filter(|step| step.friction && step.cycles.is_none());
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();
+    let tilted = match friction {
+        FrictionLaw::Frp { tilt, .. } if *tilt != 0.0 => " for tilted fibres",
+        _ => "",
+    };
     (!single.is_empty()).then(|| {
         format!(
             "friction depends on the load path: step {} is taken in one increment; more increments may move the \
-             tangential force by a few percent for tilted fibres",
+             tangential force by a few percent{tilted}",
             single.join(", ")
         )
     })

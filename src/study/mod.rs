@@ -3,6 +3,7 @@
 mod bodies;
 mod controls;
 mod failure;
+mod fit;
 pub mod forecast;
 mod prepare;
 mod skips;
@@ -10,3 +11,11 @@ mod skips;
 pub use failure::Failure;
 pub use forecast::{Forecast, forecast};
 pub use prepare::{Study, prepare};
+
+/// What the user should know of how bodies and frame of a plan fit.
+///
+/// # Errors
+/// If they do not fit.
+pub fn notes(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, Failure> {
+    fit::check(plan, &bodies::frame(plan)?)
+}

@@ -24,6 +24,8 @@ pub struct Study<'p> {
     model: Model,
     bodies: [Box<dyn ElasticBody>; 2],
     contact_nodes: [Vec<usize>; 2],
+    /// What the user should know of how bodies and frame fit.
+    pub notes: Vec<String>,
     /// Work that was not needed so far.
     pub skipped: Vec<Skipped>,
     /// Seconds by stage so far.
@@ -43,6 +45,7 @@ pub fn prepare<'p>(
     progress("frame", 0.0);
     let frame = timings.measure("frame", || frame(plan))?;
     refuse_forces_on_curved_frames(plan, &frame)?;
+    let notes = super::fit::check(plan, &frame)?;
     let mut bodies = Vec::with_capacity(2);
     for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -72,7 +75,7 @@ pub fn prepare<'p>(
         wear_share: plan.wear_share,
     };
     let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
-    Ok(Some(Study { plan, model, bodies: [body1, body2], contact_nodes, skipped, timings }))
+    Ok(Some(Study { plan, model, bodies: [body1, body2], contact_nodes, skipped, notes, timings }))
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.

@@ -139,7 +139,7 @@ const TABLE: &[Row] = &[
     ("cells = [16, 16]", "cells = [0, 16]", 0, &["frame.cells.0", "at least 1"]),
     ("cells = [16, 16]", "cells = [-4, 16]", 0, &["frame.cells.0", "at least 1"]),
     ("tilt = 30.0", "tilt = 100.0", 0, &["body1.fibre.tilt", "at least -90 and at most 90"]),
-    ("mu_L = 0.4", "mu_L = -0.4", 0, &["friction.mu_L", "above 0"]),
+    ("mu_L = 0.4", "mu_L = -0.4", 0, &["friction.mu_L", "at least 0"]),
     ("k = 1.25e-9", "k = -1.0", 0, &["wear.k", "at least 0"]),
     ("count = 1000", "count = 0", 0, &["steps.1.cycles.count", "at least 1"]),
     ("amplitude = 0.05", "amplitude = 0.0", 0, &["steps.1.cycles.amplitude", "above 0"]),

@@ -1,5 +1,6 @@
 //! Command line: runs, refusals, outputs.
 mod bad_input;
+mod limits;
 mod outputs;
 mod run;
 mod tools;

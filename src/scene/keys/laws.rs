@@ -14,16 +14,16 @@ pub enum Friction {
     /// The same coefficient in all directions.
     Coulomb {
         /// Coefficient.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu: f64,
     },
     /// An ellipse of admissible tangential tractions.
     Elliptic {
         /// Coefficient along the first axis.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu1: f64,
         /// Coefficient along the second axis.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu2: f64,
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
@@ -33,13 +33,13 @@ pub enum Friction {
     #[allow(non_snake_case)]
     Frp {
         /// Coefficient along fibres in the surface.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu_L: f64,
         /// Coefficient across fibres in the surface.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu_T: f64,
         /// Coefficient for fibres along the normal.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(range(min = 0))]
         mu_N: f64,
         /// Body whose fibre counts, 1 or 2; required if both have one.
         #[serde(default)]

@@ -175,6 +175,11 @@ fn index(component: Component) -> usize {
 fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
     let path = r.document.folder.join(name);
     let place = format!("{key}.mesh");
+    if path.is_dir() {
+        let message = format!("{} is a folder, not a mesh file", path.display());
+        r.wrong(&place, message, "a folder", format!("name the file in it{}", neighbours(&path.join("x"))));
+        return None;
+    }
     if !path.is_file() {
         let message = format!("there is no mesh file {}", path.display());
         let mend = format!("paths start at the folder of the scene file{}", neighbours(&path));
@@ -182,7 +187,10 @@ fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
         return None;
     }
     match gmsh::read(&path) {
-        Ok(mesh) => Some(mesh),
+        Ok(mesh) => {
+            r.notes.extend(mesh.warnings.iter().map(|warning| format!("{place}: {warning}")));
+            Some(mesh)
+        }
         Err(error) => {
             r.wrong(&place, error.to_string(), "this file", "gmsh writes .msh files of versions 2.2 and 4.1");
             None

@@ -42,7 +42,7 @@ fn friction_law(
     law: &Friction,
     azimuth: f64,
 ) -> Option<FrictionLaw> {
-    Some(match *law {
+    let law = match *law {
         Friction::None => FrictionLaw::None,
         Friction::Coulomb { mu } => FrictionLaw::Coulomb { mu },
         Friction::Elliptic { mu1, mu2, angle } => {
@@ -58,7 +58,15 @@ fn friction_law(
                 azimuth: fibre.azimuth - azimuth,
             }
         }
-    })
+    };
+    let Some(ellipse) = law.ellipse() else { return Some(FrictionLaw::None) };
+    if ellipse.mu.contains(&0.0) {
+        let message =
+            format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
+        let mend = "make both coefficients positive (a small one will do), or both 0 for no friction at all";
+        r.wrong("friction", message, "0 in one direction only", mend);
+    }
+    Some(law)
 }
 
 fn wear_law(
