@@ -67,7 +67,7 @@ fn free_along_normal(fe: &FeSpec, index: usize, under: &[bool]) -> Result<(), Fa
                 support.group,
                 under.iter().filter(|&&is| is).count()
             ));
-            return Err(Failure { error, key: SUPPORTS[index][usize::from(displaced)] });
+            return Err(Failure { error, key: SUPPORTS[index][usize::from(displaced)].to_owned() });
         }
     }
     Ok(())
@@ -96,7 +96,7 @@ fn cells_against_faces(frame: &ContactFrame, face: f64) -> Result<Option<String>
         face * LEAST_RATIO.sqrt(),
         at_most(frame, ratio, LEAST_RATIO)
     ));
-    Err(Failure { error, key: if frame.grid.is_some() { "frame.cells" } else { "frame.body" } })
+    Err(Failure { error, key: if frame.grid.is_some() { "frame.cells" } else { "frame.body" }.to_owned() })
 }
 
 /// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`.
