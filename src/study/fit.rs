@@ -1,9 +1,9 @@
 //! Whether frame, contact faces, supports and fibres of a plan fit together.
 
-use super::bodies::{KEYS, SIDES};
+use super::bodies::{KEYS, face_map};
 use super::failure::{AtKey, Failure};
 use crate::error::Error;
-use crate::frame::{ContactFrame, FaceMap};
+use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -19,9 +19,6 @@ const SAFE_RATIO: f64 = 2.0;
 /// Keys of the supports of the two bodies.
 const SUPPORTS: [[&str; 2]; 2] = [["body1.fixed", "body1.displaced"], ["body2.fixed", "body2.displaced"]];
 
-/// Keys of the contact groups of the two bodies.
-const CONTACTS: [&str; 2] = ["body1.contact", "body2.contact"];
-
 /// What the user should know of how `plan` and its `frame` fit.
 ///
 /// # Errors
@@ -35,8 +32,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     let mut finest: Option<f64> = None;
     for index in 0..2 {
         let Some(fe) = plan.bodies[index].fe() else { continue };
-        let faces = group_faces(&fe.mesh, &fe.contact).at(CONTACTS[index])?;
-        let map = FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).at(CONTACTS[index])?;
+        let map = face_map(fe, index, frame)?;
+        let faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
         free_along_normal(fe, index, &under)?;

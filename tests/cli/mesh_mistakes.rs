@@ -20,7 +20,8 @@ mesh = "cubes.msh"
 contact = "top"
 fixed = [{ group = "base" }]
 [body2]
-kind = "rigid"
+kind = "half-space"
+material = "steel"
 [frame]
 kind = "grid"
 half_width = [0.5, 0.5]
@@ -99,7 +100,7 @@ fn a_floating_body() {
 fn a_frame_beyond_the_contact_faces() {
     refused(
         &[("half_width = [0.5, 0.5]", "half_width = [1.5, 0.5]")],
-        &["frame.half_width", "covered", "[scene.toml:15:"],
+        &["frame.half_width", "covered", "[scene.toml:16:"],
     );
 }
 
@@ -116,7 +117,7 @@ fn several_at_once() {
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
-    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:32:"]);
+    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:33:"]);
     let mended = "approach = 0.002\ntangential_force = [0.0, 0.0]";
     let (code, text) = check(&[off, ("approach = 0.002", mended)], &[]);
     assert_eq!(code, Some(0), "{text}");
@@ -136,7 +137,7 @@ fn forces_on_a_curved_frame() {
     );
     let body1 = &SCENE[SCENE.find("kind = \"fe\"").unwrap()..SCENE.find("[body2]").unwrap()];
     let curved = [
-        ("kind = \"rigid\"", body2.as_str()),
+        ("kind = \"half-space\"\nmaterial = \"steel\"", body2.as_str()),
         (body1, "kind = \"rigid\"\n"),
         ("kind = \"grid\"\nhalf_width = [0.5, 0.5]\ncells = [4, 4]", "kind = \"mesh\""),
         ("kind = \"sphere\"\nradius = 10.0", "kind = \"mesh\""),
