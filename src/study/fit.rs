@@ -30,10 +30,10 @@ const SUPPORTS: [[&str; 2]; 2] = [["body1.fixed", "body1.displaced"], ["body2.fi
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     let mut finest: Option<f64> = None;
-    for index in 0..2 {
-        let Some(fe) = plan.bodies[index].fe() else { continue };
+    for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
+        let Some(fe) = body.fe() else { continue };
         let map = face_map(fe, index, frame)?;
-        let faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
+        let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
         free_along_normal(fe, index, &under)?;
