@@ -4,6 +4,7 @@ use super::failure::{AtKey, Failure};
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::error::{Context, Error};
 use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::linalg::memory::ensure;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
@@ -17,6 +18,9 @@ pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
     match plan.frame {
         FrameSpec::Grid { half_width, cells, center, azimuth } => {
+            // A cell of the frame with its states, and its share of a half-space operator.
+            let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
+            ensure(bytes, "a frame of so many cells", "take fewer").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
         FrameSpec::Mesh { body, center, azimuth } => {

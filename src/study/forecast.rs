@@ -7,6 +7,7 @@ use super::skips::skips;
 use crate::fem::FeModel;
 use crate::frame::ContactFrame;
 use crate::history::step::{Integrator, Skipped, Step};
+use crate::linalg::memory::ensure;
 use crate::scene::plan::{BodySpec, Plan};
 
 /// Floating-point operations per second that factorisations reach, a cautious figure for two cores.
@@ -70,6 +71,8 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
         3.0e7 + 500.0 * frame.n_cells() as f64 + bodies.iter().map(|body| body.memory_bytes).sum::<f64>();
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
+    ensure(memory_bytes as u128, "this scene", "take fewer cells in the frame, or a coarser mesh")
+        .at("frame")?;
     let skipped = skips(plan, &frame)?;
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
 }
