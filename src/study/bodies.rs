@@ -20,7 +20,8 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
         FrameSpec::Grid { half_width, cells, center, azimuth } => {
             // A cell of the frame with its states, and its share of a half-space operator.
             let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
-            ensure(bytes, "a frame of so many cells", "take fewer").at("frame.cells")?;
+            let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
+            ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
         FrameSpec::Mesh { body, center, azimuth } => {
