@@ -210,6 +210,7 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// A number must be finite, whole if a count, of a size that can be squared, and within the schema's bounds.
     fn number(&mut self, node: &Node, schema: &'a Json, key: &str, whole: bool) {
         let found = match node.value {
             Value::Integer(number) => number as f64,
@@ -220,6 +221,19 @@ impl<'a> Walk<'a> {
         if !found.is_finite() {
             let message = format!("`{name}` is {found}, not a finite number");
             return self.report(key, message, "not finite", "give a finite number".to_owned());
+        }
+        let size = found.abs();
+        if whole && size > MOST_WHOLE {
+            let message = format!("`{name}` is {found:e}, but must be at most {MOST_WHOLE:e}");
+            return self.report(key, message, "too large", "give a smaller number".to_owned());
+        }
+        if !whole && size != 0.0 && !(SIZES[0]..=SIZES[1]).contains(&size) {
+            let message = format!(
+                "`{name}` is {found:e}, but its size must be 0 or from {:e} to {:e}",
+                SIZES[0], SIZES[1]
+            );
+            let mend = "choose units in which the scene's numbers have ordinary sizes".to_owned();
+            return self.report(key, message, "its square would be lost or overflow", mend);
         }
         if whole && !is_whole(found) {
             let message = format!("`{name}` is {found}, not a whole number");
@@ -244,6 +258,12 @@ impl<'a> Walk<'a> {
         self.report(key, message, &format!("must be {wanted}"), mend);
     }
 }
+
+/// Largest count.
+const MOST_WHOLE: f64 = 1e15;
+
+/// Sizes of numbers other than 0 whose products with each other stay within the range of f64.
+const SIZES: [f64; 2] = [1e-100, 1e100];
 
 /// The key that tells the branches apart by a constant, if all have one.
 fn tag_of(branches: &[Json]) -> Option<&str> {

@@ -125,3 +125,29 @@ fn path_dependence_names_tilted_fibres_only() {
     let (_, text, _) = call("run", &path, &[]);
     assert!(text.contains("load path") && !text.contains("tilted fibres"), "{text}");
 }
+
+/// Truth: products of the numbers of a scene must stay within the range of f64, and counts within what f64 counts.
+#[test]
+fn numbers_of_impossible_sizes() {
+    refused("half_width = [1.2, 1.2]", "half_width = [1e300, 1.2]", &["frame.half_width.0", "1e100"]);
+    refused("radius = 50.0", "radius = 1e-300", &["gap.radius", "1e-100"]);
+    refused("mu = 0.4", "mu = 5e-324", &["friction.mu", "1e-100"]);
+    refused(
+        "approach = 0.02",
+        "approach = 0.02\nincrements = 9223372036854775807",
+        &["increments", "at most 1e15"],
+    );
+}
+
+/// Truth: docs/scene.md: components at most once, names of steps not empty, and a note where two are the same.
+#[test]
+fn names_given_twice_or_not_at_all() {
+    refused(
+        "fixed = [{ group = \"base\" }]",
+        "fixed = [{ group = \"base\", components = [\"x\", \"x\", \"z\"] }]",
+        &["body1.fixed.0.components", "named twice"],
+    );
+    refused("name = \"indent\"", "name = \" \"", &["steps.0.name", "empty"]);
+    let second = "approach = 0.02\n[[steps]]\nname = \"indent\"\napproach = 0.03";
+    noted("approach = 0.02", second, "two steps have the name", true);
+}

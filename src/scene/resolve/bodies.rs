@@ -127,7 +127,8 @@ fn regions(
 
 fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {
     let mut supports: Vec<Support> = Vec::new();
-    for fixed in &body.fixed {
+    for (i, fixed) in body.fixed.iter().enumerate() {
+        repeated(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
         let values = fixed.components.iter().fold([None; 3], |mut values, component| {
             values[index(*component)] = Some(0.0);
             values
@@ -146,6 +147,7 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
             sound = false;
             continue;
         }
+        repeated(r, &format!("{key}.displaced.{i}.components"), &displaced.components);
         let mut values = [None; 3];
         for (component, value) in displaced.components.iter().zip(&displaced.value) {
             values[index(*component)] = Some(*value);
@@ -162,6 +164,20 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
         sound = false;
     }
     sound.then_some(supports)
+}
+
+/// A component named twice is a slip of the pen for another one.
+fn repeated(r: &mut Resolver, key: &str, components: &[Component]) {
+    let twice =
+        |(i, component): (usize, &Component)| components[..i].iter().any(|c| index(*c) == index(*component));
+    if components.iter().enumerate().any(twice) {
+        r.wrong(
+            key,
+            "a component is named twice",
+            "named twice",
+            "name each of \"x\", \"y\", \"z\" at most once",
+        );
+    }
 }
 
 fn index(component: Component) -> usize {

@@ -12,6 +12,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>) -> Option<Vec<Step>
     let n = r.list_length("steps");
     let steps: Vec<Option<Step>> = (0..n).map(|i| step(r, i, laws)).collect();
     held_forces(r, &steps, laws);
+    same_names(r, &steps);
     let steps: Option<Vec<Step>> = steps.into_iter().collect();
     if let Some(steps) = &steps
         && steps.first().is_some_and(|step| step.normal.is_none())
@@ -28,6 +29,9 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>) -> Option<Step> {
     let key = format!("steps.{i}");
     let keys: Keys = r.section(&key)?;
     let before = r.mistakes.len();
+    if keys.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
+        r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
+    }
     exclusive(r, &key, &keys);
     forces(r, &key, &keys, laws);
     if keys.cycles.is_some() {
@@ -53,6 +57,17 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>) -> Option<Step> {
             },
         }),
     })
+}
+
+/// Results are found by the names of steps: of two with one name only the last is.
+fn same_names(r: &mut Resolver, steps: &[Option<Step>]) {
+    let names: Vec<&str> = steps.iter().flatten().map(|step| step.name.as_str()).collect();
+    for (i, name) in names.iter().enumerate() {
+        if names[..i].contains(name) {
+            r.notes
+                .push(format!("two steps have the name \"{name}\": results by name are those of the last"));
+        }
+    }
 }
 
 fn tangential(keys: &Keys) -> Option<Tangential> {
