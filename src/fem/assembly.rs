@@ -35,16 +35,16 @@ impl Elements<'_> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
 
-    /// Stiffness tensor of the element `i`.
-    pub fn material(&self, i: usize) -> &Matrix6<f64> {
-        &self.regions.stiffness[self.regions.region[i]]
+    /// Stiffness tensor of the element `i`, global axes.
+    pub fn material(&self, i: usize) -> Matrix6<f64> {
+        self.regions.stiffness(i)
     }
 
     fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);
         let mut packed = vec![0.0; packed_len(kind)];
-        stiffness(kind, &self.points(cell), self.material(i), self.formulation, self.rules, &mut packed)
+        stiffness(kind, &self.points(cell), &self.material(i), self.formulation, self.rules, &mut packed)
             .map_err(|inverted| self.inverted(cell, inverted))?;
         Ok(packed)
     }

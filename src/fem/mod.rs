@@ -21,5 +21,6 @@ mod spec;
 
 pub use condensed::{Analysis, CondensedBody};
 pub use model::FeModel;
+pub use regions::Regions;
 pub use rigid::check_supports;
 pub use spec::{FeSpec, HexFormulation, Support};

@@ -67,6 +67,11 @@ impl FeModel {
         &self.mesh
     }
 
+    /// Its elements with their materials and material axes.
+    pub fn regions(&self) -> &Regions {
+        &self.regions
+    }
+
     /// Number of free dofs.
     pub fn n_free(&self) -> usize {
         self.dofs.n_free()

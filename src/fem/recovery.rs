@@ -90,6 +90,6 @@ fn element_state(elements: Elements, i: usize, displacement: &[[f64; 3]]) -> Res
     let cell = elements.regions.cells[i];
     let u: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| displacement[node]).collect();
     let kind = elements.mesh.kind(cell);
-    state(kind, &elements.points(cell), &u, elements.material(i), elements.formulation, elements.rules)
+    state(kind, &elements.points(cell), &u, &elements.material(i), elements.formulation, elements.rules)
         .map_err(|inverted| elements.inverted(cell, inverted))
 }

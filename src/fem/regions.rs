@@ -1,67 +1,169 @@
-//! Which solid cells the body has, and the stiffness of each.
+//! Which solid cells the body has, and the material of each with its axes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6};
 
 use super::spec::FeSpec;
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
+use crate::geometry::Point;
+use crate::material::{Placed, Placement, centroid};
 use crate::mesh::{CellRef, Mesh};
 
 /// The kinds that are finite elements here.
 const SUPPORTED: [ElementKind; 2] = [ElementKind::Hex8, ElementKind::Tet4];
 
-/// The solid cells with their stiffness.
+/// The solid cells with their materials. Elements share their axes where they are the same: a table of the distinct
+/// ones is kept, and stiffnesses are turned when they are asked for, which takes far less than an element's stiffness.
 #[derive(Debug, Clone)]
-pub(super) struct Regions {
+pub struct Regions {
     /// Solid cells of the mesh, `[n_cells]`.
-    pub cells: Vec<CellRef>,
-    /// Index into `stiffness` of each, `[n_cells]`.
-    pub region: Vec<usize>,
-    /// Stiffness of the regions, global axes, MPa.
-    pub stiffness: Vec<Matrix6<f64>>,
+    pub(super) cells: Vec<CellRef>,
+    /// The materials of all regions and plies, in their order.
+    materials: Vec<Placed>,
+    /// Distinct pairs of a material and its axes.
+    states: Vec<(usize, Matrix3<f64>)>,
+    /// Index into `states` of each cell, `[n_cells]`.
+    state: Vec<u32>,
 }
 
 impl Regions {
-    /// Gives each solid cell of the mesh its stiffness.
+    /// Gives each solid cell of the mesh its material.
     ///
     /// # Errors
-    /// If there is no solid cell, one is no finite element here, has no region or several; if a group is missing.
+    /// If there is no solid cell, one is no finite element here, has no region or several; if a group is missing; if an
+    /// element has no material or no axes in its region.
     pub fn new(spec: &FeSpec) -> Result<Self> {
-        let mesh = &spec.mesh;
-        let cells: Vec<CellRef> = mesh.volume_cells().collect();
-        if cells.is_empty() {
-            return Err(Error::input(format!(
-                "{} has no solid elements; mesh the volume, and put it into a physical group so that gmsh saves it",
-                mesh.source
-            )));
+        let (cells, region) = cells_and_regions(spec)?;
+        let (regions, problems) = Self::place(spec, cells, &region);
+        problems.into_iter().flatten().next().map_or(Ok(regions), Err)
+    }
+
+    /// The materials of cells whose regions are known, and what is wrong with each region, `[n_regions]`.
+    fn place(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
+        let mut first = vec![0; spec.regions.len()];
+        let mut materials = Vec::new();
+        for ((_, placement), first) in spec.regions.iter().zip(&mut first) {
+            *first = materials.len();
+            materials.extend(placement.materials().into_iter().cloned());
         }
-        refuse_unsupported(mesh)?;
-        let mut by_block: Vec<Vec<Option<usize>>> =
-            mesh.blocks.iter().map(|block| vec![None; block.n_cells()]).collect();
-        for (index, (group, _)) in spec.regions.iter().enumerate() {
-            let Some(group) = group else { continue };
-            for &cell in &mesh.group_of_dim(group, 3)?.cells {
-                let slot = &mut by_block[cell.block][cell.cell];
-                if let Some(other) = slot.replace(index).filter(|&other| other != index) {
-                    return Err(Error::input(format!(
-                        "element {} of {} is in two regions, \"{}\" and \"{group}\"; give each element one material",
-                        mesh.tag(cell),
-                        mesh.source,
-                        spec.regions[other].0.as_deref().unwrap_or("all"),
-                    )));
+        let mut problems: Vec<Option<(usize, Error)>> = spec.regions.iter().map(|_| None).collect();
+        let mut known: HashMap<(usize, [u64; 9]), u32> = HashMap::new();
+        let (mut states, mut state) = (Vec::new(), Vec::with_capacity(cells.len()));
+        for (&cell, &region) in cells.iter().zip(region) {
+            match placed(&spec.mesh, cell, &spec.regions[region].1) {
+                Ok((material, axes)) => {
+                    let pair = (first[region] + material, axes);
+                    let bits: [u64; 9] = std::array::from_fn(|i| axes[i].to_bits());
+                    state.push(*known.entry((pair.0, bits)).or_insert_with(|| {
+                        states.push(pair);
+                        states.len() as u32 - 1
+                    }));
+                }
+                Err(error) => {
+                    problems[region].get_or_insert((0, error)).0 += 1;
+                    state.push(0);
                 }
             }
         }
-        let rest = spec.regions.iter().position(|(group, _)| group.is_none());
-        let region = cells
-            .iter()
-            .map(|&cell| by_block[cell.block][cell.cell].or(rest).ok_or_else(|| no_region(mesh, cell)))
-            .collect::<Result<_>>()?;
-        let stiffness = spec.regions.iter().map(|(_, stiffness)| *stiffness.voigt()).collect();
-        Ok(Self { cells, region, stiffness })
+        let problems = problems.into_iter().map(|problem| {
+            problem.map(|(n, error)| match n {
+                1 => error,
+                n => Error::input(format!("{} ({n} elements in all)", error.message())),
+            })
+        });
+        let problems = problems.collect();
+        (Self { cells, materials, states, state }, problems)
     }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// The solid cells of the mesh, `[n_elements]`.
+    pub fn cells(&self) -> &[CellRef] {
+        &self.cells
+    }
+
+    /// Stiffness of the element `i` in global axes, MPa.
+    pub fn stiffness(&self, i: usize) -> Matrix6<f64> {
+        let (material, axes) = &self.states[self.state[i] as usize];
+        *self.materials[*material].stiffness.rotated(axes).voigt()
+    }
+
+    /// Material axes of the element `i`, columns in global axes.
+    pub fn axes(&self, i: usize) -> &Matrix3<f64> {
+        &self.states[self.state[i] as usize].1
+    }
+
+    /// The material of the element `i`, its stiffness in material axes.
+    pub fn material(&self, i: usize) -> &Placed {
+        &self.materials[self.states[self.state[i] as usize].0]
+    }
+}
+
+/// The solid cells, and the index into the regions of the body of each.
+fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
+    let mesh = &spec.mesh;
+    let cells: Vec<CellRef> = mesh.volume_cells().collect();
+    if cells.is_empty() {
+        return Err(Error::input(format!(
+            "{} has no solid elements; mesh the volume, and put it into a physical group so that gmsh saves it",
+            mesh.source
+        )));
+    }
+    refuse_unsupported(mesh)?;
+    let mut by_block: Vec<Vec<Option<usize>>> =
+        mesh.blocks.iter().map(|block| vec![None; block.n_cells()]).collect();
+    for (index, (group, _)) in spec.regions.iter().enumerate() {
+        let Some(group) = group else { continue };
+        for &cell in &mesh.group_of_dim(group, 3)?.cells {
+            let slot = &mut by_block[cell.block][cell.cell];
+            if let Some(other) = slot.replace(index).filter(|&other| other != index) {
+                return Err(Error::input(format!(
+                    "element {} of {} is in two regions, \"{}\" and \"{group}\"; give each element one material",
+                    mesh.tag(cell),
+                    mesh.source,
+                    spec.regions[other].0.as_deref().unwrap_or("all"),
+                )));
+            }
+        }
+    }
+    let rest = spec.regions.iter().position(|(group, _)| group.is_none());
+    let region = cells
+        .iter()
+        .map(|&cell| by_block[cell.block][cell.cell].or(rest).ok_or_else(|| no_region(mesh, cell)))
+        .collect::<Result<_>>()?;
+    Ok((cells, region))
+}
+
+/// Index of the material of a cell in its region, and its axes.
+fn placed(mesh: &Mesh, cell: CellRef, placement: &Placement) -> Result<(usize, Matrix3<f64>)> {
+    let corners = corners(mesh, cell);
+    let middle = centroid(&corners);
+    let Some(index) = placement.material_at(&middle) else {
+        return Err(Error::input(format!(
+            "element {} of {} has its centroid at z = {:.6e}, outside all plies",
+            mesh.tag(cell),
+            mesh.source,
+            middle.z
+        )));
+    };
+    let material = placement.materials()[index];
+    let tag = mesh.tag(cell);
+    let axes = material
+        .orientation
+        .axes(tag, &corners)
+        .map_err(|error| Error::input(format!("element {tag} of {}: {}", mesh.source, error.message())))?;
+    Ok((index, axes))
+}
+
+/// The corners of a cell, mm.
+fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
+    let nodes = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
+    nodes.iter().map(|&node| mesh.points[node].into()).collect()
 }
 
 fn no_region(mesh: &Mesh, cell: CellRef) -> Error {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::material::Stiffness;
+use crate::material::Placement;
 use crate::mesh::Mesh;
 
 /// How 8-node hexahedra represent strain.
@@ -51,8 +51,8 @@ pub struct FeSpec {
     pub name: String,
     /// Its mesh; all solid cells are the body.
     pub mesh: Arc<Mesh>,
-    /// Stiffness in global axes by physical group of volumes; `None` stands for all cells in no named region.
-    pub regions: Vec<(Option<String>, Stiffness)>,
+    /// What fills each physical group of volumes; `None` stands for all cells in no named region.
+    pub regions: Vec<(Option<String>, Placement)>,
     /// Formulation of its hexahedra.
     pub formulation: HexFormulation,
     /// Supports and prescribed displacements.

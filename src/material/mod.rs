@@ -2,9 +2,19 @@
 //!
 //! Voigt order 11, 22, 33, 23, 13, 12 with engineering shear strains, everywhere.
 
+mod element_axes;
+mod orientation;
+mod placement;
+mod winding;
+
 use nalgebra::{Matrix3, Matrix6};
 
 use crate::error::{Error, Result};
+
+pub use element_axes::ElementAxes;
+pub use orientation::{Orientation, axes_along, centroid};
+pub use placement::{Placed, Placement, Ply};
+pub use winding::{Winding, WoundLayer};
 
 /// Voigt index to tensor indices.
 pub const VOIGT: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];

@@ -54,6 +54,19 @@ pub struct PhysicalGroup {
     pub cells: Vec<CellRef>,
 }
 
+/// Values given element by element in the mesh file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementField {
+    /// Its name.
+    pub name: String,
+    /// Number of components of a value.
+    pub n_components: usize,
+    /// The file's element numbers, `[n]`.
+    pub elements: Vec<u64>,
+    /// The values, `[n, n_components]`.
+    pub values: Vec<f64>,
+}
+
 /// Points, cells by kind, physical groups.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
@@ -65,6 +78,8 @@ pub struct Mesh {
     pub blocks: Vec<Block>,
     /// Physical groups.
     pub groups: Vec<PhysicalGroup>,
+    /// Fields of its elements.
+    pub fields: Vec<ElementField>,
     /// What the reader mended or left out.
     pub warnings: Vec<String>,
 }

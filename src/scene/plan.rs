@@ -14,7 +14,7 @@ use crate::frame::InitialGap;
 use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
-use crate::material::Stiffness;
+use crate::material::{Orientation, Placed, Placement, Stiffness};
 use crate::mesh::Mesh;
 use crate::wear::WearLaw;
 
@@ -165,6 +165,14 @@ impl Elastic {
         fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
     }
 
+    /// The material as a finite-element region takes it.
+    pub fn placement(&self) -> Placement {
+        let axes = if self.isotropic { Matrix3::identity() } else { self.axes(0.0) };
+        let orientation = Orientation::Uniform(axes);
+        let (name, stiffness) = (self.name.clone(), self.stiffness.clone());
+        Placement::Single(Box::new(Placed { name, stiffness, orientation }))
+    }
+
     /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
     pub fn in_axes(&self, azimuth: f64) -> Stiffness {
         if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.axes(azimuth)) }
@@ -174,9 +182,9 @@ impl Elastic {
 impl FeSpec {
     /// What the finite-element module takes; `name` is what its messages call the body.
     pub fn inputs(&self, name: &str) -> fem::FeSpec {
-        let mut regions = vec![(None, self.elastic.in_axes(0.0))];
+        let mut regions = vec![(None, self.elastic.placement())];
         regions
-            .extend(self.regions.iter().map(|(group, elastic)| (Some(group.clone()), elastic.in_axes(0.0))));
+            .extend(self.regions.iter().map(|(group, elastic)| (Some(group.clone()), elastic.placement())));
         let supports = self.supports.iter().map(|support| fem::Support {
             group: support.group.clone(),
             components: support.values.map(|value| value.is_some()),

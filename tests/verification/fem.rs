@@ -225,7 +225,7 @@ fn regions_have_their_own_stiffness() {
     let soft = Stiffness::isotropic(500.0, 0.0).unwrap();
     let mut spec =
         spec(mesh, Stiffness::isotropic(1000.0, 0.0).unwrap(), HexFormulation::Enhanced, vec![clamp("z0")]);
-    spec.regions.push((Some("upper".into()), soft));
+    spec.regions.push((Some("upper".into()), soft.into()));
     spec.pressures = vec![("z1".into(), 10.0)];
     let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
     let shortening = -body.free_displacement()[top][2];

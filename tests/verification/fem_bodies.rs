@@ -19,7 +19,7 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
     FeSpec {
         name: "body1".into(),
         mesh: Arc::new(mesh),
-        regions: vec![(None, stiffness)],
+        regions: vec![(None, stiffness.into())],
         formulation,
         supports,
         pressures: vec![],

@@ -42,13 +42,14 @@ fn refuses_other_kinds() {
 fn refuses_wrong_specs() {
     assert_says(&refusal(cube(vec![clamp("bottom")])), &["bottom", "z0"]);
     let mut without = cube(vec![clamp("z0")]);
-    without.regions = vec![(Some("fibre".into()), isotropic())];
+    without.regions = vec![(Some("fibre".into()), isotropic().into())];
     assert_says(&refusal(without), &["fibre"]);
     let mut uncovered = cube(vec![clamp("z0")]);
     uncovered.regions.clear();
     assert_says(&refusal(uncovered), &["element 1", "region", "material"]);
     let mut twice = cube(vec![clamp("z0")]);
-    twice.regions = vec![(Some("body".into()), isotropic()), (Some("body".into()), isotropic())];
+    twice.regions =
+        vec![(Some("body".into()), isotropic().into()), (Some("body".into()), isotropic().into())];
     assert_says(&refusal(twice), &["two regions"]);
     let pull = Support { group: "x0".into(), components: ALL, value: [1.0, 0.0, 0.0] };
     assert_says(&refusal(cube(vec![clamp("z0"), pull])), &["z0", "x0", "different displacements along x"]);

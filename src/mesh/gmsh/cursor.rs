@@ -85,17 +85,16 @@ impl<'a> Cursor<'a> {
         word.parse().map_err(|_| self.fail(&format!("found {}, wanted {wanted}", shown(word.as_bytes()))))
     }
 
-    /// Text between the next quotation mark and the last one of its line.
-    pub(super) fn quoted(&mut self) -> Result<String> {
+    /// Text between the next quotation mark and the last one of its line; `wanted` says what it should be.
+    pub(super) fn quoted(&mut self, wanted: &str) -> Result<String> {
         self.skip_space();
         let rest = self.rest();
         let line = &rest[..rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len())];
         let inner = line
             .strip_prefix(b"\"")
             .and_then(|tail| tail.iter().rposition(|&b| b == b'"').map(|end| &tail[..end]))
-            .filter(|name| !name.is_empty())
             .ok_or_else(|| {
-                self.fail(&format!("found {}, wanted the group's name in quotation marks", shown(line)))
+                self.fail(&format!("found {}, wanted {wanted} in quotation marks", shown(line)))
             })?;
         self.pos += inner.len() + 2;
         Ok(String::from_utf8_lossy(inner).into_owned())

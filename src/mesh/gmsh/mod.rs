@@ -1,6 +1,6 @@
 //! Reader of gmsh's .msh files, versions 2.2 and 4.1, ASCII and binary of either byte order.
 //!
-//! Sections that say nothing of nodes, elements or physical groups are skipped. Nothing is allocated beyond
+//! Sections that say nothing of nodes, elements, physical groups or fields of elements are skipped. Nothing is allocated beyond
 //! what the bytes of the file can hold: every count is checked against the bytes that remain.
 //!
 //! # Source
@@ -8,12 +8,13 @@
 
 mod collect;
 mod cursor;
+mod fields;
 mod v2;
 mod v4;
 
 use std::path::Path;
 
-use super::Mesh;
+use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
 use collect::Raw;
 use cursor::Cursor;
@@ -31,10 +32,7 @@ enum Version {
 /// If the file cannot be read, is not a .msh file of version 2.2 or 4.1, is truncated or contradicts itself;
 /// the message gives file, line or byte, what was found, what is allowed.
 pub fn read(path: &Path) -> Result<Mesh> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        Error::input(format!("the mesh file {} cannot be read: {error}; check the path", path.display()))
-    })?;
-    parse(&bytes, &path.display().to_string())
+    parse(&read_bytes(path)?, &path.display().to_string())
 }
 
 /// The mesh in the bytes of a .msh file; `source` names it in messages.
@@ -42,16 +40,40 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// As [`read`].
 pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
+    let (raw, fields) = parse_sections(bytes, source)?;
+    let mut mesh = raw.into_mesh(source)?;
+    mesh.fields = fields;
+    Ok(mesh)
+}
+
+/// The fields of elements in the .msh file `path`, which may be without a mesh (as gmsh saves views).
+///
+/// # Errors
+/// As [`read`].
+pub fn read_fields(path: &Path) -> Result<Vec<ElementField>> {
+    parse_sections(&read_bytes(path)?, &path.display().to_string()).map(|(_, fields)| fields)
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|error| {
+        Error::input(format!("the mesh file {} cannot be read: {error}; check the path", path.display()))
+    })
+}
+
+fn parse_sections(bytes: &[u8], source: &str) -> Result<(Raw, Vec<ElementField>)> {
     check_start(bytes, source)?;
     let mut cursor = Cursor::new(bytes, source);
-    let mut raw = Raw::default();
+    let (mut raw, mut fields) = (Raw::default(), Vec::new());
     let mut version = None;
     while let Some(name) = cursor.next_section()? {
         match (name.as_str(), version) {
             ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
             ("MeshFormat", Some(_)) => return Err(cursor.fail("a second $MeshFormat; a file has one")),
             ("PhysicalNames", _) => read_physical_names(&mut cursor, &mut raw)?,
-            ("Nodes" | "ParametricNodes" | "Elements" | "Entities" | "PartitionedEntities", None) => {
+            (
+                "Nodes" | "ParametricNodes" | "Elements" | "Entities" | "PartitionedEntities" | "ElementData",
+                None,
+            ) => {
                 return Err(cursor.fail("$MeshFormat must stand before this section"));
             }
             ("Nodes", Some(Version::V2)) => v2::read_nodes(&mut cursor, &mut raw, false)?,
@@ -60,6 +82,7 @@ pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
             ("Nodes", Some(Version::V4)) => v4::read_nodes(&mut cursor, &mut raw)?,
             ("Elements", Some(Version::V4)) => v4::read_elements(&mut cursor, &mut raw)?,
             ("Entities", Some(Version::V4)) => v4::read_entities(&mut cursor, &mut raw)?,
+            ("ElementData", Some(_)) => fields::read_element_data(&mut cursor, &mut fields)?,
             ("PartitionedEntities", Some(Version::V4)) => {
                 return Err(cursor.fail(
                     "the mesh is partitioned, which is not read; save it unpartitioned (in gmsh: Mesh > Unpartition)",
@@ -77,7 +100,7 @@ pub fn parse(bytes: &[u8], source: &str) -> Result<Mesh> {
             "{source} has no $MeshFormat section; a gmsh .msh file begins with one"
         )));
     }
-    raw.into_mesh(source)
+    Ok((raw, fields))
 }
 
 /// Refuses what is not a .msh file at all, naming the usual mistakes.
@@ -147,7 +170,10 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
             return Err(cursor.fail(&format!("dimension {dim} of a physical group; allowed are 0 to 3")));
         }
         let tag: i64 = cursor.number("the tag of a physical group")?;
-        let name = cursor.quoted()?;
+        let name = cursor.quoted("the group's name")?;
+        if name.is_empty() {
+            return Err(cursor.fail("the physical group's name is empty"));
+        }
         if let Some((other, _)) = raw.names.iter().find(|((d, t), n)| *d == dim && (*t == tag || *n == &name))
         {
             let found = format!(

@@ -123,7 +123,7 @@ pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
     FeSpec {
         name: "brick".into(),
         mesh: Arc::new(mesh),
-        regions: vec![(None, stiffness.clone())],
+        regions: vec![(None, stiffness.clone().into())],
         formulation: HexFormulation::Enhanced,
         supports: Vec::new(),
         pressures: Vec::new(),

@@ -1,0 +1,62 @@
+//! Material axes given element by element: from a field of the mesh file or a table.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use nalgebra::Matrix3;
+
+use super::orientation::axes_along;
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+
+/// Axes by the file's element numbers.
+#[derive(Debug, Clone, Default)]
+pub struct ElementAxes {
+    source: String,
+    axes: HashMap<u64, Matrix3<f64>>,
+}
+
+impl ElementAxes {
+    /// No axes yet; `source` is what messages call them ("the field \"fibre\" of block.msh").
+    pub fn new(source: &str) -> Self {
+        Self { source: source.to_owned(), axes: HashMap::new() }
+    }
+
+    /// Adds an element's fibre direction (any length, global axes), with a second direction towards axis 2.
+    ///
+    /// # Errors
+    /// If the vectors have no direction, or the element has axes already.
+    pub fn add(&mut self, element: u64, first: [f64; 3], second: Option<[f64; 3]>) -> Result<()> {
+        let Some(axes) = axes_along(first.into(), second.map(Point::from)) else {
+            let second = second.map_or(String::new(), |second| format!(", second {second:?}"));
+            return Err(Error::input(format!(
+                "the fibre {first:?}{second} of element {element} gives no direction: it must be finite and not zero, \
+                 a second direction must not be along it"
+            )));
+        };
+        match self.axes.entry(element) {
+            Entry::Occupied(_) => Err(Error::input(format!("element {element} stands twice"))),
+            Entry::Vacant(free) => {
+                free.insert(axes);
+                Ok(())
+            }
+        }
+    }
+
+    /// The element numbers that have axes, ascending.
+    pub fn elements(&self) -> Vec<u64> {
+        let mut elements: Vec<u64> = self.axes.keys().copied().collect();
+        elements.sort_unstable();
+        elements
+    }
+
+    /// Axes of the element with the number `element`.
+    ///
+    /// # Errors
+    /// If it has none.
+    pub fn axes(&self, element: u64) -> Result<Matrix3<f64>> {
+        self.axes.get(&element).copied().ok_or_else(|| {
+            Error::input(format!("element {element} has no fibre in {}: each element needs one", self.source))
+        })
+    }
+}

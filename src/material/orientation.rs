@@ -1,0 +1,111 @@
+//! Where the material axes of an element point: the same in a whole region, given by element, or around an axis.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use super::element_axes::ElementAxes;
+use super::winding::Winding;
+use crate::error::Result;
+use crate::geometry::Point;
+
+/// Material axes of the elements of a region, as columns of a rotation in global axes (1 = fibre, 3 = 1 x 2).
+#[derive(Debug, Clone)]
+pub enum Orientation {
+    /// The same in all elements.
+    Uniform(Matrix3<f64>),
+    /// Given by element number.
+    Elements(Arc<ElementAxes>),
+    /// Around an axis.
+    Winding(Winding),
+}
+
+impl Orientation {
+    /// Axes of the element with the file's number `element` and these corners, mm.
+    ///
+    /// # Errors
+    /// If the element has none.
+    pub fn axes(&self, element: u64, corners: &[Point]) -> Result<Matrix3<f64>> {
+        match self {
+            Self::Uniform(axes) => Ok(*axes),
+            Self::Elements(elements) => elements.axes(element),
+            Self::Winding(winding) => winding.axes(corners),
+        }
+    }
+}
+
+/// Material axes of a fibre along `first`: axis 2 is horizontal, 90 degrees left of the fibre's azimuth (along y where
+/// the fibre stands upright), or the part of `second` across the fibre where one is given; 3 = 1 x 2.
+///
+/// `None` if a vector is zero, not finite, or `second` is along the fibre.
+pub fn axes_along(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
+    let a1 = unit(first)?;
+    let a2 = match second {
+        Some(second) => {
+            let second = unit(second)?;
+            let across = second - a1 * a1.dot(&second);
+            (across.norm() > PARALLEL).then(|| across.normalize())?
+        }
+        None => {
+            let horizontal = a1.x.hypot(a1.y);
+            if horizontal > UPRIGHT {
+                Point::new(-a1.y / horizontal, a1.x / horizontal, 0.0)
+            } else {
+                Point::y()
+            }
+        }
+    };
+    // Upright fibres leave a trace of their azimuth in the horizontal axis.
+    let a2 = (a2 - a1 * a1.dot(&a2)).normalize();
+    Some(Matrix3::from_columns(&[a1, a2, a1.cross(&a2)]))
+}
+
+/// The middle of an element: the mean of its corners.
+pub fn centroid(corners: &[Point]) -> Point {
+    corners.iter().sum::<Point>() / corners.len() as f64
+}
+
+/// Least sine of the angle between fibre and second direction.
+const PARALLEL: f64 = 1e-6;
+
+/// Horizontal part of a unit vector below which it stands upright.
+const UPRIGHT: f64 = 1e-9;
+
+/// The vector at length 1, `None` if it has no direction.
+pub(super) fn unit(vector: Point) -> Option<Point> {
+    let largest = vector.amax();
+    // Scaled first: squares of very large or small components would overflow or vanish.
+    (largest.is_finite() && largest > 0.0 && vector.iter().all(|x| x.is_finite()))
+        .then(|| (vector / largest).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::fibre_axes;
+
+    /// Truth: the definition of a fibre by tilt and azimuth.
+    #[test]
+    fn a_direction_gives_the_axes_of_its_angles() {
+        for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {
+            let expected = fibre_axes(tilt, azimuth);
+            let first: Point = expected.column(0).into();
+            let found = axes_along(first * 1e-180, None).expect("a direction");
+            assert!((found - expected).amax() < 1e-14, "{tilt} {azimuth}");
+            let second: Point = expected.column(1) * 3.0 + expected.column(0) * 0.4;
+            let found = axes_along(first, Some(second)).expect("directions");
+            assert!((found - expected).amax() < 1e-14, "{tilt} {azimuth}");
+        }
+        let upright = axes_along(Point::z(), None).expect("a direction");
+        assert_eq!(upright.column(1), Point::y());
+    }
+
+    /// Truth: what has no direction gives no axes.
+    #[test]
+    fn no_direction_is_refused() {
+        assert!(axes_along(Point::zeros(), None).is_none());
+        assert!(axes_along(Point::new(f64::NAN, 1.0, 0.0), None).is_none());
+        assert!(axes_along(Point::new(f64::INFINITY, 1.0, 0.0), None).is_none());
+        assert!(axes_along(Point::x(), Some(Point::x() * -2.0)).is_none());
+    }
+}

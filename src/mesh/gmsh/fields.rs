@@ -1,0 +1,71 @@
+//! `$ElementData`: values by element, the same section in both versions.
+
+use super::cursor::Cursor;
+use crate::error::Result;
+use crate::mesh::ElementField;
+
+/// Most components of a value (a tensor).
+const MOST_COMPONENTS: u64 = 9;
+
+/// One `$ElementData` section; a further time step of a field that is there already is left out.
+///
+/// Its three lists of tags (name and others, time and others, time step, components, elements, partition) are text
+/// also in binary files.
+pub(super) fn read_element_data(cursor: &mut Cursor, fields: &mut Vec<ElementField>) -> Result<()> {
+    let (name, n_components, n) = read_header(cursor)?;
+    let n = cursor.check_count(n, cursor.bytes_of(4) + n_components * cursor.bytes_of(8), "values")?;
+    let n_components = n_components as usize;
+    let (elements, values) = (Vec::with_capacity(n), Vec::with_capacity(n * n_components));
+    let mut field = ElementField { name, n_components, elements, values };
+    for _ in 0..n {
+        field.elements.push(cursor.positive_int("an element number")?);
+        for _ in 0..n_components {
+            field.values.push(cursor.real("a value of the field")?);
+        }
+        cursor.end_record()?;
+    }
+    if fields.iter().all(|known| known.name != field.name) {
+        fields.push(field);
+    }
+    Ok(())
+}
+
+/// Name, number of components, number of values.
+fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
+    let n_strings: u64 = cursor.number("the number of texts of a field")?;
+    cursor.check_count(n_strings, 2, "texts")?;
+    let mut name = String::new();
+    for i in 0..n_strings {
+        let text = cursor.quoted("a text")?;
+        if i == 0 {
+            name = text;
+        }
+    }
+    let n_reals: u64 = cursor.number("the number of reals of a field")?;
+    cursor.check_count(n_reals, 2, "reals")?;
+    for _ in 0..n_reals {
+        cursor.number::<f64>("a real of a field")?;
+    }
+    let n_integers: u64 = cursor.number("the number of integers of a field")?;
+    if n_integers < 3 {
+        return Err(cursor.fail(&format!(
+            "{n_integers} integers of a field; at least 3 are needed: time step, components, elements"
+        )));
+    }
+    cursor.check_count(n_integers, 2, "integers")?;
+    let mut integers = [0; 3];
+    for i in 0..n_integers {
+        let value: u64 = cursor.number("an integer of a field")?;
+        if let Some(place) = integers.get_mut(i as usize) {
+            *place = value;
+        }
+    }
+    cursor.end_line()?;
+    let [_, n_components, n] = integers;
+    if !(1..=MOST_COMPONENTS).contains(&n_components) {
+        return Err(
+            cursor.fail(&format!("a field of {n_components} components; allowed are 1 to {MOST_COMPONENTS}"))
+        );
+    }
+    Ok((name, n_components, n))
+}
