@@ -114,7 +114,7 @@ impl Brick {
             group("pin", 0, 3),
             group("second-pin", 0, 4),
         ];
-        Mesh { source: "brick".into(), points, blocks, groups, warnings: Vec::new() }
+        Mesh { source: "brick".into(), points, blocks, groups, ..Mesh::default() }
     }
 }
 
