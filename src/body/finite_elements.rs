@@ -1,12 +1,17 @@
 //! Meshed finite-element bodies, condensed to the nodes under the frame.
 
+use std::sync::OnceLock;
+
+use nalgebra::Matrix3;
+
 use super::condensed::CondensedFlexibility;
-use super::{BodyEquations, BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec};
+use crate::fem::{CondensedBody, FeModel, FeSpec, StressRecovery, exposures};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::operator::Flexibility;
+use crate::material::strength::Limit;
 use crate::mesh::faces::group_faces;
 
 /// A finite-element body tied to a frame through the faces of one physical group.
@@ -17,6 +22,8 @@ pub struct FeBody {
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
     taken: bool,
+    limits: Vec<Option<(Limit, Matrix3<f64>)>>,
+    recovery: OnceLock<StressRecovery>,
 }
 
 impl FeBody {
@@ -37,7 +44,25 @@ impl FeBody {
         let heights = map.heights(frame, &mesh);
         let condensed = FeModel::new(spec)?.condense(map.nodes())?;
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
-        Ok(Self { side, condensed, map, heights, free_gap, taken: false })
+        let (limits, recovery) = (Vec::new(), OnceLock::new());
+        Ok(Self { side, condensed, map, heights, free_gap, taken: false, limits, recovery })
+    }
+
+    /// Also judges the stress by the limits of the materials: for each region of the body its limit and its material
+    /// axes (columns, global).
+    pub fn with_limits(mut self, limits: Vec<Option<(Limit, Matrix3<f64>)>>) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// The weights of the recovery, made when they are first needed.
+    fn stress_recovery(&self) -> Result<&StressRecovery> {
+        if let Some(recovery) = self.recovery.get() {
+            return Ok(recovery);
+        }
+        let recovery = StressRecovery::new(self.condensed.model())?;
+        // A second thread may have been faster; both are equal.
+        Ok(self.recovery.get_or_init(|| recovery))
     }
 
     /// The factorised body.
@@ -103,10 +128,25 @@ impl ElasticBody for FeBody {
         Some(&self.heights)
     }
 
-    /// Displacement and stress at all mesh nodes.
+    /// Displacement at all mesh nodes.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let displacement = self.condensed.solve(&self.contact_forces(tractions))?;
-        let stress = self.condensed.model().stress(&displacement)?;
-        Ok(BodyField { displacement, stress })
+        Ok(BodyField { displacement, stress: None })
+    }
+
+    fn recover_stress(&self, displacement: &[[f64; 3]], estimate: Estimate) -> Result<Option<StressField>> {
+        let model = self.condensed.model();
+        let recovery = self.stress_recovery()?;
+        let stress = recovery.stress(model, displacement)?;
+        let error = match estimate {
+            Estimate::Wanted => Some(recovery.estimate(model, displacement, &stress)?),
+            Estimate::Skipped => None,
+        };
+        let limit = |cell: usize| {
+            let (limit, axes) = self.limits.get(model.region(cell))?.as_ref()?;
+            Some((limit, *axes))
+        };
+        let exposures = exposures(recovery.points(), &stress, limit);
+        Ok(Some(StressField { points: recovery.points().clone(), stress, exposures, error }))
     }
 }

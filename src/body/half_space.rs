@@ -143,6 +143,6 @@ impl ElasticBody for HalfSpaceBody {
                 self.axes.to_global(&share).into()
             })
             .collect();
-        Ok(BodyField { displacement, stress: Vec::new() })
+        Ok(BodyField { displacement, stress: None })
     }
 }

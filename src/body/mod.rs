@@ -4,6 +4,7 @@ pub mod condensed;
 pub mod finite_elements;
 pub mod half_space;
 pub mod rigid;
+pub mod stress;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
@@ -12,14 +13,15 @@ use crate::linalg::operator::Flexibility;
 pub use finite_elements::FeBody;
 pub use half_space::HalfSpaceBody;
 pub use rigid::RigidBody;
+pub use stress::{Estimate, StressField};
 
-/// Displacement (and stress) of a body at the points of its own surface or volume, for output.
+/// Displacement, and stress where it was asked for, of a body at the points of its own surface or volume, for output.
 #[derive(Debug, Clone, Default)]
 pub struct BodyField {
     /// Displacement, global axes, `[n_points]`, mm.
     pub displacement: Vec<[f64; 3]>,
-    /// Stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`; empty where not computed.
-    pub stress: Vec<[f64; 6]>,
+    /// Stress in its volume, where it was recovered.
+    pub stress: Option<StressField>,
 }
 
 /// The equations a body brings into a coupled system.
@@ -64,10 +66,18 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Fields at the points of the body's output mesh (cells of the frame where it has none) for tractions on
+    /// Displacement at the points of the body's output mesh (cells of the frame where it has none) for tractions on
     /// body 2, `[3, N]` by planes.
     ///
     /// # Errors
     /// If a back-substitution fails.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
+
+    /// Stress in the volume for a displacement of all nodes of the body's mesh; `None` for a body without a mesh.
+    ///
+    /// # Errors
+    /// If the stress cannot be recovered.
+    fn recover_stress(&self, _displacement: &[[f64; 3]], _estimate: Estimate) -> Result<Option<StressField>> {
+        Ok(None)
+    }
 }

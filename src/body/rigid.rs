@@ -23,6 +23,6 @@ impl ElasticBody for RigidBody {
     }
 
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        Ok(BodyField { displacement: vec![[0.0; 3]; tractions.len() / 3], stress: Vec::new() })
+        Ok(BodyField { displacement: vec![[0.0; 3]; tractions.len() / 3], stress: None })
     }
 }

@@ -160,6 +160,7 @@ fn internal(panic: &(dyn Any + Send)) -> Error {
 fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
+    text.push_str(&table::bodies(summary));
     for warning in &summary.warnings {
         text.push_str(&format!("\nnote: {warning}"));
     }

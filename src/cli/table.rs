@@ -1,6 +1,7 @@
 //! Tables for people.
 
 use crate::history::step::IncrementRecord;
+use crate::results::body_peaks::Peak;
 use crate::results::summary::{Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
@@ -43,6 +44,26 @@ pub(super) fn results(summary: &Summary) -> String {
     let mut rows = heads(&summary.units, cycles);
     rows.extend(last.iter().map(|record| row(record, cycles)));
     align(&rows)
+}
+
+/// Peaks of each body in its last entry, and where to refine; empty where no stress was recovered.
+pub(super) fn bodies(summary: &Summary) -> String {
+    let mut text = String::new();
+    for name in ["body1", "body2"] {
+        let Some(last) = summary.bodies.iter().rev().find(|record| record.body == name) else { continue };
+        let peaks = &last.peaks;
+        let at = |x: &[f64; 3]| format!("({})", x.map(short).join(", "));
+        let Peak { value, position } = &peaks.von_mises;
+        let mut parts = vec![format!("von Mises {} at {}", short(*value), at(position))];
+        parts.extend(peaks.indices.iter().map(|index| {
+            format!("{} {} ({}) at {}", index.criterion, short(index.value), index.mode, at(&index.position))
+        }));
+        text.push_str(&format!("\n{name}, {}: {}\n", last.name, parts.join("; ")));
+        if let Some(error) = &peaks.error {
+            text.push_str(&format!("{name}, {}: {}\n", last.name, error.advice(&summary.units.length)));
+        }
+    }
+    text
 }
 
 /// Two lines: quantities and their units.

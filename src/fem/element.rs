@@ -13,8 +13,20 @@ pub(super) fn packed_len(kind: ElementKind) -> usize {
     n * (n + 1) / 2
 }
 
+/// Stress at an integration point.
+pub(super) struct PointState {
+    /// Shape functions there, `[n_nodes]`.
+    pub values: Vec<f64>,
+    /// Weight times det J.
+    pub volume: f64,
+    /// Voigt.
+    pub stress: Vector6<f64>,
+}
+
 /// What displacements cause in an element.
 pub(super) struct ElementState {
+    /// Stress at the integration points.
+    pub points: Vec<PointState>,
     /// Stress at the nodes, extrapolated from the integration points, `[n_nodes]`.
     pub nodal_stress: Vec<[f64; 6]>,
     /// Strain energy.
@@ -126,6 +138,21 @@ fn forces_and_energy<const N: usize>(
     (stresses, energy, forces)
 }
 
+fn point_states<const N: usize>(
+    samples: &[Sample<N>],
+    mapped: &[Mapped<N>],
+    stresses: &[Vector6<f64>],
+) -> Vec<PointState> {
+    let points = samples.iter().zip(mapped).zip(stresses);
+    points
+        .map(|((sample, point), stress)| PointState {
+            values: sample.values.to_vec(),
+            volume: point.volume,
+            stress: *stress,
+        })
+        .collect()
+}
+
 /// Values at the nodes of a hexahedron from those at its 2 x 2 x 2 Gauss points (in the nodes' order), trilinear.
 fn extrapolate(samples: &[Sample<8>], values: &[Vector6<f64>]) -> Vec<[f64; 6]> {
     let out = 1.0 / samples[6].xi[0];
@@ -162,14 +189,16 @@ pub(super) fn state(
                 strains.iter_mut().zip(enhanced).for_each(|(sum, part)| *sum += part);
             }
             let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, c);
-            Ok(ElementState { nodal_stress: extrapolate(&rules.hex8, &stresses), energy, forces })
+            let points = point_states(&rules.hex8, &mapped, &stresses);
+            Ok(ElementState { points, nodal_stress: extrapolate(&rules.hex8, &stresses), energy, forces })
         }
         ElementKind::Tet4 => {
             let nodes: &[[f64; 3]; 4] = nodes.try_into().expect("four nodes");
             let u: &[[f64; 3]; 4] = u.try_into().expect("four nodes");
             let mapped = [map(nodes, &rules.tet4[0])?];
             let (stresses, energy, forces) = forces_and_energy(&mapped, &[strain(&mapped[0], u)], c);
-            Ok(ElementState { nodal_stress: vec![stresses[0].into(); 4], energy, forces })
+            let points = point_states(&rules.tet4[..1], &mapped, &stresses);
+            Ok(ElementState { points, nodal_stress: vec![stresses[0].into(); 4], energy, forces })
         }
         other => unreachable!("{} was refused", other.name()),
     }

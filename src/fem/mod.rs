@@ -21,6 +21,8 @@ mod spec;
 
 pub use condensed::{Analysis, CondensedBody};
 pub use model::FeModel;
+pub(crate) use recovery::exposures;
+pub use recovery::{CHANGE, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios};
 pub use regions::Regions;
 pub use rigid::check_supports;
 pub use spec::{FeSpec, HexFormulation, Support};

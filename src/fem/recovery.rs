@@ -1,11 +1,26 @@
 //! What a displacement field means: stress, strain energy, reactions.
 
+mod estimate;
+mod exposure;
+mod patch;
+mod points;
+mod refinement;
+mod samples;
+mod superconvergent;
+
 use rayon::prelude::*;
 
 use super::assembly::Elements;
 use super::element::{ElementState, state};
 use super::model::FeModel;
 use crate::error::Result;
+
+pub use estimate::ErrorEstimate;
+pub use exposure::ExposureField;
+pub(crate) use exposure::exposures;
+pub use points::RecoveryPoints;
+pub use refinement::{CHANGE, size_ratios};
+pub use superconvergent::StressRecovery;
 
 /// Elements evaluated side by side before they are added up.
 const BATCH: usize = 4096;

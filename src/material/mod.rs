@@ -5,6 +5,7 @@
 mod element_axes;
 mod orientation;
 mod placement;
+pub mod strength;
 mod winding;
 
 use nalgebra::{Matrix3, Matrix6};

@@ -53,6 +53,30 @@ fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> Sur
     SurfaceFace { kind, nodes: local.iter().map(|&i| nodes[i]).collect(), owner, local_face, tag }
 }
 
+/// The faces that one solid of its class only has: the solid (its place in [`Mesh::volume_cells`]) and the local face;
+/// `class` of each solid. With one class for all they are the outer faces.
+pub(crate) fn border_faces(mesh: &Mesh, class: &[usize]) -> Vec<(usize, usize)> {
+    let index = |cells: &[usize], owner: CellRef| cells[owner.block] + owner.cell;
+    let mut starts = Vec::with_capacity(mesh.blocks.len());
+    let mut n = 0;
+    for block in &mesh.blocks {
+        starts.push(n);
+        n += if block.kind.dim() == 3 { block.n_cells() } else { 0 };
+    }
+    let mut count: HashMap<(FaceKey, usize), u32> = HashMap::new();
+    each_solid_face(mesh, |key, owner, _| {
+        *count.entry((key, class[index(&starts, owner)])).or_insert(0) += 1;
+    });
+    let mut faces = Vec::new();
+    each_solid_face(mesh, |key, owner, local_face| {
+        let i = index(&starts, owner);
+        if count[&(key, class[i])] == 1 {
+            faces.push((i, local_face));
+        }
+    });
+    faces
+}
+
 /// The faces that belong to exactly one solid, in the order of the solids; each has its solid's number.
 pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
     let mut count: HashMap<FaceKey, u32> = HashMap::new();

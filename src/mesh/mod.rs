@@ -4,6 +4,7 @@ pub mod faces;
 pub mod gmsh;
 mod groups;
 pub mod quality;
+pub mod size_field;
 pub mod structured;
 
 use crate::element::ElementKind;

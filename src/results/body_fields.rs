@@ -1,17 +1,18 @@
-//! Fields of a body as grids for output: its displaced surface, and its volume with stresses.
+//! Fields of a body as grids for output: its displaced surface.
 
 use crate::body::{BodyField, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::{Point, Side};
+use crate::material::strength::von_mises;
 use crate::mesh::Mesh;
-use crate::mesh::faces::outer_faces;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+use crate::results::body_peaks::BodyPeaks;
 use crate::results::frame_fields::{FrameMesh, GLOBAL, to_global};
 use crate::results::locate::Locator;
+use crate::results::surface_stress::SurfaceStress;
+use crate::results::volume::stress_array;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
-
-/// Components of a stress, in VTK's order of symmetric tensors.
-const STRESS: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
 /// A body whose fields are written.
 #[derive(Clone, Copy)]
@@ -22,6 +23,31 @@ pub struct BodyOutput<'a> {
     pub body: &'a dyn ElasticBody,
     /// The points of its fields.
     pub shape: BodyShape<'a>,
+}
+
+impl BodyOutput<'_> {
+    /// Peaks of the stress of a meshed body; `None` where none was recovered. `tractions` on body 2, one triple per
+    /// cell of the frame in its local axes.
+    pub(crate) fn peaks(
+        &self,
+        frame: &ContactFrame,
+        field: &BodyField,
+        tractions: &[[f64; 3]],
+    ) -> Option<BodyPeaks> {
+        let (BodyShape::Mesh { mesh, contact_nodes }, Some(stress)) = (self.shape, &field.stress) else {
+            return None;
+        };
+        let at_nodes = node_tractions(frame, mesh, contact_nodes, &self.on_body(frame, tractions));
+        let surface = SurfaceStress::new(mesh, &outer_faces(mesh), contact_nodes, &at_nodes);
+        Some(BodyPeaks::new(mesh, contact_nodes, stress, &surface))
+    }
+
+    /// Tractions on this body in global axes.
+    fn on_body(&self, frame: &ContactFrame, tractions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut on_body = to_global(frame, tractions);
+        on_body.iter_mut().flatten().for_each(|t| *t *= self.side.gap_sign());
+        on_body
+    }
 }
 
 /// Where the fields that a body recovers live.
@@ -51,8 +77,7 @@ pub fn surface_grid(
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
-    let mut on_body = to_global(frame.0, tractions);
-    on_body.iter_mut().flatten().for_each(|t| *t *= output.side.gap_sign());
+    let on_body = output.on_body(frame.0, tractions);
     match output.shape {
         BodyShape::Frame => frame_surface(frame, field, &on_body),
         BodyShape::Mesh { mesh, contact_nodes } => {
@@ -89,27 +114,69 @@ fn mesh_surface(
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
     fits(field, mesh.n_points(), "nodes of the mesh")?;
+    let faces = outer_faces(mesh);
     let mut grid = UnstructuredGrid::default();
-    let mut nodes = Vec::new();
-    let mut index = vec![usize::MAX; mesh.n_points()];
-    for face in outer_faces(mesh) {
-        for &node in &face.nodes {
-            if index[node] == usize::MAX {
-                index[node] = nodes.len();
-                nodes.push(node);
-            }
-        }
-        grid.push_cell(face.kind.vtk_code(), face.kind.vtk_order().iter().map(|&i| index[face.nodes[i]]));
-    }
+    let points = push_faces(&mut grid, mesh, &faces, field);
     let at_nodes = node_tractions(frame, mesh, contact_nodes, tractions);
-    let displacement: Vec<[f64; 3]> = nodes.iter().map(|&node| field.displacement[node]).collect();
-    grid.points = nodes.iter().map(|&node| mesh.points[node]).collect();
+    let displacement: Vec<[f64; 3]> = points.iter().map(|point| field.displacement[point.node]).collect();
+    grid.points = points.iter().map(|point| mesh.points[point.node]).collect();
     displace(&mut grid.points, &displacement);
     grid.point_data = vec![
         DataArray::tuples("displacement", GLOBAL, displacement.concat()),
-        DataArray::tuples("traction", GLOBAL, nodes.iter().flat_map(|&node| at_nodes[node]).collect()),
+        DataArray::tuples("traction", GLOBAL, points.iter().flat_map(|point| at_nodes[point.node]).collect()),
     ];
+    if let Some(stress) = &field.stress {
+        let surface = SurfaceStress::new(mesh, &faces, contact_nodes, &at_nodes);
+        let on_surface: Vec<[f64; 6]> =
+            points.iter().map(|point| surface.at(point.node, &stress.stress[point.recovered])).collect();
+        let tangential =
+            points.iter().zip(&on_surface).map(|(point, s)| surface.tangential(point.node, s)).collect();
+        let mises = on_surface.iter().map(von_mises).collect();
+        grid.point_data.push(stress_array(on_surface.iter()));
+        grid.point_data.push(DataArray::scalar("von_mises", mises));
+        grid.point_data.push(DataArray::scalar("sigma_tangential", tangential));
+    }
     Ok(grid)
+}
+
+/// A point of a body's surface: a mesh node, and the point at which its stress was recovered (0 without stress).
+struct SurfacePoint {
+    node: usize,
+    recovered: usize,
+}
+
+/// Adds the faces to the grid; their points in the order of first use, a node once for each material at it.
+fn push_faces(
+    grid: &mut UnstructuredGrid,
+    mesh: &Mesh,
+    faces: &[SurfaceFace],
+    field: &BodyField,
+) -> Vec<SurfacePoint> {
+    let mut first_cell = Vec::with_capacity(mesh.blocks.len());
+    let mut n_cells = 0;
+    for block in &mesh.blocks {
+        first_cell.push(n_cells);
+        n_cells += if block.kind.dim() == 3 { block.n_cells() } else { 0 };
+    }
+    let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
+    let mut index = vec![usize::MAX; n];
+    let mut points = Vec::new();
+    for face in faces {
+        let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
+        let owner = first_cell[face.owner.block] + face.owner.cell;
+        let recovered: Vec<usize> = match &field.stress {
+            Some(stress) => local.iter().map(|&i| stress.points.of_cell(owner)[i]).collect(),
+            None => face.nodes.clone(),
+        };
+        for (&node, &point) in face.nodes.iter().zip(&recovered) {
+            if index[point] == usize::MAX {
+                index[point] = points.len();
+                points.push(SurfacePoint { node, recovered: point });
+            }
+        }
+        grid.push_cell(face.kind.vtk_code(), face.kind.vtk_order().iter().map(|&i| index[recovered[i]]));
+    }
+    points
 }
 
 /// Traction at every node of a mesh: the mean over the frame's cells it lies in, 0 off the contact surface.
@@ -133,38 +200,23 @@ fn node_tractions(
     at_nodes
 }
 
-/// A meshed body's volume with displacement and, where recovered, stress at its nodes; undisplaced points.
-///
-/// # Errors
-/// Numerical, if the recovered field does not fit the mesh.
-pub fn volume_grid(mesh: &Mesh, field: &BodyField) -> Result<UnstructuredGrid> {
-    fits(field, mesh.n_points(), "nodes of the mesh")?;
-    let mut grid = UnstructuredGrid { points: mesh.points.clone(), ..Default::default() };
-    for cell in mesh.volume_cells() {
-        let (kind, nodes) = (mesh.kind(cell), mesh.cell_nodes(cell));
-        grid.push_cell(kind.vtk_code(), kind.vtk_order().iter().map(|&i| nodes[i]));
-    }
-    grid.point_data.push(DataArray::tuples("displacement", GLOBAL, field.displacement.concat()));
-    if !field.stress.is_empty() {
-        // From Voigt order 11 22 33 23 13 12.
-        let stress = field.stress.iter().flat_map(|s| [s[0], s[1], s[2], s[5], s[3], s[4]]).collect();
-        grid.point_data.push(DataArray::tuples("stress", STRESS, stress));
-    }
-    Ok(grid)
-}
-
 fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
     for (point, u) in points.iter_mut().zip(displacement) {
         point.iter_mut().zip(u).for_each(|(x, u)| *x += u);
     }
 }
 
-fn fits(field: &BodyField, n: usize, what: &str) -> Result<()> {
-    let (found, stresses) = (field.displacement.len(), field.stress.len());
-    if found != n || (stresses != 0 && stresses != n) {
-        return Err(Error::numerical(format!(
-            "a body recovered {found} displacements and {stresses} stresses for {n} {what}"
-        )));
+/// Refuses a field that does not have the points it is drawn on.
+pub(crate) fn fits(field: &BodyField, n: usize, what: &str) -> Result<()> {
+    let found = field.displacement.len();
+    if found != n {
+        return Err(Error::numerical(format!("a body recovered {found} displacements for {n} {what}")));
     }
-    Ok(())
+    let nodes = field.stress.iter().flat_map(|stress| &stress.points.node);
+    match nodes.max() {
+        Some(&node) if node >= n => {
+            Err(Error::numerical(format!("a body recovered a stress at node {node} of {n} {what}")))
+        }
+        _ => Ok(()),
+    }
 }

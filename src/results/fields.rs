@@ -5,16 +5,18 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::body::BodyField;
+use crate::body::Estimate;
 use crate::error::{Context, Result};
 use crate::frame::ContactFrame;
 use crate::history::step::{FrameState, IncrementRecord};
-use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid, volume_grid};
+use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid};
+use crate::results::body_peaks::BodyRecord;
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};
 use crate::results::output::{OutputDir, write_failure};
 use crate::results::plot::history::history_svg;
 use crate::results::plot::map::{Panel, pressure_maps};
-use crate::results::summary::Units;
+use crate::results::summary::Summary;
+use crate::results::volume::volume_grid;
 use crate::results::vtu::{UnstructuredGrid, collection};
 
 /// Kinds of fields that a scene may ask for in `output.fields`.
@@ -23,10 +25,27 @@ use crate::results::vtu::{UnstructuredGrid, collection};
 pub enum FieldKind {
     /// Fields on the contact frame and on the surfaces of the bodies.
     Vtu,
-    /// Displacement and stress in the volume of finite-element bodies.
+    /// Displacement, stress and failure indices in the volume of finite-element bodies, with the error estimate.
     Volume,
+    /// Stress on the surfaces of finite-element bodies, and the peaks in their volume.
+    Stress,
+    /// Estimated error of the stress in finite-element bodies.
+    Error,
     /// Pressure maps and the course of the resultants, as pictures.
     Svg,
+}
+
+impl FieldKind {
+    /// Whether the stress in the bodies is needed.
+    pub fn need_stress(wanted: &[Self]) -> bool {
+        wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Stress | Self::Error))
+    }
+
+    /// Whether its error is.
+    pub fn estimate(wanted: &[Self]) -> Estimate {
+        let needed = wanted.iter().any(|kind| matches!(kind, Self::Volume | Self::Error));
+        if needed { Estimate::Wanted } else { Estimate::Skipped }
+    }
 }
 
 /// Writes what is asked for of a frame and its bodies.
@@ -38,6 +57,7 @@ pub struct FieldWriter<'a> {
     increments: usize,
     collections: BTreeMap<String, Vec<(f64, String)>>,
     maps: Vec<(String, Panel)>,
+    peaks: Vec<BodyRecord>,
 }
 
 impl<'a> FieldWriter<'a> {
@@ -51,6 +71,7 @@ impl<'a> FieldWriter<'a> {
             increments: 0,
             collections: BTreeMap::new(),
             maps: Vec::new(),
+            peaks: Vec::new(),
         }
     }
 
@@ -68,18 +89,14 @@ impl<'a> FieldWriter<'a> {
         if self.wanted.contains(&FieldKind::Svg) {
             self.keep_map(record, state);
         }
-        let vtu = self.wanted.contains(&FieldKind::Vtu);
-        let volume = self.wanted.contains(&FieldKind::Volume);
-        if vtu {
+        if self.wanted.contains(&FieldKind::Vtu) {
             let grid = frame_grid(self.frame, &self.mesh, state)?;
             self.write(output, "frame", &grid)?;
         }
         for body in self.bodies.clone() {
-            let name = body.side.key();
             let meshed = matches!(body.shape, BodyShape::Mesh { .. });
-            if vtu || (volume && meshed) {
-                let field = body.body.recover(&state.tractions).context(|| format!("fields of {name}"))?;
-                self.body(output, &body, &field, state)?;
+            if self.wanted.contains(&FieldKind::Vtu) || (meshed && FieldKind::need_stress(&self.wanted)) {
+                self.body(output, &body, (record, state)).context(|| format!("fields of {}", body.side.key()))?;
             }
         }
         Ok(())
@@ -96,25 +113,32 @@ impl<'a> FieldWriter<'a> {
         }
     }
 
+    /// Recovers what is asked for of a body, writes it and keeps its peaks.
     fn body(
         &mut self,
         output: &mut OutputDir,
         body: &BodyOutput<'a>,
-        field: &BodyField,
-        state: &FrameState,
+        (record, state): (&IncrementRecord, &FrameState),
     ) -> Result<()> {
-        let name = body.side.key();
-        if self.wanted.contains(&FieldKind::Vtu) {
-            let tractions = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
-            let grid = surface_grid(body, (self.frame, &self.mesh), field, &tractions)
-                .context(|| format!("surface of {name}"))?;
+        let (name, wanted) = (body.side.key(), self.wanted.clone());
+        let tractions = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
+        let mut field = body.body.recover(&state.tractions)?;
+        if FieldKind::need_stress(&wanted) {
+            field.stress = body.body.recover_stress(&field.displacement, FieldKind::estimate(&wanted))?;
+        }
+        if let Some(peaks) = body.peaks(self.frame, &field, &tractions) {
+            let (step, increment) = (record.name.clone(), record.increment);
+            self.peaks.push(BodyRecord { body: name, name: step, increment, peaks });
+        }
+        let meshed = matches!(body.shape, BodyShape::Mesh { .. });
+        if wanted.contains(&FieldKind::Vtu) || (meshed && wanted.contains(&FieldKind::Stress)) {
+            let grid = surface_grid(body, (self.frame, &self.mesh), &field, &tractions)?;
             self.write(output, name, &grid)?;
         }
         if let BodyShape::Mesh { mesh, .. } = body.shape
-            && self.wanted.contains(&FieldKind::Volume)
+            && wanted.contains(&FieldKind::Volume)
         {
-            let grid = volume_grid(mesh, field).context(|| format!("volume of {name}"))?;
-            self.write(output, &format!("{name}_volume"), &grid)?;
+            self.write(output, &format!("{name}_volume"), &volume_grid(mesh, &field)?)?;
         }
         Ok(())
     }
@@ -128,11 +152,13 @@ impl<'a> FieldWriter<'a> {
     }
 
     /// Writes the collections over the increments, whose time is the number of the entry in `summary.steps`, and
-    /// the pictures.
+    /// the pictures; hands the peaks of the bodies to the summary.
     ///
     /// # Errors
     /// Resources, if a file cannot be written.
-    pub fn finish(self, output: &mut OutputDir, records: &[IncrementRecord], units: &Units) -> Result<()> {
+    pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
+        summary.bodies = self.peaks;
+        let (records, units) = (&summary.steps, &summary.units);
         for (series, files) in self.collections {
             write_text(output, &format!("{series}.pvd"), &collection(&files))?;
         }

@@ -4,6 +4,7 @@
 //! loses nothing that was there before. No number that is not finite is written silently.
 
 pub mod body_fields;
+pub mod body_peaks;
 pub mod fields;
 pub mod frame_fields;
 pub mod locate;
@@ -12,5 +13,7 @@ pub mod output;
 pub mod plot;
 pub mod recorder;
 pub mod summary;
+pub mod surface_stress;
 pub mod table;
+pub mod volume;
 pub mod vtu;

@@ -69,7 +69,7 @@ impl<'a> Recorder<'a> {
         let fields = self
             .fields
             .take()
-            .map_or(Ok(()), |fields| fields.finish(&mut output, &summary.steps, &summary.units));
+            .map_or(Ok(()), |fields| fields.finish(&mut output, summary));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
             let target = output.path().to_owned();

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::history::step::{IncrementRecord, Outcome, Skipped};
+use crate::results::body_peaks::BodyRecord;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -108,6 +109,9 @@ pub struct Summary {
     pub error: Option<String>,
     /// One entry per increment or cycle jump, in order.
     pub steps: Vec<IncrementRecord>,
+    /// Peaks of stress, failure indices and estimated error of the bodies, where they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyRecord>,
     /// Work that the scene did not need.
     pub skipped: Vec<Skipped>,
     /// Seconds by stage.
@@ -133,6 +137,7 @@ impl Summary {
             reason: None,
             error: None,
             steps: Vec::new(),
+            bodies: Vec::new(),
             skipped: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,

@@ -1,5 +1,6 @@
 //! The validated inputs of a run; angles in radians.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -14,6 +15,7 @@ use crate::frame::InitialGap;
 use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
+use crate::material::strength::Limit;
 use crate::material::{Orientation, Placed, Placement, Stiffness};
 use crate::mesh::Mesh;
 use crate::wear::WearLaw;
@@ -27,6 +29,8 @@ pub struct Plan {
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
     pub bodies: [BodySpec; 2],
+    /// What the materials bear, by name, where the scene says it.
+    pub limits: BTreeMap<String, Limit>,
     /// The contact frame.
     pub frame: FrameSpec,
     /// The initial gap.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::bodies::{KEYS, body, frame};
 use super::controls::refuse_forces_on_curved_frames;
 use super::failure::{AtKey, Failure};
+use super::skips::skipped_fields;
 use crate::bem::half_space::CrossBlocks;
 use crate::body::ElasticBody;
 use crate::contact::{Method, SolverOptions};
@@ -65,7 +66,8 @@ pub fn prepare<'p>(
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
-    let skipped = coupled.skipped.into_iter().map(Into::into).collect();
+    let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
+    skipped.extend(skipped_fields(plan));
     let model = Model {
         frame,
         flexibility: coupled.flexibility,

@@ -6,11 +6,12 @@ use super::failure::Failure;
 use super::prepare::{cross, options};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
-use crate::body::ElasticBody;
+use crate::body::{ElasticBody, Estimate};
 use crate::coupling;
 use crate::frame::ContactFrame;
 use crate::history::skipped_by_contact;
 use crate::history::step::Skipped;
+use crate::results::fields::FieldKind;
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{BodySpec, Plan};
 
@@ -28,8 +29,25 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     }
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, &options(plan));
     let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
+    all.extend(skipped_fields(plan));
     all.extend(of_contact);
     Ok(all)
+}
+
+/// Fields of meshed bodies that nobody asked for.
+pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
+    let wanted = &plan.output.fields;
+    let (what, why) = if !FieldKind::need_stress(wanted) {
+        ("stress and its error estimate", "output.fields has none of \"volume\", \"stress\", \"error\"")
+    } else if FieldKind::estimate(wanted) == Estimate::Skipped {
+        ("error estimate of the stress", "output.fields has neither \"volume\" nor \"error\"")
+    } else {
+        return Vec::new();
+    };
+    let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].fe().is_some());
+    meshed
+        .map(|index| Skipped { what: format!("{what} of body {}", index + 1), why: why.to_owned() })
+        .collect()
 }
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.

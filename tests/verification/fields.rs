@@ -3,23 +3,26 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BodyField, ElasticBody};
+use orthowear::body::{BodyField, ElasticBody, Estimate, StressField};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
+use orthowear::fem::RecoveryPoints;
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::mesh::{Block, Mesh};
-use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid, volume_grid};
+use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};
 use orthowear::results::fields::{FieldKind, FieldWriter};
 use orthowear::results::frame_fields::{FrameMesh, frame_grid};
 use orthowear::results::output::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
+use orthowear::results::volume::volume_grid;
 use orthowear::results::vtu::{DataArray, UnstructuredGrid, Values};
 
 /// A body whose displacement is the affine field of [`displacement`], whatever the tractions.
@@ -44,12 +47,28 @@ impl ElasticBody for AffineBody {
     }
 
     fn recover(&self, _tractions: &[f64]) -> Result<BodyField> {
-        let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
-        Ok(BodyField {
-            displacement: self.0.iter().map(displacement).collect(),
-            stress: self.0.iter().map(stress).collect(),
-        })
+        Ok(BodyField { displacement: self.0.iter().map(displacement).collect(), stress: None })
     }
+
+    fn recover_stress(&self, _displacement: &[[f64; 3]], _estimate: Estimate) -> Result<Option<StressField>> {
+        let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
+        let n = self.0.len();
+        // The meshes of these tests are one cell.
+        let points = RecoveryPoints { node: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
+        Ok(Some(StressField {
+            points: Arc::new(points),
+            stress: self.0.iter().map(stress).collect(),
+            exposures: Vec::new(),
+            error: None,
+        }))
+    }
+}
+
+/// Displacement and stress.
+fn whole_field(body: &AffineBody) -> BodyField {
+    let field = body.recover(&[]).expect("a field");
+    let stress = body.recover_stress(&field.displacement, Estimate::Skipped).expect("a stress");
+    BodyField { stress, ..field }
 }
 
 /// Numbers without pattern in -1..1 (the golden ratio's multiples), so that a permuted entry shows.
@@ -180,7 +199,7 @@ fn a_frame_without_grid_is_searched_to_the_same_end() {
 /// Truth: what is given; a field of the wrong size is refused, not cut.
 #[test]
 fn a_recovered_field_that_does_not_fit_is_refused() {
-    let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: Vec::new() };
+    let field = BodyField { displacement: vec![[0.0; 3]; 7], stress: None };
     let message = volume_grid(&quadratic_cube(), &field).expect_err("7 of 20 nodes").to_string();
     assert!(message.contains("7 displacements") && message.contains("20 nodes"), "{message}");
 }
@@ -282,14 +301,16 @@ fn meshio_and_vtk_read_what_was_given() {
         let planes = &state.tractions;
         let tractions: Vec<[f64; 3]> = (0..6).map(|c| [0, 1, 2].map(|k| planes[6 * k + c])).collect();
         for body in &bodies {
-            let field = body.body.recover(planes).expect("a field");
+            let mut field = body.body.recover(planes).expect("a field");
+            let stress = body.body.recover_stress(&field.displacement, Estimate::Wanted);
+            field.stress = stress.expect("a stress");
             let grid = surface_grid(body, (&frame, &cells), &field, &tractions).expect("a grid");
             files.insert(format!("{}_000{}.vtu", body.side.key(), i + 1), json_grid(&grid, true));
         }
-        let volume = volume_grid(&cube, &lower.recover(planes).expect("a field")).expect("a grid");
+        let volume = volume_grid(&cube, &whole_field(&lower)).expect("a grid");
         files.insert(format!("body1_volume_000{}.vtu", i + 1), json_grid(&volume, true));
     }
-    let field = AffineBody(tetrahedron.points.clone()).recover(&[]).expect("a field");
+    let field = whole_field(&AffineBody(tetrahedron.points.clone()));
     let grid = volume_grid(&tetrahedron, &field).expect("a grid");
     grid.write(&mut std::fs::File::create(dir.path().join("tetrahedron.vtu")).expect("a file"))
         .expect("written");

@@ -12,4 +12,5 @@ mod fem_refusals;
 mod fields;
 mod laws;
 mod mesh;
+mod recovery;
 mod wear;

@@ -9,6 +9,7 @@
 mod collect;
 mod cursor;
 mod fields;
+mod pos;
 mod v2;
 mod v4;
 
@@ -18,6 +19,7 @@ use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
 use collect::Raw;
 use cursor::Cursor;
+pub use pos::write_size_field;
 
 /// The two versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::strength::Strength;
+use crate::material::strength::Limit;
+
 /// An elastic material; `model` names the set of constants.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
@@ -15,6 +18,10 @@ pub enum Material {
         E: f64,
         /// Poisson's ratio, between -1 and 0.5.
         nu: f64,
+        /// Yield stress, for the index of von Mises.
+        #[serde(default, rename = "yield")]
+        #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+        yields: Option<f64>,
     },
     /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
     TransverselyIsotropic {
@@ -31,6 +38,10 @@ pub enum Material {
         nu12: f64,
         /// Poisson's ratio across the fibre.
         nu23: f64,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
     },
     /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
     Orthotropic {
@@ -58,10 +69,30 @@ pub enum Material {
         nu13: f64,
         /// Poisson's ratio 23.
         nu23: f64,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
     },
     /// All constants as a symmetric 6 x 6 stiffness.
     Stiffness {
         /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
         C: Box<[[f64; 6]; 6]>,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
     },
+}
+
+impl Material {
+    /// What it bears, if the scene says so.
+    pub(crate) fn limit(&self) -> Option<Limit> {
+        match self {
+            Self::Isotropic { yields, .. } => yields.map(Limit::Yield),
+            Self::TransverselyIsotropic { strength, .. }
+            | Self::Orthotropic { strength, .. }
+            | Self::Stiffness { strength, .. } => strength.map(|strength| Limit::Ply(strength.into())),
+        }
+    }
 }

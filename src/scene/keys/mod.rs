@@ -8,6 +8,7 @@ pub mod laws;
 pub mod material;
 pub mod solver;
 pub mod step;
+pub mod strength;
 
 use std::collections::BTreeMap;
 

@@ -6,6 +6,7 @@ use nalgebra::Matrix6;
 
 use super::Resolver;
 use crate::error::Result;
+use crate::material::strength::Limit;
 use crate::material::{Orthotropic, Stiffness};
 use crate::scene::keys::material::Material;
 
@@ -40,13 +41,38 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
     materials
 }
 
+/// What the materials bear, of those for which the scene says it.
+pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
+    let mut limits = BTreeMap::new();
+    for name in r.names("materials") {
+        let key = format!("materials.{name}");
+        // A section that cannot be read is reported with the stiffness.
+        let (clean, before) = (std::mem::replace(&mut r.clean, false), r.mistakes.len());
+        let found: Option<Material> = r.section(&key);
+        r.clean = clean;
+        r.mistakes.truncate(before);
+        let Some(limit) = found.and_then(|material| material.limit()) else { continue };
+        match limit.check() {
+            Ok(()) => {
+                limits.insert(name, limit);
+            }
+            Err(error) => {
+                let place = if let Limit::Yield(_) = limit { "yield" } else { "strength" };
+                let mend = "strengths are positive, also those of compression";
+                r.wrong(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
+            }
+        }
+    }
+    limits
+}
+
 fn stiffness(material: &Material) -> Result<Stiffness> {
     match *material {
-        Material::Isotropic { E, nu } => Stiffness::isotropic(E, nu),
-        Material::TransverselyIsotropic { E1, E2, G12, nu12, nu23 } => {
+        Material::Isotropic { E, nu, .. } => Stiffness::isotropic(E, nu),
+        Material::TransverselyIsotropic { E1, E2, G12, nu12, nu23, .. } => {
             Stiffness::transversely_isotropic(E1, E2, G12, nu12, nu23)
         }
-        Material::Orthotropic { E1, E2, E3, G12, G13, G23, nu12, nu13, nu23 } => {
+        Material::Orthotropic { E1, E2, E3, G12, G13, G23, nu12, nu13, nu23, .. } => {
             Stiffness::orthotropic(&Orthotropic {
                 e1: E1,
                 e2: E2,
@@ -59,6 +85,6 @@ fn stiffness(material: &Material) -> Result<Stiffness> {
                 nu23,
             })
         }
-        Material::Stiffness { ref C } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
+        Material::Stiffness { ref C, .. } => Stiffness::from_voigt(Matrix6::from_fn(|i, j| C[i][j])),
     }
 }

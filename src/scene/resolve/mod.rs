@@ -79,6 +79,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let title: Option<String> = r.section_or_default("title");
     let units: Option<Units> = r.section_or_default("units");
     let materials = materials::resolve(r);
+    let limits = self::materials::limits(r);
     let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
     let frame = frame::resolve_frame(r, &bodies);
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
@@ -95,6 +96,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         title: title?,
         units: units?,
         bodies: [body1?, body2?],
+        limits,
         frame: frame?,
         gap: gap?,
         friction: laws.friction,

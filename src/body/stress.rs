@@ -1,0 +1,27 @@
+//! Stress in the volume of a meshed body, what it means for its materials, and how far it may be trusted.
+
+use std::sync::Arc;
+
+use crate::fem::{ErrorEstimate, ExposureField, RecoveryPoints};
+
+/// Whether the error of the stress is estimated too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimate {
+    /// It is.
+    Wanted,
+    /// It is not.
+    Skipped,
+}
+
+/// Stress in the volume of a body.
+#[derive(Debug, Clone)]
+pub struct StressField {
+    /// Where: nodes of the mesh, doubled where materials meet.
+    pub points: Arc<RecoveryPoints>,
+    /// Recovered stress in Voigt order 11 22 33 23 13 12, global axes, MPa, `[n_points]`.
+    pub stress: Vec<[f64; 6]>,
+    /// Exposure of the materials whose limits are known, by criterion.
+    pub exposures: Vec<ExposureField>,
+    /// Estimated error of the elements' own stress, where it was asked for.
+    pub error: Option<ErrorEstimate>,
+}

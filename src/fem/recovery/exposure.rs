@@ -1,0 +1,51 @@
+//! How near a body's stress comes to the limits of its materials.
+
+use rayon::prelude::*;
+
+use super::points::RecoveryPoints;
+use crate::material::strength::{Criterion, Exposure, Limit, in_axes};
+
+/// Exposure by one criterion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExposureField {
+    /// The criterion.
+    pub criterion: Criterion,
+    /// At each recovery point the largest over the cells that meet there, each in its own material axes, `[n_points]`.
+    pub points: Vec<Exposure>,
+    /// In each solid cell the largest over its nodes, `[n_cells]`.
+    pub cells: Vec<Exposure>,
+}
+
+/// Exposures by all criteria that apply somewhere, for recovered `stress` at the points; `limit` gives the limit and
+/// the material axes (columns, global) of a cell, `None` where nothing is known.
+pub(crate) fn exposures<'a>(
+    points: &RecoveryPoints,
+    stress: &[[f64; 6]],
+    limit: impl Fn(usize) -> Option<(&'a Limit, nalgebra::Matrix3<f64>)> + Sync,
+) -> Vec<ExposureField> {
+    let mut criteria: Vec<Criterion> = (0..points.n_cells())
+        .filter_map(&limit)
+        .flat_map(|(limit, _)| limit.criteria().iter().copied())
+        .collect();
+    criteria.sort_unstable();
+    criteria.dedup();
+    let field = |criterion| {
+        let of_cell = |cell: usize| -> Vec<Exposure> {
+            let Some((limit, axes)) = limit(cell) else {
+                return vec![Exposure::ZERO; points.of_cell(cell).len()];
+            };
+            let nodes = points.of_cell(cell).iter();
+            nodes.map(|&point| limit.exposure(criterion, &in_axes(&axes, &stress[point]))).collect()
+        };
+        let at_nodes: Vec<Vec<Exposure>> = (0..points.n_cells()).into_par_iter().map(of_cell).collect();
+        let mut at_points = vec![Exposure::ZERO; points.n_points()];
+        for (cell, found) in at_nodes.iter().enumerate() {
+            for (&point, &exposure) in points.of_cell(cell).iter().zip(found) {
+                at_points[point] = at_points[point].max(exposure);
+            }
+        }
+        let cells = at_nodes.into_iter().map(|found| found.into_iter().fold(Exposure::ZERO, Exposure::max));
+        ExposureField { criterion, points: at_points, cells: cells.collect() }
+    };
+    criteria.into_iter().map(field).collect()
+}

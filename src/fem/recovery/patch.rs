@@ -1,0 +1,101 @@
+//! Least-squares polynomials over a patch of samples, as weights of the samples at a point.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values below this share of the largest belong to polynomials that the samples do not determine (all in
+/// one plane, say). Scaled coordinates of patches with an aspect ratio of 1e4 stay above it.
+const UNDETERMINED: f64 = 1e-9;
+
+/// The polynomial of a degree that fits the samples best.
+pub(super) struct Patch {
+    /// Samples, indices into those of the body, `[n]`.
+    pub samples: Vec<usize>,
+    degree: usize,
+    centre: [f64; 3],
+    scale: [f64; 3],
+    /// Maps the monomials at a point to the weights of the samples there, `[n, n_terms]`.
+    weights: DMatrix<f64>,
+}
+
+impl Patch {
+    /// The fit of polynomials up to `degree` (1 or 2) to `samples` at `positions`. Where these do not determine it,
+    /// what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
+    pub fn new(degree: usize, samples: Vec<usize>, position: impl Fn(usize) -> [f64; 3]) -> Self {
+        let at: Vec<[f64; 3]> = samples.iter().map(|&sample| position(sample)).collect();
+        let n = at.len() as f64;
+        let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
+        let scale: [f64; 3] = std::array::from_fn(|c| {
+            at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max)
+        });
+        // An axis along which the samples do not differ, to rounding, has no size of its own.
+        let largest = scale.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let scale = scale.map(|s| if s > UNDETERMINED * largest { s } else { largest });
+        let mut patch = Self { samples, degree, centre, scale, weights: DMatrix::zeros(0, 0) };
+        let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
+        let a = DMatrix::from_fn(rows.len(), patch.n_terms(), |i, j| rows[i][j]);
+        let svd = a.svd(true, true);
+        let limit = UNDETERMINED * svd.singular_values.amax();
+        let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { unreachable!("both were asked for") };
+        let inverse = svd.singular_values.map(|s| if s > limit { 1.0 / s } else { 0.0 });
+        patch.weights = u * DMatrix::from_diagonal(&inverse) * vt;
+        patch
+    }
+
+    fn n_terms(&self) -> usize {
+        if self.degree == 1 { 4 } else { 10 }
+    }
+
+    fn monomials(&self, x: [f64; 3]) -> Vec<f64> {
+        let [x, y, z]: [f64; 3] = std::array::from_fn(|c| (x[c] - self.centre[c]) / self.scale[c]);
+        let mut terms = vec![1.0, x, y, z];
+        if self.degree > 1 {
+            terms.extend([x * x, y * y, z * z, y * z, x * z, x * y]);
+        }
+        terms
+    }
+
+    /// Weights of the samples in the value of the polynomial at `x`, `[n]`; they sum to 1.
+    pub fn weights_at(&self, x: [f64; 3]) -> DVector<f64> {
+        &self.weights * DVector::from_vec(self.monomials(x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scattered(n: usize) -> Vec<[f64; 3]> {
+        let number = |k: usize| ((k as f64) * 0.618_033_988_75).fract() - 0.5;
+        (0..n).map(|i| [number(3 * i + 1), 0.01 * number(5 * i + 2), 30.0 * number(7 * i + 3)]).collect()
+    }
+
+    /// Truth: a least-squares fit of polynomials reproduces them. Tolerance: rounding of the fit.
+    #[test]
+    fn polynomials_are_reproduced() {
+        for degree in [1, 2] {
+            let at = scattered(24);
+            let patch = Patch::new(degree, (0..24).collect(), |i| at[i]);
+            let field = |[x, y, z]: [f64; 3]| {
+                let quadratic = if degree == 2 { 4.0 * x * z - 3.0 * y * y + x * x } else { 0.0 };
+                2.0 + x - 50.0 * y + 0.2 * z + quadratic
+            };
+            let x = [0.4, 0.003, -9.0];
+            let value: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * field(*p)).sum();
+            assert!((value - field(x)).abs() < 1e-12 * 60.0, "{value} {}", field(x));
+        }
+    }
+
+    /// Truth: samples in one plane say nothing of the direction across it, one sample only of itself: the fit is
+    /// constant there.
+    #[test]
+    fn what_the_samples_leave_open_is_constant() {
+        let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
+        let patch = Patch::new(1, (0..12).collect(), |i| at[i]);
+        for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
+            let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
+            assert!((found - value).abs() < 1e-12, "{found}");
+        }
+        let alone = Patch::new(2, vec![0], |_| [1.0, 2.0, 3.0]);
+        assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
+    }
+}

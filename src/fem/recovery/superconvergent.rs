@@ -1,0 +1,230 @@
+//! Superconvergent patch recovery: nodal stress from polynomials over the elements around each vertex.
+//!
+//! At a vertex inside a material, a polynomial of the elements' own degree is fitted to the stress at the
+//! superconvergent points of the elements around it. A vertex on the border of its material takes the polynomial of the
+//! nearest inner vertex of its elements; where there is none (one layer of elements), one over its own elements and
+//! those around them, at their integration points. A middle node takes the mean of the polynomials of the corners
+//! nearest to it. Materials never share a patch. All of it is linear in the samples and depends on the mesh only: it is
+//! kept as weights.
+//!
+//! # Source
+//! Zienkiewicz and Zhu (1992), Int. J. Numer. Meth. Engng 33, 1331-1364, section 3.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::patch::Patch;
+use super::points::{RecoveryPoints, Topology, classes};
+use super::samples::{self, Sample};
+use crate::error::Result;
+use crate::fem::FeModel;
+use crate::fem::assembly::Elements;
+
+/// Corners whose distance exceeds the least by no more than this share are equally near.
+const TIE: f64 = 1e-6;
+
+/// How the stress at the points of a body follows from that in its elements.
+pub struct StressRecovery {
+    points: Arc<RecoveryPoints>,
+    /// Elements whose integration points are samples too, `[n_cells]`.
+    dense: Vec<bool>,
+    /// Weights of the samples at each point: start of each point's entries, samples, values.
+    starts: Vec<usize>,
+    samples: Vec<u32>,
+    weights: Vec<f64>,
+}
+
+impl StressRecovery {
+    /// The recovery on the mesh of `model`.
+    ///
+    /// # Errors
+    /// If an element is inverted (a model with such elements is refused when it is made).
+    pub fn new(model: &FeModel) -> Result<Self> {
+        let elements = model.elements();
+        let class = classes(elements);
+        let points = RecoveryPoints::new(elements, &class);
+        let topology = Topology::new(elements, &class, &points);
+        let rest = vec![[0.0; 3]; elements.mesh.n_points()];
+        let sources: Vec<Vec<Source>> =
+            (0..points.n_points()).into_par_iter().map(|p| sources(elements, &points, &topology, p)).collect();
+        let mut dense = vec![false; elements.n()];
+        for source in sources.iter().flatten() {
+            if let Source::Ring(vertex) = source {
+                ring(&points, &topology, *vertex).into_iter().for_each(|cell| dense[cell] = true);
+            }
+        }
+        let layout = Layout::new(elements, &dense, &rest)?;
+        let builder = Builder { elements, points: &points, topology: &topology, layout: &layout };
+        let rows: Vec<Vec<(u32, f64)>> =
+            (0..points.n_points()).into_par_iter().map(|p| builder.row(p, &sources[p])).collect();
+        let mut recovery = Self { points: Arc::new(points), dense, starts: vec![0], samples: Vec::new(), weights: Vec::new() };
+        for row in rows {
+            recovery.samples.extend(row.iter().map(|entry| entry.0));
+            recovery.weights.extend(row.iter().map(|entry| entry.1));
+            recovery.starts.push(recovery.samples.len());
+        }
+        Ok(recovery)
+    }
+
+    /// Where the stress is recovered.
+    pub fn points(&self) -> &Arc<RecoveryPoints> {
+        &self.points
+    }
+
+    /// Recovered stress at the points, Voigt 11 22 33 23 13 12, global axes, MPa, `[n_points]`, for a displacement of
+    /// all mesh nodes. The same bits for any number of threads.
+    ///
+    /// # Errors
+    /// If an element is inverted (a model with such elements is refused when it is made).
+    pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
+        let samples = all_samples(model.elements(), &self.dense, displacement)?;
+        let value = |point: usize| {
+            let range = self.starts[point]..self.starts[point + 1];
+            let mut sum = nalgebra::Vector6::zeros();
+            for (&sample, weight) in self.samples[range.clone()].iter().zip(&self.weights[range]) {
+                sum += samples[sample as usize].stress * *weight;
+            }
+            sum.into()
+        };
+        Ok((0..self.points.n_points()).into_par_iter().map(value).collect())
+    }
+}
+
+/// Where the value at a point comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Source {
+    /// The polynomial over the elements around an inner vertex.
+    Vertex(usize),
+    /// That over the elements around a vertex and their neighbours, at the integration points.
+    Ring(usize),
+}
+
+/// The samples of all elements, superconvergent ones first, then those of `dense` elements.
+fn all_samples(elements: Elements, dense: &[bool], u: &[[f64; 3]]) -> Result<Vec<Sample>> {
+    let of_element = |i: usize| -> Result<Vec<Sample>> {
+        let mut found = samples::superconvergent(elements, i, u)?;
+        if dense[i] {
+            found.extend(samples::at_integration_points(elements, i, u)?);
+        }
+        Ok(found)
+    };
+    let all: Vec<Vec<Sample>> = (0..elements.n()).into_par_iter().map(of_element).collect::<Result<_>>()?;
+    Ok(all.into_iter().flatten().collect())
+}
+
+/// Which samples belong to which element.
+struct Layout {
+    /// Start of each element's samples, of its integration points among them, and its end.
+    starts: Vec<[usize; 3]>,
+    samples: Vec<Sample>,
+}
+
+impl Layout {
+    fn new(elements: Elements, dense: &[bool], rest: &[[f64; 3]]) -> Result<Self> {
+        let samples = all_samples(elements, dense, rest)?;
+        let mut starts = Vec::with_capacity(elements.n());
+        let mut end = 0;
+        for i in 0..elements.n() {
+            let first = end;
+            let inner = first + samples::superconvergent(elements, i, rest)?.len();
+            end = inner;
+            if dense[i] {
+                end += samples::at_integration_points(elements, i, rest)?.len();
+            }
+            starts.push([first, inner, end]);
+        }
+        Ok(Self { starts, samples })
+    }
+}
+
+/// Cells around a vertex and those that share a point with them, ascending.
+fn ring(points: &RecoveryPoints, topology: &Topology, vertex: usize) -> Vec<usize> {
+    let around = topology.cells_at[vertex].iter().flat_map(|&cell| points.of_cell(cell));
+    let mut cells: Vec<usize> = around.flat_map(|&point| topology.cells_at[point].iter().copied()).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
+}
+
+/// Where the value at point `p` comes from; equally near vertices count alike.
+fn sources(elements: Elements, points: &RecoveryPoints, topology: &Topology, p: usize) -> Vec<Source> {
+    if !topology.vertex[p] {
+        return nearest_corners(elements, points, topology, p)
+            .into_iter()
+            .flat_map(|corner| sources(elements, points, topology, corner))
+            .collect();
+    }
+    if !topology.border[p] {
+        return vec![Source::Vertex(p)];
+    }
+    let mut inner: Vec<usize> = topology.cells_at[p]
+        .iter()
+        .flat_map(|&cell| points.of_cell(cell))
+        .copied()
+        .filter(|&q| topology.vertex[q] && !topology.border[q])
+        .collect();
+    inner.sort_unstable();
+    inner.dedup();
+    let near = nearest(elements, points, p, &inner);
+    if near.is_empty() { vec![Source::Ring(p)] } else { near.into_iter().map(Source::Vertex).collect() }
+}
+
+/// The corners nearest to a middle node in the first of its cells: two on an edge, all around a face.
+fn nearest_corners(
+    elements: Elements,
+    points: &RecoveryPoints,
+    topology: &Topology,
+    p: usize,
+) -> Vec<usize> {
+    let cell = topology.cells_at[p][0];
+    let corners = elements.mesh.kind(elements.regions.cells[cell]).n_corners();
+    nearest(elements, points, p, &points.of_cell(cell)[..corners])
+}
+
+fn nearest(elements: Elements, points: &RecoveryPoints, p: usize, among: &[usize]) -> Vec<usize> {
+    let at = |q: usize| nalgebra::Vector3::from(elements.mesh.points[points.node[q]]);
+    let distance = |q: usize| (at(q) - at(p)).norm();
+    let least = among.iter().map(|&q| distance(q)).fold(f64::INFINITY, f64::min);
+    among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + TIE)).collect()
+}
+
+/// Makes the rows of the operator.
+struct Builder<'a> {
+    elements: Elements<'a>,
+    points: &'a RecoveryPoints,
+    topology: &'a Topology,
+    layout: &'a Layout,
+}
+
+impl Builder<'_> {
+    /// Samples and weights of a point, samples ascending.
+    fn row(&self, point: usize, sources: &[Source]) -> Vec<(u32, f64)> {
+        let x = self.elements.mesh.points[self.points.node[point]];
+        let share = 1.0 / sources.len() as f64;
+        let mut row: Vec<(u32, f64)> = Vec::new();
+        for source in sources {
+            let patch = self.patch(*source);
+            let weights = patch.weights_at(x);
+            row.extend(patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)));
+        }
+        row.sort_by_key(|entry| entry.0);
+        row.dedup_by(|next, kept| next.0 == kept.0 && {
+            kept.1 += next.1;
+            true
+        });
+        row
+    }
+
+    fn patch(&self, source: Source) -> Patch {
+        let (cells, kinds) = match source {
+            Source::Vertex(vertex) => (self.topology.cells_at[vertex].clone(), [0, 1]),
+            Source::Ring(vertex) => (ring(self.points, self.topology, vertex), [1, 2]),
+        };
+        let starts = &self.layout.starts;
+        let samples = cells.iter().flat_map(|&cell| starts[cell][kinds[0]]..starts[cell][kinds[1]]);
+        let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
+        let degree = cells.iter().map(|cell| samples::degree(kind(cell))).min().unwrap_or(1);
+        Patch::new(degree, samples.collect(), |sample| self.layout.samples[sample].position)
+    }
+}

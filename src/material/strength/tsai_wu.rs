@@ -1,0 +1,73 @@
+//! The tensor polynomial of Tsai and Wu.
+
+use super::{Exposure, Mode, PlyStrength, quadratic_exposure};
+
+/// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23² .., and
+/// F_ij = F_ij* sqrt(F_ii F_jj).
+///
+/// # Source
+/// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.
+pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> Exposure {
+    let PlyStrength { tension, compression, shear, interaction } = strength;
+    // Stresses in units of the geometric mean of their two strengths.
+    let x: [f64; 3] = std::array::from_fn(|i| s[i] / (tension[i] * compression[i]).sqrt());
+    let b: f64 = (0..3).map(|i| s[i] * (1.0 / tension[i] - 1.0 / compression[i])).sum();
+    let normal: f64 = x.iter().map(|x| x * x).sum();
+    let mixed = interaction[0] * x[1] * x[2] + interaction[1] * x[0] * x[2] + interaction[2] * x[0] * x[1];
+    let sheared: f64 = (0..3).map(|i| (s[3 + i] / shear[i]).powi(2)).sum();
+    let value = quadratic_exposure(normal + 2.0 * mixed + sheared, b);
+    Exposure::ZERO.max(Exposure { value, mode: Mode::Interaction })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{single, t300};
+    use super::*;
+
+    /// Truth: each strength is found again.
+    #[test]
+    fn single_stresses_fail_at_their_strengths() {
+        let strength = t300();
+        for i in 0..3 {
+            for stress in [
+                single(i, strength.tension[i]),
+                single(i, -strength.compression[i]),
+                single(3 + i, strength.shear[i]),
+                single(3 + i, -strength.shear[i]),
+            ] {
+                assert!((tsai_wu(&strength, &stress).value - 1.0).abs() < 1e-14);
+            }
+        }
+    }
+
+    /// Truth: the plane-stress example of Kaw, Mechanics of Composite Materials (2nd edition 2006), example 2.19: a
+    /// graphite/epoxy lamina (1500, 1500, 40, 246, 68 MPa) at 60 degrees under σx = 2 S, σy = -3 S, τxy = 4 S,
+    /// σ1 = 1.714 S, σ2 = -2.714 S, τ12 = -4.165 S, fails at S = 22.39 MPa with F12 by Mises and Hencky
+    /// (-1/2 sqrt(F11 F22)). Tolerance: the four digits given.
+    #[test]
+    fn worked_example() {
+        let strength = PlyStrength {
+            tension: [1500.0, 40.0, 40.0],
+            compression: [1500.0, 246.0, 246.0],
+            shear: [68.0; 3],
+            interaction: [-0.5; 3],
+        };
+        let stress = [1.714, -2.714, 0.0, 0.0, 0.0, -4.165];
+        let failure = 1.0 / tsai_wu(&strength, &stress).value;
+        assert!((failure - 22.39).abs() < 0.006, "{failure}");
+    }
+
+    /// Truth: with equal strengths and interactions of -1/2, the polynomial is von Mises' criterion.
+    #[test]
+    fn isotropic_strengths_give_von_mises() {
+        let strength = PlyStrength {
+            tension: [250.0; 3],
+            compression: [250.0; 3],
+            shear: [250.0 / 3f64.sqrt(); 3],
+            interaction: [-0.5; 3],
+        };
+        let stress = [100.0, -40.0, 20.0, 15.0, -60.0, 31.0];
+        let wanted = super::super::von_mises(&stress) / 250.0;
+        assert!((tsai_wu(&strength, &stress).value / wanted - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,109 @@
+//! Sizes that the elements of a next mesh shall have, at the nodes of this one.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::{CellRef, Mesh};
+use crate::element::ElementKind;
+
+/// Edge of the regular solid of a kind and a volume.
+pub fn edge_length(kind: ElementKind, volume: f64) -> f64 {
+    let unit = match kind.n_corners() {
+        4 => 1.0 / 72f64.sqrt(),
+        5 => 1.0 / 18f64.sqrt(),
+        6 => 3f64.sqrt() / 4.0,
+        _ => 1.0,
+    };
+    (volume / unit).cbrt()
+}
+
+/// Bounds of a size field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeBounds {
+    /// Least size.
+    pub least: f64,
+    /// Largest size.
+    pub largest: f64,
+    /// Growth of the size per distance.
+    pub growth: f64,
+}
+
+/// Sizes at the corner nodes of the solids: the geometric mean over the solids that meet there of their `wanted` sizes
+/// (`[n_cells]`, as [`Mesh::volume_cells`]), within the bounds, growing no faster than allowed; 0 at all other points.
+pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64> {
+    let cells: Vec<CellRef> = mesh.volume_cells().collect();
+    let corners = |cell: CellRef| &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
+    let (mut sum, mut count) = (vec![0.0; mesh.n_points()], vec![0.0f64; mesh.n_points()]);
+    let mut cells_at: Vec<Vec<usize>> = vec![Vec::new(); mesh.n_points()];
+    for (i, (&cell, size)) in cells.iter().zip(wanted).enumerate() {
+        for &node in corners(cell) {
+            sum[node] += size.ln();
+            count[node] += 1.0;
+            cells_at[node].push(i);
+        }
+    }
+    let mean = |(sum, count): (&f64, &f64)| {
+        if *count > 0.0 { (sum / count).exp().clamp(bounds.least, bounds.largest) } else { 0.0 }
+    };
+    let mut sizes: Vec<f64> = sum.iter().zip(&count).map(mean).collect();
+    // Smallest first, as in a search of shortest paths: each node is final when it is taken. Positive numbers are
+    // ordered as their bits.
+    let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
+        (0..sizes.len()).filter(|&i| sizes[i] > 0.0).map(|i| Reverse((sizes[i].to_bits(), i))).collect();
+    while let Some(Reverse((bits, node))) = queue.pop() {
+        if bits != sizes[node].to_bits() {
+            continue;
+        }
+        for &other in cells_at[node].iter().flat_map(|&i| corners(cells[i])) {
+            let distance = (0..3).map(|c| (mesh.points[node][c] - mesh.points[other][c]).powi(2)).sum::<f64>();
+            let allowed = sizes[node] + bounds.growth * distance.sqrt();
+            if allowed < sizes[other] {
+                sizes[other] = allowed;
+                queue.push(Reverse((allowed.to_bits(), other)));
+            }
+        }
+    }
+    sizes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::structured::GradedBlock;
+
+    /// Truth: the volumes of the regular solids of edge 2.
+    #[test]
+    fn edges_of_regular_solids() {
+        for (kind, volume) in [
+            (ElementKind::Tet4, 8.0 / 72f64.sqrt()),
+            (ElementKind::Pyramid5, 8.0 / 18f64.sqrt()),
+            (ElementKind::Wedge6, 2.0 * 3f64.sqrt()),
+            (ElementKind::Hex20, 8.0),
+        ] {
+            assert!((edge_length(kind, volume) - 2.0).abs() < 1e-14);
+        }
+    }
+
+    /// Truth: along edges of the mesh the size is the least one plus growth times the distance; bounds hold.
+    #[test]
+    fn sizes_grow_no_faster_than_allowed() {
+        let mesh = GradedBlock::uniform([2.0, 2.0], 4.0, [4, 4, 4]).mesh().unwrap();
+        let mut wanted = vec![5.0; 64];
+        wanted[0] = 1e-6;
+        let sizes = nodal_sizes(&mesh, &wanted, &SizeBounds { least: 0.1, largest: 3.0, growth: 0.5 });
+        let corner = mesh.cell_nodes(mesh.volume_cells().next().unwrap())[..8]
+            .iter()
+            .copied()
+            .min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]))
+            .unwrap();
+        assert!((sizes[corner] - 0.1).abs() < 1e-15, "the corner of one cell only");
+        for (x, size) in mesh.points.iter().zip(&sizes) {
+            let distance = (0..3).map(|c| (x[c] - mesh.points[corner][c]).powi(2)).sum::<f64>().sqrt();
+            assert!(*size <= 3.0 && *size >= 0.1 && *size <= 0.1 + 0.5 * 3.0 * distance);
+            let along_edges = (0..3).filter(|&c| x[c] != mesh.points[corner][c]).count() == 1;
+            if along_edges && distance > 1.5 {
+                assert!((size - (0.1 + 0.5 * distance).min(3.0)).abs() < 1e-12, "{size} at {distance}");
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The peaks of a body's stress, failure indices and estimated error, for the summary.
+
+use serde::Serialize;
+
+use crate::body::StressField;
+use crate::fem::{ErrorEstimate, ExposureField};
+use crate::material::strength::{Exposure, von_mises};
+use crate::mesh::Mesh;
+use crate::results::surface_stress::SurfaceStress;
+
+/// Share of the squared error in the cells that the summary points at.
+const HALF: f64 = 0.5;
+
+/// A largest value and where it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Peak {
+    /// The value.
+    pub value: f64,
+    /// Undeformed position, global axes.
+    pub position: [f64; 3],
+}
+
+/// The largest index of a criterion.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IndexPeak {
+    /// Name of the criterion, as in the field files.
+    pub criterion: &'static str,
+    /// Stress exposure: 1 at failure.
+    pub value: f64,
+    /// How it fails there.
+    pub mode: &'static str,
+    /// Undeformed position, global axes.
+    pub position: [f64; 3],
+}
+
+/// The estimated error of a body in one increment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ErrorRecord {
+    /// Relative to the norm of the stress, in the energy norm.
+    pub relative: f64,
+    /// In the energy norm: the root of twice the energy of the difference.
+    pub energy_norm: f64,
+    /// Centre of the cell of the largest error.
+    pub position: [f64; 3],
+    /// The cells that hold half of the squared error: their number, their share of the volume, their centre (weighted
+    /// by the squared error) and the distance from it within which they lie.
+    pub worst_cells: WorstCells,
+}
+
+/// Where the error is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WorstCells {
+    /// Number of the fewest cells that hold half of the squared error.
+    pub count: usize,
+    /// Their share of the body's volume.
+    pub volume_share: f64,
+    /// Their centre, weighted by the squared error.
+    pub centre: [f64; 3],
+    /// Largest distance of the centre of one from there.
+    pub radius: f64,
+}
+
+/// The peaks of a body's stress.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodyPeaks {
+    /// Largest equivalent stress of von Mises.
+    pub von_mises: Peak,
+    /// Largest index of each criterion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub indices: Vec<IndexPeak>,
+    /// Largest principal stress in the plane of the contact surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_tangential: Option<Peak>,
+    /// Estimated error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<ErrorRecord>,
+}
+
+/// The peaks of a body after an increment: an entry of `summary.bodies`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodyRecord {
+    /// "body1" or "body2".
+    pub body: &'static str,
+    /// Name of the step.
+    pub name: String,
+    /// Number of the increment or jump in its step, from 1.
+    pub increment: usize,
+    /// The peaks.
+    #[serde(flatten)]
+    pub peaks: BodyPeaks,
+}
+
+impl BodyPeaks {
+    /// The peaks of `field`; `surface` gives the stress on the contact surface.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        contact_nodes: &[usize],
+        field: &StressField,
+        surface: &SurfaceStress<'_>,
+    ) -> Self {
+        Self {
+            von_mises: von_mises_peak(mesh, field),
+            indices: index_peaks(mesh, field),
+            sigma_tangential: tangential_peak(mesh, contact_nodes, field, surface),
+            error: field.error.as_ref().map(ErrorRecord::new),
+        }
+    }
+}
+
+/// The index and value of the first of the largest of some values; `None` of none.
+fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
+    values.enumerate().fold(None, |best, (i, value)| match best {
+        Some((_, found)) if value <= found => best,
+        _ => Some((i, value)),
+    })
+}
+
+/// Peak of von Mises' stress.
+fn von_mises_peak(mesh: &Mesh, field: &StressField) -> Peak {
+    let (point, value) = largest(field.stress.iter().map(von_mises)).unwrap_or((0, 0.0));
+    Peak { value, position: mesh.points[field.points.node[point]] }
+}
+
+/// Peak of each criterion.
+fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
+    let peak = |exposure: &ExposureField| {
+        let (point, _) = largest(exposure.points.iter().map(|e| e.value))?;
+        let Exposure { value, mode } = exposure.points[point];
+        let position = mesh.points[field.points.node[point]];
+        Some(IndexPeak { criterion: exposure.criterion.name(), value, mode: mode.name(), position })
+    };
+    field.exposures.iter().filter_map(peak).collect()
+}
+
+impl ErrorRecord {
+    /// The summary of an estimate.
+    pub fn new(estimate: &ErrorEstimate) -> Self {
+        let worst = estimate.worst(HALF);
+        let weight: f64 = worst.iter().map(|&i| estimate.element[i].powi(2)).sum();
+        let mut centre = [0.0; 3];
+        for &i in &worst {
+            let share = estimate.element[i].powi(2) / weight;
+            (0..3).for_each(|c| centre[c] += share * estimate.centre[i][c]);
+        }
+        let distance =
+            |i: &usize| (0..3).map(|c| (estimate.centre[*i][c] - centre[c]).powi(2)).sum::<f64>().sqrt();
+        let volume: f64 = worst.iter().map(|&i| estimate.volume[i]).sum();
+        Self {
+            relative: estimate.relative(),
+            energy_norm: estimate.total(),
+            position: worst.first().map_or([0.0; 3], |&i| estimate.centre[i]),
+            worst_cells: WorstCells {
+                count: worst.len(),
+                volume_share: volume / estimate.volume.iter().sum::<f64>(),
+                centre,
+                radius: worst.iter().map(distance).fold(0.0, f64::max),
+            },
+        }
+    }
+
+    /// Where to refine, in words; `length` is the unit.
+    pub fn advice(&self, length: &str) -> String {
+        let WorstCells { count, volume_share, centre, radius } = &self.worst_cells;
+        let at = |x: &[f64; 3]| format!("({:.3}, {:.3}, {:.3})", x[0], x[1], x[2]);
+        format!(
+            "estimated error {:.1} % in energy norm, largest at {}; half of its square lies in {count} elements ({:.1e} of \
+             the volume) within {radius:.3} {length} of {}: refine there",
+            100.0 * self.relative,
+            at(&self.position),
+            volume_share,
+            at(centre),
+        )
+    }
+}
+
+/// Peak of the tension in the contact surface; `None` without contact nodes.
+fn tangential_peak(
+    mesh: &Mesh,
+    contact_nodes: &[usize],
+    field: &StressField,
+    surface: &SurfaceStress<'_>,
+) -> Option<Peak> {
+    let mut in_contact = vec![false; mesh.n_points()];
+    contact_nodes.iter().for_each(|&node| in_contact[node] = true);
+    let points: Vec<usize> = (0..field.points.n_points()).filter(|&p| in_contact[field.points.node[p]]).collect();
+    let value = |&p: &usize| surface.tangential(field.points.node[p], &surface.at(field.points.node[p], &field.stress[p]));
+    let (i, value) = largest(points.iter().map(value))?;
+    Some(Peak { value, position: mesh.points[field.points.node[points[i]]] })
+}

@@ -1,0 +1,34 @@
+//! The error estimate against known errors.
+
+use orthowear::element::ElementKind::{Hex8, Tet4};
+use orthowear::fem::{HexFormulation, StressRecovery};
+
+use super::manufactured::{ENERGY, body};
+use crate::fem_meshes::wavy;
+
+/// Truth: for conforming elements the squared error in the energy norm is the difference of the squared norms of the
+/// exact and the computed solution (Galerkin orthogonality); the effectivity index, estimated over true error, tends
+/// to 1 (Zienkiewicz and Zhu 1992). Tolerance: 0.8 to 1.2, and closer on the finer mesh or within 0.05.
+#[test]
+fn effectivity_tends_to_one() {
+    let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [|x| x, wavy];
+    for (kind, meshes) in [(Hex8, [8, 16]), (Tet4, [6, 12])] {
+        for (index, map) in maps.into_iter().enumerate() {
+            let effectivity = meshes.map(|n| {
+                let body = body(kind, HexFormulation::Standard, n, map);
+                let (model, u) = (body.model(), body.free_displacement());
+                let recovery = StressRecovery::new(model).unwrap();
+                let stress = recovery.stress(model, u).unwrap();
+                let estimate = recovery.estimate(model, u, &stress).unwrap();
+                let energy = model.strain_energy(u).unwrap();
+                assert!((estimate.norm.powi(2) / (2.0 * energy) - 1.0).abs() < 1e-12);
+                assert!((estimate.volume.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+                estimate.total() / (2.0 * (ENERGY - energy)).sqrt()
+            });
+            let what = format!("{} map {index}: effectivity {effectivity:.4?}", kind.name());
+            println!("{what}");
+            let [coarse, fine] = effectivity.map(|e| (e - 1.0).abs());
+            assert!(fine < 0.2 && (fine < 0.6 * coarse || fine < 0.05), "{what}");
+        }
+    }
+}
