@@ -2,6 +2,7 @@
 
 mod check;
 mod progress;
+mod refine;
 mod render;
 mod run;
 mod schema;
@@ -45,6 +46,8 @@ enum Command {
     Run(RunArgs),
     /// Checks a scene with its meshes and says what a run would compute, skip and need.
     Check(SceneArgs),
+    /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
+    Refine(refine::RefineArgs),
     /// Prints the JSON Schema of a scene.
     Schema,
 }
@@ -91,6 +94,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let code = std::panic::catch_unwind(|| match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
+        Command::Refine(arguments) => refine::refine(&arguments),
         Command::Schema => schema::schema(),
     });
     ExitCode::from(code.unwrap_or(exit::FAILED))

@@ -58,7 +58,7 @@ fn units(plan: &Plan) -> Units {
     Units { length: plan.units.length.clone(), force: plan.units.force.clone() }
 }
 
-fn report(error: &Error) -> u8 {
+pub(super) fn report(error: &Error) -> u8 {
     to_stderr(&format!("error: {error}\n"));
     error.exit_code()
 }
@@ -179,7 +179,7 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
 }
 
 /// A reason of non-convergence in words, with the mend.
-fn reason(word: Option<&str>) -> String {
+pub(super) fn reason(word: Option<&str>) -> String {
     match word {
         Some("iterations") => {
             "the iterations did not suffice (iterations): raise solver.max_iterations or solver.tolerance"

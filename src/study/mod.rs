@@ -6,6 +6,7 @@ mod failure;
 mod fit;
 pub mod forecast;
 mod prepare;
+pub mod refine;
 mod skips;
 
 pub use failure::Failure;

@@ -1,0 +1,258 @@
+//! `orthowear refine`: runs a scene and writes the sizes of the next mesh for gmsh.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::progress::Progress;
+use super::run::{reason, report, show_failure};
+use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
+use crate::body::Estimate;
+use crate::error::{Error, Result};
+use crate::fem::ErrorEstimate;
+use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use crate::mesh::Mesh;
+use crate::mesh::gmsh::write_size_field;
+use crate::results::body_fields::{BodyOutput, BodyShape};
+use crate::results::body_peaks::ErrorRecord;
+use crate::scene::{self, Plan};
+use crate::study::refine::{SizeField, Wanted, size_field};
+use crate::study::{self, Study};
+
+/// Options of `orthowear refine`.
+#[derive(Debug, Args)]
+pub(super) struct RefineArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Error of the stress to aim at, relative, in the energy norm; default half of the present one.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    error: Option<f64>,
+    /// File of the size field (.pos); default the scene's name with _body1.pos, beside the scene.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Body to refine; needed with --out where both have meshes.
+    #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
+    body: Option<u8>,
+    /// Last step to run; default the last one before the first with cycles.
+    #[arg(long, value_name = "NAME")]
+    step: Option<String>,
+    /// Least size of an element; default a quarter of the smallest present one.
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    min_size: Option<f64>,
+    /// Largest size of an element; default twice the largest present one.
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    max_size: Option<f64>,
+    /// Growth of the size per distance.
+    #[arg(long, value_name = "RATE", value_parser = positive, default_value = "0.4")]
+    growth: f64,
+    /// Prints nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("it must be a positive number".to_owned()),
+    }
+}
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    positive(text)
+        .ok()
+        .filter(|value| *value < 1.0)
+        .ok_or_else(|| "it must lie between 0 and 1, e.g. 0.02".to_owned())
+}
+
+/// Keeps the tractions at the end of each step.
+struct StepEnds<'a> {
+    tractions: Vec<(String, Vec<f64>)>,
+    progress: Progress,
+    stop: &'a std::sync::atomic::AtomicBool,
+}
+
+impl Observer for StepEnds<'_> {
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
+        self.progress.show(stage, fraction, residual);
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        match self.tractions.iter_mut().find(|(name, _)| *name == record.name) {
+            Some((_, kept)) => kept.clone_from(&state.tractions),
+            None => self.tractions.push((record.name.clone(), state.tractions.clone())),
+        }
+        Ok(())
+    }
+
+    fn interrupted(&self) -> bool {
+        self.stop.load(std::sync::atomic::Ordering::Relaxed)
+    }
+}
+
+/// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
+pub(super) fn refine(arguments: &RefineArgs) -> u8 {
+    use_threads(arguments.scene.threads);
+    let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
+        Ok(plan) => plan,
+        Err(mistakes) => return refuse(&mistakes),
+    };
+    let bodies = match cut_steps(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
+        Ok(bodies) => bodies,
+        Err(error) => return report(&error),
+    };
+    let stop = signal::catch();
+    let mut progress = Progress::new(arguments.quiet);
+    let study = match study::prepare(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
+        Ok(Some(study)) => study,
+        Ok(None) => return exit::INTERRUPTED,
+        Err(failure) => {
+            progress.end();
+            return show_failure(&plan, &failure);
+        }
+    };
+    let mut ends = StepEnds { tractions: Vec::new(), progress, stop };
+    let outcome = study.run(&mut ends).map(|result| result.outcome);
+    ends.progress.end();
+    match outcome {
+        Ok(Outcome::Converged) => {}
+        Ok(Outcome::NotConverged(why)) => {
+            to_stderr(&format!("not converged: {}\n", reason(Some(why))));
+            return exit::NOT_CONVERGED;
+        }
+        Ok(Outcome::Interrupted) => return exit::INTERRUPTED,
+        Err(error) => return report(&error),
+    }
+    match write_fields(&plan, &study, (arguments, &bodies), &ends.tractions) {
+        Ok(text) if arguments.quiet => drop(text),
+        Ok(text) => to_stdout(&text),
+        Err(error) => return report(&error),
+    }
+    exit::DONE
+}
+
+/// Leaves the steps that are run.
+fn cut_steps(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
+    let last = match &arguments.step {
+        Some(name) => plan.steps.iter().rposition(|step| step.name == *name).ok_or_else(|| {
+            let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
+            Error::input(format!("there is no step `{name}`; the scene's steps are {}", names.join(", ")))
+        })?,
+        None => plan.steps.iter().position(|step| step.cycles.is_some()).unwrap_or(plan.steps.len()).max(1) - 1,
+    };
+    plan.steps.truncate(last + 1);
+    Ok(())
+}
+
+/// Indices of the bodies that are refined, with the files of their size fields.
+fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, PathBuf)>> {
+    let meshed: Vec<usize> = (0..2).filter(|&index| plan.bodies[index].fe().is_some()).collect();
+    let chosen: Vec<usize> = match arguments.body {
+        Some(body) => meshed.iter().copied().filter(|&index| index + 1 == usize::from(body)).collect(),
+        None => meshed,
+    };
+    match (chosen.as_slice(), &arguments.out) {
+        ([], _) => Err(Error::input(match arguments.body {
+            Some(body) => format!("body {body} has no mesh; only finite-element bodies can be refined"),
+            None => "no body of the scene has a mesh; only finite-element bodies can be refined".to_owned(),
+        })),
+        ([_, _], Some(_)) => Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2")),
+        (_, Some(out)) => Ok(vec![(chosen[0], out.clone())]),
+        (_, None) => Ok(chosen.iter().map(|&index| (index, beside(&arguments.scene.scene, index))).collect()),
+    }
+}
+
+/// `<scene>_body1.pos` beside the scene.
+fn beside(scene: &Path, index: usize) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
+}
+
+/// Writes the size field of each body; what to tell the user.
+fn write_fields(
+    plan: &Plan,
+    study: &Study<'_>,
+    (arguments, bodies): (&RefineArgs, &[(usize, PathBuf)]),
+    ends: &[(String, Vec<f64>)],
+) -> Result<String> {
+    let wanted = Wanted {
+        error: arguments.error,
+        least: arguments.min_size,
+        largest: arguments.max_size,
+        growth: arguments.growth,
+    };
+    let length = &plan.units.length;
+    let mut text = String::new();
+    for (index, file) in bodies {
+        let key = format!("body{}", index + 1);
+        let outputs = study.outputs();
+        let found = outputs.iter().find_map(|output| match output.shape {
+            BodyShape::Mesh { mesh, .. } if output.side.key() == key => Some((output, mesh)),
+            _ => None,
+        });
+        let Some((output, mesh)) = found else { continue };
+        let mut estimates = Vec::new();
+        for (step, tractions) in ends {
+            let estimate = estimate(output, tractions)?;
+            text.push_str(&format!("{key}, {step}: {}\n", ErrorRecord::new(&estimate).advice(length)));
+            estimates.push(estimate);
+        }
+        let field = size_field(mesh, &estimates, &wanted)?;
+        let source = plan.bodies[*index].fe().map_or("", |fe| fe.mesh_name.as_str());
+        write(file, mesh, &field, &comment(plan, source, &field))?;
+        text.push_str(&format!(
+            "{key}: {} elements; for an error of {:.2} % about {:.0}, sizes {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
+             GEO -o NEW.msh{NOT_FROM_THE_GEO}\n",
+            field.elements,
+            100.0 * field.error,
+            field.next_elements,
+            least(&field),
+            field.nodal.iter().copied().fold(0.0, f64::max),
+            file.display(),
+            file.display(),
+        ));
+    }
+    Ok(text)
+}
+
+/// Options that keep gmsh from mixing sizes of the .geo into those of the field.
+const NOT_FROM_THE_GEO: &str =
+    " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
+
+fn least(field: &SizeField) -> f64 {
+    field.nodal.iter().copied().filter(|size| *size > 0.0).fold(f64::INFINITY, f64::min)
+}
+
+fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {
+    let displacement = output.body.recover(tractions)?.displacement;
+    let field = output.body.recover_stress(&displacement, Estimate::Wanted)?;
+    field
+        .and_then(|field| field.error)
+        .ok_or_else(|| Error::numerical("a meshed body gave no estimate of its error"))
+}
+
+fn comment(plan: &Plan, source: &str, field: &SizeField) -> Vec<String> {
+    vec![
+        format!("Sizes for the next mesh in the place of {source}, for an estimated error of {:.2} %.", 100.0 * field.error),
+        format!("Made by orthowear {} refine from {}.", env!("CARGO_PKG_VERSION"), plan.document.file),
+        format!("gmsh -3 -bgm THIS_FILE GEO -o NEW.msh{NOT_FROM_THE_GEO}"),
+        "Sizes guide meshes of tetrahedra (and of triangles to extrude); transfinite and extruded cells do not follow them."
+            .to_owned(),
+    ]
+}
+
+/// Writes under a temporary name first, so that a failure leaves what was there.
+fn write(file: &Path, mesh: &Mesh, field: &SizeField, comment: &[String]) -> Result<()> {
+    let temporary = file.with_extension("pos.incoming");
+    let failed = |error: std::io::Error| Error::resources(format!("{}: {error}", file.display()));
+    let written = std::fs::File::create(&temporary).and_then(|created| {
+        let mut out = BufWriter::new(created);
+        write_size_field(&mut out, mesh, &field.nodal, comment)?;
+        out.flush()?;
+        std::fs::rename(&temporary, file)
+    });
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&temporary);
+        failed(error)
+    })
+}

@@ -1,0 +1,88 @@
+//! The sizes of the next mesh of a body, from the estimated error of its stress at the ends of the steps.
+
+use crate::error::{Error, Result};
+use crate::fem::{CHANGE, ErrorEstimate, size_ratios};
+use crate::mesh::Mesh;
+use crate::mesh::size_field::{SizeBounds, edge_length, nodal_sizes};
+
+/// What the next mesh shall be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// Error of the stress relative to its norm, in the energy norm; half of the present one if absent.
+    pub error: Option<f64>,
+    /// Least size of an element.
+    pub least: Option<f64>,
+    /// Largest size of an element.
+    pub largest: Option<f64>,
+    /// Growth of the size per distance.
+    pub growth: f64,
+}
+
+/// Sizes of a next mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SizeField {
+    /// Size at each corner node of the solids, 0 at other points, `[n_points]`.
+    pub nodal: Vec<f64>,
+    /// The error that is aimed at.
+    pub error: f64,
+    /// Elements of the present mesh.
+    pub elements: usize,
+    /// Elements that the next mesh will have about, as tetrahedra if the present ones are.
+    pub next_elements: f64,
+    /// Bounds of the field.
+    pub bounds: SizeBounds,
+}
+
+/// Default of the least and the largest size, in units of the least and the largest present one.
+const BOUNDS: [f64; 2] = [CHANGE[0], CHANGE[1]];
+
+/// The size field that brings the errors of all `estimates` of a body down to the wanted one.
+///
+/// # Errors
+/// If there is no stress, or the bounds contradict one another.
+pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &Wanted) -> Result<SizeField> {
+    let largest_error = estimates.iter().map(ErrorEstimate::relative).fold(0.0, f64::max);
+    if largest_error == 0.0 {
+        return Err(Error::input("the body bears no stress: there is nothing to refine for"));
+    }
+    let error = wanted.error.unwrap_or(0.5 * largest_error);
+    let cells: Vec<_> = mesh.volume_cells().collect();
+    let volumes = &estimates[0].volume;
+    let sizes: Vec<f64> =
+        cells.iter().zip(volumes).map(|(&cell, &volume)| edge_length(mesh.kind(cell), volume)).collect();
+    let degree =
+        cells.iter().map(|&c| if mesh.kind(c).n_nodes() > mesh.kind(c).n_corners() { 2 } else { 1 }).min();
+    let mut ratios = vec![f64::INFINITY; cells.len()];
+    for estimate in estimates {
+        for (least, ratio) in ratios.iter_mut().zip(size_ratios(estimate, degree.unwrap_or(1), error)) {
+            *least = least.min(ratio);
+        }
+    }
+    let next: Vec<f64> = sizes.iter().zip(&ratios).map(|(size, ratio)| size * ratio).collect();
+    let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
+    let biggest = sizes.iter().copied().fold(0.0, f64::max);
+    let bounds = SizeBounds {
+        least: wanted.least.unwrap_or(BOUNDS[0] * smallest),
+        largest: wanted.largest.unwrap_or(BOUNDS[1] * biggest),
+        growth: wanted.growth,
+    };
+    if bounds.least > bounds.largest {
+        return Err(Error::input(format!(
+            "the least size {:.4} is above the largest {:.4}; change --min-size or --max-size",
+            bounds.least, bounds.largest
+        )));
+    }
+    let nodal = nodal_sizes(mesh, &next, &bounds);
+    let next_elements = expected(mesh, &nodal, (&sizes, volumes));
+    Ok(SizeField { nodal, error, elements: cells.len(), next_elements, bounds })
+}
+
+/// Elements that a mesh of the nodal sizes has about: each present one becomes (size / next size)³.
+fn expected(mesh: &Mesh, nodal: &[f64], (sizes, volumes): (&[f64], &[f64])) -> f64 {
+    let of_cell = |((cell, size), volume): ((crate::mesh::CellRef, &f64), &f64)| {
+        let corners = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
+        let mean = corners.iter().map(|&node| nodal[node].ln()).sum::<f64>() / corners.len() as f64;
+        if *volume > 0.0 { (size / mean.exp()).powi(3) } else { 0.0 }
+    };
+    mesh.volume_cells().zip(sizes).zip(volumes).map(of_cell).sum()
+}
