@@ -1,8 +1,7 @@
 //! Meshed finite-element bodies, condensed to the nodes under the frame.
 
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
-
-use nalgebra::Matrix3;
 
 use super::condensed::CondensedFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
@@ -22,7 +21,7 @@ pub struct FeBody {
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
     taken: bool,
-    limits: Vec<Option<(Limit, Matrix3<f64>)>>,
+    limits: BTreeMap<String, Limit>,
     recovery: OnceLock<StressRecovery>,
 }
 
@@ -44,13 +43,12 @@ impl FeBody {
         let heights = map.heights(frame, &mesh);
         let condensed = FeModel::new(spec)?.condense(map.nodes())?;
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
-        let (limits, recovery) = (Vec::new(), OnceLock::new());
+        let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
         Ok(Self { side, condensed, map, heights, free_gap, taken: false, limits, recovery })
     }
 
-    /// Also judges the stress by the limits of the materials: for each region of the body its limit and its material
-    /// axes (columns, global).
-    pub fn with_limits(mut self, limits: Vec<Option<(Limit, Matrix3<f64>)>>) -> Self {
+    /// Also judges the stress by the limits of the materials, by their names.
+    pub fn with_limits(mut self, limits: BTreeMap<String, Limit>) -> Self {
         self.limits = limits;
         self
     }
@@ -143,8 +141,8 @@ impl ElasticBody for FeBody {
             Estimate::Skipped => None,
         };
         let limit = |cell: usize| {
-            let (limit, axes) = self.limits.get(model.region(cell))?.as_ref()?;
-            Some((limit, *axes))
+            let regions = model.regions();
+            Some((self.limits.get(&regions.material(cell).name)?, *regions.axes(cell)))
         };
         let exposures = exposures(recovery.points(), &stress, limit);
         Ok(Some(StressField { points: recovery.points().clone(), stress, exposures, error }))

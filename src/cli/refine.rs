@@ -138,7 +138,9 @@ fn cut_steps(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
             let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
             Error::input(format!("there is no step `{name}`; the scene's steps are {}", names.join(", ")))
         })?,
-        None => plan.steps.iter().position(|step| step.cycles.is_some()).unwrap_or(plan.steps.len()).max(1) - 1,
+        None => {
+            plan.steps.iter().position(|step| step.cycles.is_some()).unwrap_or(plan.steps.len()).max(1) - 1
+        }
     };
     plan.steps.truncate(last + 1);
     Ok(())
@@ -156,7 +158,9 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
             Some(body) => format!("body {body} has no mesh; only finite-element bodies can be refined"),
             None => "no body of the scene has a mesh; only finite-element bodies can be refined".to_owned(),
         })),
-        ([_, _], Some(_)) => Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2")),
+        ([_, _], Some(_)) => {
+            Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2"))
+        }
         (_, Some(out)) => Ok(vec![(chosen[0], out.clone())]),
         (_, None) => Ok(chosen.iter().map(|&index| (index, beside(&arguments.scene.scene, index))).collect()),
     }
@@ -216,8 +220,7 @@ fn write_fields(
 }
 
 /// Options that keep gmsh from mixing sizes of the .geo into those of the field.
-const NOT_FROM_THE_GEO: &str =
-    " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
+const NOT_FROM_THE_GEO: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
 fn least(field: &SizeField) -> f64 {
     field.nodal.iter().copied().filter(|size| *size > 0.0).fold(f64::INFINITY, f64::min)

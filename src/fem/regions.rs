@@ -14,6 +14,9 @@ use crate::mesh::{CellRef, Mesh};
 /// The kinds that are finite elements here.
 const SUPPORTED: [ElementKind; 2] = [ElementKind::Hex8, ElementKind::Tet4];
 
+/// Axes that turn by less than this from an element to its neighbour belong to one winding, by more to two plies; radians.
+const SMALL_TURN: f64 = 0.26;
+
 /// The solid cells with their materials. Elements share their axes where they are the same: a table of the distinct
 /// ones is kept, and stiffnesses are turned when they are asked for, which takes far less than an element's stiffness.
 #[derive(Debug, Clone)]
@@ -96,6 +99,20 @@ impl Regions {
     /// Material axes of the element `i`, columns in global axes.
     pub fn axes(&self, i: usize) -> &Matrix3<f64> {
         &self.states[self.state[i] as usize].1
+    }
+
+    /// Whether stress goes on smoothly from element `i` to element `j` beside it: their stiffness is the same, or it is one
+    /// material whose axes turn little from one to the other, as in a winding.
+    pub(super) fn goes_on(&self, i: usize, j: usize) -> bool {
+        if self.state[i] == self.state[j] {
+            return true;
+        }
+        let (a, b) = (self.stiffness(i), self.stiffness(j));
+        if (a - b).amax() <= 1e-9 * a.amax() {
+            return true;
+        }
+        let cosine = 0.5 * ((self.axes(i).transpose() * self.axes(j)).trace() - 1.0);
+        self.material(i).stiffness == self.material(j).stiffness && cosine >= SMALL_TURN.cos()
     }
 
     /// The material of the element `i`, its stiffness in material axes.

@@ -53,27 +53,34 @@ fn surface_face(mesh: &Mesh, owner: CellRef, local_face: usize, tag: u64) -> Sur
     SurfaceFace { kind, nodes: local.iter().map(|&i| nodes[i]).collect(), owner, local_face, tag }
 }
 
-/// The faces that one solid of its class only has: the solid (its place in [`Mesh::volume_cells`]) and the local face;
-/// `class` of each solid. With one class for all they are the outer faces.
-pub(crate) fn border_faces(mesh: &Mesh, class: &[usize]) -> Vec<(usize, usize)> {
-    let index = |cells: &[usize], owner: CellRef| cells[owner.block] + owner.cell;
-    let mut starts = Vec::with_capacity(mesh.blocks.len());
-    let mut n = 0;
-    for block in &mesh.blocks {
-        starts.push(n);
-        n += if block.kind.dim() == 3 { block.n_cells() } else { 0 };
-    }
-    let mut count: HashMap<(FaceKey, usize), u32> = HashMap::new();
-    each_solid_face(mesh, |key, owner, _| {
-        *count.entry((key, class[index(&starts, owner)])).or_insert(0) += 1;
-    });
-    let mut faces = Vec::new();
+/// A face of a solid, and the solid behind it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SolidFace {
+    /// The solid, its place in [`Mesh::volume_cells`].
+    pub solid: usize,
+    /// Index among its [`ElementKind::local_faces`].
+    pub local_face: usize,
+    /// The solid on the other side; `None` on the outside.
+    pub neighbour: Option<usize>,
+}
+
+/// All faces of all solids, in their order.
+pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
+    let mut owners: HashMap<FaceKey, [usize; 2]> = HashMap::new();
+    let (mut faces, mut keys) = (Vec::new(), Vec::new());
+    let (mut solid, mut last) = (0, None);
     each_solid_face(mesh, |key, owner, local_face| {
-        let i = index(&starts, owner);
-        if count[&(key, class[i])] == 1 {
-            faces.push((i, local_face));
-        }
+        solid += usize::from(last.is_some_and(|last| last != owner));
+        last = Some(owner);
+        owners.entry(key).and_modify(|pair| pair[1] = solid).or_insert([solid, usize::MAX]);
+        faces.push(SolidFace { solid, local_face, neighbour: None });
+        keys.push(key);
     });
+    for (face, key) in faces.iter_mut().zip(keys) {
+        let [first, second] = owners[&key];
+        let other = if first == face.solid { second } else { first };
+        face.neighbour = Some(other).filter(|&other| other != usize::MAX);
+    }
     faces
 }
 

@@ -55,7 +55,8 @@ pub fn nodal_sizes(mesh: &Mesh, wanted: &[f64], bounds: &SizeBounds) -> Vec<f64>
             continue;
         }
         for &other in cells_at[node].iter().flat_map(|&i| corners(cells[i])) {
-            let distance = (0..3).map(|c| (mesh.points[node][c] - mesh.points[other][c]).powi(2)).sum::<f64>();
+            let distance =
+                (0..3).map(|c| (mesh.points[node][c] - mesh.points[other][c]).powi(2)).sum::<f64>();
             let allowed = sizes[node] + bounds.growth * distance.sqrt();
             if allowed < sizes[other] {
                 sizes[other] = allowed;

@@ -182,8 +182,11 @@ fn tangential_peak(
 ) -> Option<Peak> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);
-    let points: Vec<usize> = (0..field.points.n_points()).filter(|&p| in_contact[field.points.node[p]]).collect();
-    let value = |&p: &usize| surface.tangential(field.points.node[p], &surface.at(field.points.node[p], &field.stress[p]));
+    let points: Vec<usize> =
+        (0..field.points.n_points()).filter(|&p| in_contact[field.points.node[p]]).collect();
+    let value = |&p: &usize| {
+        surface.tangential(field.points.node[p], &surface.at(field.points.node[p], &field.stress[p]))
+    };
     let (i, value) = largest(points.iter().map(value))?;
     Some(Peak { value, position: mesh.points[field.points.node[points[i]]] })
 }

@@ -96,7 +96,8 @@ impl<'a> FieldWriter<'a> {
         for body in self.bodies.clone() {
             let meshed = matches!(body.shape, BodyShape::Mesh { .. });
             if self.wanted.contains(&FieldKind::Vtu) || (meshed && FieldKind::need_stress(&self.wanted)) {
-                self.body(output, &body, (record, state)).context(|| format!("fields of {}", body.side.key()))?;
+                self.body(output, &body, (record, state))
+                    .context(|| format!("fields of {}", body.side.key()))?;
             }
         }
         Ok(())

@@ -66,10 +66,7 @@ impl<'a> Recorder<'a> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::results::memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
-        let fields = self
-            .fields
-            .take()
-            .map_or(Ok(()), |fields| fields.finish(&mut output, summary));
+        let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
             let target = output.path().to_owned();

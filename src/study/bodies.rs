@@ -1,13 +1,10 @@
 //! Bodies and frame of a plan.
 
-use nalgebra::Matrix3;
-
 use super::failure::{AtKey, Failure};
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::error::{Context, Error};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::memory::ensure;
-use crate::material::strength::Limit;
 use crate::mesh::faces::group_faces;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
@@ -47,15 +44,9 @@ pub(super) fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<Bo
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
             let body = FeBody::new(fe.inputs(key), &fe.contact, SIDES[index], frame).at(key)?;
-            Box::new(body.with_limits(limits(plan, fe)))
+            Box::new(body.with_limits(plan.limits.clone()))
         }
     })
-}
-
-/// Limit and material axes of each region of a body.
-fn limits(plan: &Plan, fe: &FeSpec) -> Vec<Option<(Limit, Matrix3<f64>)>> {
-    let regions = std::iter::once(&fe.elastic).chain(fe.regions.iter().map(|(_, elastic)| elastic));
-    regions.map(|elastic| Some((*plan.limits.get(&elastic.name)?, elastic.axes(0.0)))).collect()
 }
 
 /// Body `index` of `elastic` as a half-space.

@@ -54,7 +54,8 @@ impl ElasticBody for AffineBody {
         let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
         let n = self.0.len();
         // The meshes of these tests are one cell.
-        let points = RecoveryPoints { node: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
+        let points =
+            RecoveryPoints { node: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
         Ok(Some(StressField {
             points: Arc::new(points),
             stress: self.0.iter().map(stress).collect(),

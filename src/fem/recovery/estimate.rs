@@ -99,7 +99,7 @@ impl StressRecovery {
         stress: &[[f64; 6]],
     ) -> Result<CellError> {
         let elements = model.elements();
-        let compliance = compliance(elements.material(i));
+        let compliance = compliance(&elements.material(i));
         let points = self.points().of_cell(i);
         let mut cell = CellError::default();
         for point in energy_points(elements, i, displacement)? {

@@ -24,9 +24,8 @@ impl Patch {
         let at: Vec<[f64; 3]> = samples.iter().map(|&sample| position(sample)).collect();
         let n = at.len() as f64;
         let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
-        let scale: [f64; 3] = std::array::from_fn(|c| {
-            at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max)
-        });
+        let scale: [f64; 3] =
+            std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
         // An axis along which the samples do not differ, to rounding, has no size of its own.
         let largest = scale.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let scale = scale.map(|s| if s > UNDETERMINED * largest { s } else { largest });

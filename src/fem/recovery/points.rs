@@ -1,7 +1,7 @@
 //! The points at which stress is recovered: the nodes, doubled where two materials meet.
 
 use crate::fem::assembly::Elements;
-use crate::mesh::faces::border_faces;
+use crate::mesh::faces::SolidFace;
 
 /// The nodes of the solids, once for each material that meets there, so that stress may jump across the border.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,14 +50,27 @@ impl RecoveryPoints {
     }
 }
 
-/// Which elements have the same stiffness: stress is smooth within a class, not across two. The class is the first
-/// region of that stiffness, `[n_cells]`.
-pub(super) fn classes(elements: Elements) -> Vec<usize> {
-    let stiffness = &elements.regions.stiffness;
-    let first: Vec<usize> = (0..stiffness.len())
-        .map(|i| (0..i).find(|&j| stiffness[j] == stiffness[i]).unwrap_or(i))
-        .collect();
-    elements.regions.region.iter().map(|&region| first[region]).collect()
+/// Which elements stress is smooth over: those joined through faces between elements whose material goes on
+/// ([`crate::fem::Regions::goes_on`]). The class is the first element of each such part, `[n_cells]`.
+pub(super) fn classes(elements: Elements, faces: &[SolidFace]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..elements.n()).collect();
+    for face in faces {
+        let Some(other) = face.neighbour.filter(|&other| other > face.solid) else { continue };
+        if elements.regions.goes_on(face.solid, other) {
+            let (a, b) = (root(&mut parent, face.solid), root(&mut parent, other));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    (0..elements.n()).map(|i| root(&mut parent, i)).collect()
+}
+
+/// First element of the part of element `i`; shortens the way there.
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
 }
 
 /// How points and elements hang together, for patches.
@@ -71,7 +84,7 @@ pub(super) struct Topology {
 }
 
 impl Topology {
-    pub fn new(elements: Elements, class: &[usize], points: &RecoveryPoints) -> Self {
+    pub fn new(elements: Elements, class: &[usize], faces: &[SolidFace], points: &RecoveryPoints) -> Self {
         let n = points.n_points();
         let mut topology =
             Self { cells_at: vec![Vec::new(); n], vertex: vec![false; n], border: vec![false; n] };
@@ -82,10 +95,13 @@ impl Topology {
                 topology.vertex[point] |= local < corners;
             }
         }
-        for (i, local_face) in border_faces(elements.mesh, class) {
-            let kind = elements.mesh.kind(elements.regions.cells[i]);
-            for &local in kind.local_faces()[local_face].1 {
-                topology.border[points.of_cell(i)[local]] = true;
+        for face in faces {
+            if face.neighbour.is_some_and(|other| class[other] == class[face.solid]) {
+                continue;
+            }
+            let kind = elements.mesh.kind(elements.regions.cells[face.solid]);
+            for &local in kind.local_faces()[face.local_face].1 {
+                topology.border[points.of_cell(face.solid)[local]] = true;
             }
         }
         topology.cells_at.iter_mut().for_each(Vec::dedup);

@@ -21,10 +21,10 @@ pub const CHANGE: [f64; 2] = [0.25, 2.0];
 pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<f64> {
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);
-    let ratio = |c: f64, e: f64| if e > 0.0 { (c / e).powf(exponent).clamp(CHANGE[0], CHANGE[1]) } else { CHANGE[1] };
-    let squared = |c: f64| -> f64 {
-        estimate.element.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum()
-    };
+    let ratio =
+        |c: f64, e: f64| if e > 0.0 { (c / e).powf(exponent).clamp(CHANGE[0], CHANGE[1]) } else { CHANGE[1] };
+    let squared =
+        |c: f64| -> f64 { estimate.element.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
     let positive = || estimate.element.iter().copied().filter(|e| *e > 0.0);
     // Beyond these every ratio is at its limit.

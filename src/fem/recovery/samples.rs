@@ -34,7 +34,7 @@ fn point_states(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<Poin
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
     let (kind, points) = (elements.mesh.kind(cell), elements.points(cell));
-    state(kind, &points, &nodal, elements.material(i), elements.formulation, elements.rules)
+    state(kind, &points, &nodal, &elements.material(i), elements.formulation, elements.rules)
         .map(|state| state.points)
         .map_err(|inverted| elements.inverted(cell, inverted))
 }

@@ -20,6 +20,7 @@ use super::samples::{self, Sample};
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::fem::assembly::Elements;
+use crate::mesh::faces::solid_faces;
 
 /// Corners whose distance exceeds the least by no more than this share are equally near.
 const TIE: f64 = 1e-6;
@@ -42,12 +43,15 @@ impl StressRecovery {
     /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn new(model: &FeModel) -> Result<Self> {
         let elements = model.elements();
-        let class = classes(elements);
+        let faces = solid_faces(elements.mesh);
+        let class = classes(elements, &faces);
         let points = RecoveryPoints::new(elements, &class);
-        let topology = Topology::new(elements, &class, &points);
+        let topology = Topology::new(elements, &class, &faces, &points);
         let rest = vec![[0.0; 3]; elements.mesh.n_points()];
-        let sources: Vec<Vec<Source>> =
-            (0..points.n_points()).into_par_iter().map(|p| sources(elements, &points, &topology, p)).collect();
+        let sources: Vec<Vec<Source>> = (0..points.n_points())
+            .into_par_iter()
+            .map(|p| sources(elements, &points, &topology, p))
+            .collect();
         let mut dense = vec![false; elements.n()];
         for source in sources.iter().flatten() {
             if let Source::Ring(vertex) = source {
@@ -58,7 +62,13 @@ impl StressRecovery {
         let builder = Builder { elements, points: &points, topology: &topology, layout: &layout };
         let rows: Vec<Vec<(u32, f64)>> =
             (0..points.n_points()).into_par_iter().map(|p| builder.row(p, &sources[p])).collect();
-        let mut recovery = Self { points: Arc::new(points), dense, starts: vec![0], samples: Vec::new(), weights: Vec::new() };
+        let mut recovery = Self {
+            points: Arc::new(points),
+            dense,
+            starts: vec![0],
+            samples: Vec::new(),
+            weights: Vec::new(),
+        };
         for row in rows {
             recovery.samples.extend(row.iter().map(|entry| entry.0));
             recovery.weights.extend(row.iter().map(|entry| entry.1));
@@ -171,12 +181,7 @@ fn sources(elements: Elements, points: &RecoveryPoints, topology: &Topology, p: 
 }
 
 /// The corners nearest to a middle node in the first of its cells: two on an edge, all around a face.
-fn nearest_corners(
-    elements: Elements,
-    points: &RecoveryPoints,
-    topology: &Topology,
-    p: usize,
-) -> Vec<usize> {
+fn nearest_corners(elements: Elements, points: &RecoveryPoints, topology: &Topology, p: usize) -> Vec<usize> {
     let cell = topology.cells_at[p][0];
     let corners = elements.mesh.kind(elements.regions.cells[cell]).n_corners();
     nearest(elements, points, p, &points.of_cell(cell)[..corners])
@@ -209,9 +214,11 @@ impl Builder<'_> {
             row.extend(patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)));
         }
         row.sort_by_key(|entry| entry.0);
-        row.dedup_by(|next, kept| next.0 == kept.0 && {
-            kept.1 += next.1;
-            true
+        row.dedup_by(|next, kept| {
+            next.0 == kept.0 && {
+                kept.1 += next.1;
+                true
+            }
         });
         row
     }

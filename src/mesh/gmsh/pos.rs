@@ -8,7 +8,12 @@ use crate::mesh::Mesh;
 ///
 /// # Errors
 /// If `out` fails.
-pub fn write_size_field(out: &mut dyn Write, mesh: &Mesh, sizes: &[f64], comment: &[String]) -> io::Result<()> {
+pub fn write_size_field(
+    out: &mut dyn Write,
+    mesh: &Mesh,
+    sizes: &[f64],
+    comment: &[String],
+) -> io::Result<()> {
     for line in comment {
         writeln!(out, "// {line}")?;
     }

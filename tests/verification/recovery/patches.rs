@@ -53,7 +53,7 @@ fn stress_jumps_between_materials() {
     mesh.groups.push(PhysicalGroup { name: "upper".into(), dim: 3, tag: 99, cells: cells.clone() });
     let (lower, upper) = (isotropic(), rotated_orthotropic());
     let mut spec = spec(mesh, lower.clone(), HexFormulation::Standard, vec![clamp("z0")]);
-    spec.regions.push((Some("upper".into()), upper.clone()));
+    spec.regions.push((Some("upper".into()), upper.clone().into()));
     let model = FeModel::new(spec).unwrap();
     let recovery = StressRecovery::new(&model).unwrap();
     let mesh = model.mesh();
@@ -84,7 +84,11 @@ fn constant_stress_survives_degenerate_patches() {
             let recovery = StressRecovery::new(&model).unwrap();
             let u: Vec<[f64; 3]> = model.mesh().points.iter().map(|x| linear(*x)).collect();
             let stress = recovery.stress(&model, &u).unwrap();
-            assert!(largest_difference(&stress, |_| wanted) < 1e-9 * wanted.amax(), "{} {cells:?}", kind.name());
+            assert!(
+                largest_difference(&stress, |_| wanted) < 1e-9 * wanted.amax(),
+                "{} {cells:?}",
+                kind.name()
+            );
         }
     }
 }
