@@ -3,4 +3,3 @@
 mod estimate;
 mod manufactured;
 mod patches;
-mod surfaces;

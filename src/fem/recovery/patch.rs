@@ -27,7 +27,7 @@ impl Patch {
         let scale: [f64; 3] =
             std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
         // An axis along which the samples do not differ, to rounding, has no size of its own.
-        let largest = scale.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > UNDETERMINED * largest { s } else { largest });
         let mut patch = Self { samples, degree, centre, scale, weights: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
