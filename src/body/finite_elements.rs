@@ -7,11 +7,11 @@ use super::condensed::CondensedFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec, StressRecovery, exposures};
+use crate::fem::{CondensedBody, FeModel, FeSpec, StressRecovery, contact_points, exposures};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
-use crate::mesh::faces::group_faces;
+use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// A finite-element body tied to a frame through the faces of one physical group.
 pub struct FeBody {
@@ -21,6 +21,7 @@ pub struct FeBody {
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
     taken: bool,
+    faces: Vec<SurfaceFace>,
     limits: BTreeMap<String, Limit>,
     recovery: OnceLock<StressRecovery>,
 }
@@ -44,7 +45,7 @@ impl FeBody {
         let condensed = FeModel::new(spec)?.condense(map.nodes())?;
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-        Ok(Self { side, condensed, map, heights, free_gap, taken: false, limits, recovery })
+        Ok(Self { side, condensed, map, heights, free_gap, taken: false, faces, limits, recovery })
     }
 
     /// Also judges the stress by the limits of the materials, by their names.
@@ -145,6 +146,8 @@ impl ElasticBody for FeBody {
             Some((self.limits.get(&regions.material(cell).name)?, *regions.axes(cell)))
         };
         let exposures = exposures(recovery.points(), &stress, limit);
-        Ok(Some(StressField { points: recovery.points().clone(), stress, exposures, error }))
+        let points = recovery.points().clone();
+        let contact = contact_points(model, &points, &self.faces, displacement);
+        Ok(Some(StressField { points, stress, exposures, contact, error }))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::fem::{ErrorEstimate, ExposureField, RecoveryPoints};
+use crate::fem::{ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints};
 
 /// Whether the error of the stress is estimated too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub struct StressField {
     pub stress: Vec<[f64; 6]>,
     /// Exposure of the materials whose limits are known, by criterion.
     pub exposures: Vec<ExposureField>,
+    /// The strain in the contact surface, which with the tractions gives the stress there.
+    pub contact: Vec<ContactPoint>,
     /// Estimated error of the elements' own stress, where it was asked for.
     pub error: Option<ErrorEstimate>,
 }

@@ -21,8 +21,10 @@ mod spec;
 
 pub use condensed::{Analysis, CondensedBody};
 pub use model::FeModel;
-pub(crate) use recovery::exposures;
-pub use recovery::{CHANGE, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios};
+pub use recovery::{
+    CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,
+};
+pub(crate) use recovery::{contact_points, exposures};
 pub use regions::Regions;
 pub use rigid::check_supports;
 pub use spec::{FeSpec, HexFormulation, Support};

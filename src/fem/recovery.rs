@@ -7,6 +7,7 @@ mod points;
 mod refinement;
 mod samples;
 mod superconvergent;
+mod surface;
 
 use rayon::prelude::*;
 
@@ -21,6 +22,8 @@ pub(crate) use exposure::exposures;
 pub use points::RecoveryPoints;
 pub use refinement::{CHANGE, size_ratios};
 pub use superconvergent::StressRecovery;
+pub use surface::ContactPoint;
+pub(crate) use surface::contact_points;
 
 /// Elements evaluated side by side before they are added up.
 const BATCH: usize = 4096;

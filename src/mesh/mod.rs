@@ -120,6 +120,12 @@ impl Mesh {
         self.cells(3)
     }
 
+    /// Place of a solid cell in [`Self::volume_cells`].
+    pub fn volume_index(&self, cell: CellRef) -> usize {
+        let before = self.blocks[..cell.block].iter().filter(|block| block.kind.dim() == 3);
+        before.map(Block::n_cells).sum::<usize>() + cell.cell
+    }
+
     /// Least and largest coordinates of the points; `None` for a mesh without points.
     pub fn bounding_box(&self) -> Option<([f64; 3], [f64; 3])> {
         let first = *self.points.first()?;

@@ -38,8 +38,8 @@ impl BodyOutput<'_> {
             return None;
         };
         let at_nodes = node_tractions(frame, mesh, contact_nodes, &self.on_body(frame, tractions));
-        let surface = SurfaceStress::new(mesh, &outer_faces(mesh), contact_nodes, &at_nodes);
-        Some(BodyPeaks::new(mesh, contact_nodes, stress, &surface))
+        let surface = SurfaceStress::new(mesh, &[], stress, &at_nodes);
+        Some(BodyPeaks::new(mesh, stress, &surface))
     }
 
     /// Tractions on this body in global axes.
@@ -126,11 +126,9 @@ fn mesh_surface(
         DataArray::tuples("traction", GLOBAL, points.iter().flat_map(|point| at_nodes[point.node]).collect()),
     ];
     if let Some(stress) = &field.stress {
-        let surface = SurfaceStress::new(mesh, &faces, contact_nodes, &at_nodes);
-        let on_surface: Vec<[f64; 6]> =
-            points.iter().map(|point| surface.at(point.node, &stress.stress[point.recovered])).collect();
-        let tangential =
-            points.iter().zip(&on_surface).map(|(point, s)| surface.tangential(point.node, s)).collect();
+        let surface = SurfaceStress::new(mesh, &faces, stress, &at_nodes);
+        let (on_surface, tangential): (Vec<[f64; 6]>, Vec<f64>) =
+            points.iter().map(|point| surface.at(point.recovered)).unzip();
         let mises = on_surface.iter().map(von_mises).collect();
         grid.point_data.push(stress_array(on_surface.iter()));
         grid.point_data.push(DataArray::scalar("von_mises", mises));
@@ -152,18 +150,12 @@ fn push_faces(
     faces: &[SurfaceFace],
     field: &BodyField,
 ) -> Vec<SurfacePoint> {
-    let mut first_cell = Vec::with_capacity(mesh.blocks.len());
-    let mut n_cells = 0;
-    for block in &mesh.blocks {
-        first_cell.push(n_cells);
-        n_cells += if block.kind.dim() == 3 { block.n_cells() } else { 0 };
-    }
     let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
     let mut index = vec![usize::MAX; n];
     let mut points = Vec::new();
     for face in faces {
         let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
-        let owner = first_cell[face.owner.block] + face.owner.cell;
+        let owner = mesh.volume_index(face.owner);
         let recovered: Vec<usize> = match &field.stress {
             Some(stress) => local.iter().map(|&i| stress.points.of_cell(owner)[i]).collect(),
             None => face.nodes.clone(),

@@ -92,16 +92,11 @@ pub struct BodyRecord {
 
 impl BodyPeaks {
     /// The peaks of `field`; `surface` gives the stress on the contact surface.
-    pub(crate) fn new(
-        mesh: &Mesh,
-        contact_nodes: &[usize],
-        field: &StressField,
-        surface: &SurfaceStress<'_>,
-    ) -> Self {
+    pub(crate) fn new(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Self {
         Self {
             von_mises: von_mises_peak(mesh, field),
             indices: index_peaks(mesh, field),
-            sigma_tangential: tangential_peak(mesh, contact_nodes, field, surface),
+            sigma_tangential: tangential_peak(mesh, field, surface),
             error: field.error.as_ref().map(ErrorRecord::new),
         }
     }
@@ -173,20 +168,8 @@ impl ErrorRecord {
     }
 }
 
-/// Peak of the tension in the contact surface; `None` without contact nodes.
-fn tangential_peak(
-    mesh: &Mesh,
-    contact_nodes: &[usize],
-    field: &StressField,
-    surface: &SurfaceStress<'_>,
-) -> Option<Peak> {
-    let mut in_contact = vec![false; mesh.n_points()];
-    contact_nodes.iter().for_each(|&node| in_contact[node] = true);
-    let points: Vec<usize> =
-        (0..field.points.n_points()).filter(|&p| in_contact[field.points.node[p]]).collect();
-    let value = |&p: &usize| {
-        surface.tangential(field.points.node[p], &surface.at(field.points.node[p], &field.stress[p]))
-    };
-    let (i, value) = largest(points.iter().map(value))?;
-    Some(Peak { value, position: mesh.points[field.points.node[points[i]]] })
+/// Peak of the tension in the contact surface; `None` without one.
+fn tangential_peak(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Option<Peak> {
+    let (i, value) = largest(field.contact.iter().map(|contact| surface.at(contact.point).1))?;
+    Some(Peak { value, position: mesh.points[field.points.node[field.contact[i].point]] })
 }

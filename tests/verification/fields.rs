@@ -60,6 +60,7 @@ impl ElasticBody for AffineBody {
             points: Arc::new(points),
             stress: self.0.iter().map(stress).collect(),
             exposures: Vec::new(),
+            contact: Vec::new(),
             error: None,
         }))
     }

@@ -3,3 +3,4 @@
 mod estimate;
 mod manufactured;
 mod patches;
+mod surfaces;

@@ -135,11 +135,11 @@ impl Layout {
         let samples = all_samples(elements, dense, rest)?;
         let mut starts = Vec::with_capacity(elements.n());
         let mut end = 0;
-        for i in 0..elements.n() {
+        for (i, &dense) in dense.iter().enumerate() {
             let first = end;
             let inner = first + samples::superconvergent(elements, i, rest)?.len();
             end = inner;
-            if dense[i] {
+            if dense {
                 end += samples::at_integration_points(elements, i, rest)?.len();
             }
             starts.push([first, inner, end]);

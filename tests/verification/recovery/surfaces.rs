@@ -1,0 +1,118 @@
+//! Stress on the contact surface under known tractions: Hertz, and full sliding.
+
+use std::f64::consts::PI;
+
+use orthowear::body::{ElasticBody, Estimate, FeBody};
+use orthowear::element::ElementKind::Hex8;
+use orthowear::fem::{HexFormulation, Support};
+use orthowear::frame::ContactFrame;
+use orthowear::geometry::Side;
+use orthowear::material::Stiffness;
+use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};
+use orthowear::results::frame_fields::FrameMesh;
+use orthowear::results::vtu::{DataArray, UnstructuredGrid, Values};
+
+use crate::fem_bodies::{clamp, spec};
+use crate::fem_meshes::block;
+
+/// Cells along the contact radius 1.
+const FINE: usize = 8;
+/// Uniform cells, to 1.5 radii.
+const UNIFORM: usize = 3 * FINE / 2;
+/// Cells beyond, to ten radii.
+const GROWING: usize = 7;
+
+/// Coordinate of the grid line `i`: uniform to 1.5, growing to 10.
+fn line(i: f64) -> f64 {
+    let h = 1.0 / FINE as f64;
+    let beyond = i - UNIFORM as f64;
+    if beyond <= 0.0 {
+        return h * i;
+    }
+    // Ratio of growth so that the last line is at 10.
+    let length = |q: f64, n: f64| h * q * (q.powf(n) - 1.0) / (q - 1.0);
+    let (mut low, mut high) = (1.001, 5.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if length(middle, GROWING as f64) < 8.5 { low = middle } else { high = middle }
+    }
+    1.5 + length(low, beyond)
+}
+
+/// A quarter x, y >= 0 of a block of ten contact radii under `traction` on body 2 (x, y, n) in the unit circle; `planes`
+/// are the supports of x = 0 and y = 0. Its surface with stress, ν = 0.3.
+fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> UnstructuredGrid {
+    let n = UNIFORM + GROWING;
+    let size = [n as f64; 3];
+    let mesh = block(Hex8, [n; 3], size, |[i, j, k]| [line(i), line(j), -line(n as f64 - k)]);
+    let plane = |group: &str, components| Support { group: group.into(), components, value: [0.0; 3] };
+    let supports = vec![plane("x0", planes[0]), plane("y0", planes[1]), clamp("z0")];
+    let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
+    let frame = ContactFrame::grid([0.75; 2], [2 * UNIFORM; 2], [0.75; 2], 0.0).unwrap();
+    let spec = spec(mesh, steel, HexFormulation::Enhanced, supports);
+    let mesh = spec.mesh.clone();
+    let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
+    let cells: Vec<[f64; 3]> = frame.centers.iter().map(|c| cell_mean([c.x, c.y], &traction)).collect();
+    let planes: Vec<f64> = (0..3).flat_map(|k| cells.iter().map(move |t| t[k])).collect();
+    let mut field = body.recover(&planes).unwrap();
+    field.stress = body.recover_stress(&field.displacement, Estimate::Skipped).unwrap();
+    let contact_nodes = mesh.group_nodes("z1").unwrap();
+    let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &contact_nodes };
+    let output = BodyOutput { side: Side::Lower, body: &body, shape };
+    surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &cells).unwrap()
+}
+
+/// Mean over a cell of the frame by 8 x 8 points, zero outside the unit circle.
+fn cell_mean(center: [f64; 2], traction: &impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
+    let h = 1.5 / (2 * UNIFORM) as f64;
+    let mut mean = [0.0; 3];
+    for (i, j) in (0..64).map(|k| (k / 8, k % 8)) {
+        let at = |c: f64, i: usize| c + h * ((i as f64 + 0.5) / 8.0 - 0.5);
+        let r = at(center[0], i).hypot(at(center[1], j));
+        if r < 1.0 {
+            traction(r).iter().zip(&mut mean).for_each(|(t, sum)| *sum += t / 64.0);
+        }
+    }
+    mean
+}
+
+/// Components xx, yy, zz and the tangential stress at the node nearest to (x, 0, 0).
+fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
+    let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1]).hypot(p[2]);
+    let order = |a: &usize, b: &usize| distance(&grid.points[*a]).total_cmp(&distance(&grid.points[*b]));
+    let node = (0..grid.points.len()).min_by(order).unwrap();
+    let reals = |name: &str| {
+        let array: &DataArray = grid.point_data.iter().find(|array| array.name == name).unwrap();
+        let Values::Float64(values) = &array.values else { panic!("{name} is not real") };
+        values.clone()
+    };
+    let stress = reals("stress");
+    [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
+}
+
+/// Truth: Hertz' pressure p0 = 1 on the unit circle: σ_xx = -(1 + 2ν)/2 in the centre, (1 - 2ν)/3 in the radial direction
+/// at the edge and its opposite around it (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a
+/// half-space bends the surface by some 1e-2; eight elements along the radius smooth the kink at the edge over one
+/// element, where the radial stress falls by a third.
+#[test]
+fn hertz_radial_tension_at_the_edge() {
+    let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
+    let (centre, edge) = (at(&grid, 0.0), at(&grid, 1.0));
+    println!("centre {centre:.4?}, edge {edge:.4?}");
+    assert!((centre[0] + 0.8).abs() < 0.04 && (centre[1] - centre[0]).abs() < 0.01);
+    // The mean of the four cells at the centre: p0 (1 - mean of r²/2), r up to half an element.
+    assert!((centre[2] + 1.0).abs() < 0.01);
+    assert!((edge[3] - 0.4 / 3.0).abs() < 0.3 * 0.4 / 3.0);
+}
+
+/// Truth: full sliding with q = p (friction coefficient 1, stress scales with it): the stress along the sliding direction at the
+/// edge is ∓π (4 + ν) / 8 in front and behind (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31): antisymmetric, so
+/// that a quarter with the front suffices. Tolerance: smoothing over one of eight elements along the radius.
+#[test]
+fn sliding_tension_at_the_trailing_edge() {
+    // Tractions on body 2 against its motion along +x; body 1 is dragged along.
+    let grid = quarter([[false, true, true], [false, true, false]], |r| [-(1.0 - r * r).sqrt(), 0.0, 0.0]);
+    let front = at(&grid, 1.0);
+    println!("front {front:.4?}, exact {:.4}", PI * 4.3 / 8.0);
+    assert!((front[0] / (-PI * 4.3 / 8.0) - 1.0).abs() < 0.15);
+}
