@@ -2,6 +2,7 @@
 mod bad_input;
 mod limits;
 mod outputs;
+mod refine;
 mod run;
 mod tools;
 mod mesh_mistakes;

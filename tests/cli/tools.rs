@@ -1,4 +1,4 @@
-//! Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the project's .venv. Where it is
+//! gmsh, and Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the project's .venv. Where one is
 //! absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
 
 use std::path::{Path, PathBuf};
@@ -25,4 +25,17 @@ pub fn python(script: &str, argument: &Path) {
         .output()
         .expect("starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Runs gmsh; `false` if it is absent.
+pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
+    if Command::new("gmsh").arg("--version").output().is_err() {
+        let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
+        assert!(!required, "gmsh is missing, but ORTHOWEAR_REQUIRE_TOOLS=1 requires it");
+        eprintln!("SKIPPED: gmsh is missing (scripts/setup installs it)");
+        return false;
+    }
+    let output = Command::new("gmsh").args(arguments).current_dir(directory).output().expect("starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    true
 }

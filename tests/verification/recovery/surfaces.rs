@@ -90,29 +90,41 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
 }
 
-/// Truth: Hertz' pressure p0 = 1 on the unit circle: σ_xx = -(1 + 2ν)/2 in the centre, (1 - 2ν)/3 in the radial direction
-/// at the edge and its opposite around it (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a
-/// half-space bends the surface by some 1e-2; eight elements along the radius smooth the kink at the edge over one
-/// element, where the radial stress falls by a third.
+/// Truth: Hertz' pressure p0 = 1 on the unit circle: σ_xx = -(1 + 2ν)/2 in the centre, outside the radial tension
+/// (1 - 2ν)/(3 r²), which begins at the edge (Johnson 1985, eqs. 3.42-3.45). Tolerances: a block of ten radii instead of a
+/// half-space bends the surface by some 1e-2; at a node the strain is the mean of the elements beside it, so that the
+/// kink at the edge is lost (the node there shows neither side) and the peak is found one element, h = 1/8, outside:
+/// smaller by 1 - 1/(1 + h)², a fifth.
 #[test]
-fn hertz_radial_tension_at_the_edge() {
+fn hertz_radial_tension_beside_the_edge() {
     let grid = quarter([[true, false, false], [false, true, false]], |r| [0.0, 0.0, (1.0 - r * r).sqrt()]);
-    let (centre, edge) = (at(&grid, 0.0), at(&grid, 1.0));
-    println!("centre {centre:.4?}, edge {edge:.4?}");
-    assert!((centre[0] + 0.8).abs() < 0.04 && (centre[1] - centre[0]).abs() < 0.01);
-    // The mean of the four cells at the centre: p0 (1 - mean of r²/2), r up to half an element.
-    assert!((centre[2] + 1.0).abs() < 0.01);
-    assert!((edge[3] - 0.4 / 3.0).abs() < 0.3 * 0.4 / 3.0);
+    let (centre, edge) = (at(&grid, 0.0), [1.0, 1.125, 1.25, 1.5].map(|x| at(&grid, x)));
+    println!("centre {centre:.4?}, edge and beyond {edge:.4?}");
+    assert!((centre[0] + 0.8).abs() < 0.02 && (centre[1] - centre[0]).abs() < 0.01);
+    // The mean of the cells at the centre: 1 - r²/2 with r up to a sixteenth.
+    assert!((centre[2] + 1.0).abs() < 0.005);
+    for (found, r) in edge[1..].iter().zip([1.125f64, 1.25]) {
+        let exact = 0.4 / (3.0 * r * r);
+        assert!((found[3] - exact).abs() < 0.15 * 0.4 / 3.0, "{found:?}, exact {exact}");
+        assert!(found[2].abs() < 1e-14, "free surface");
+    }
 }
 
-/// Truth: full sliding with q = p (friction coefficient 1, stress scales with it): the stress along the sliding direction at the
-/// edge is ∓π (4 + ν) / 8 in front and behind (Hamilton and Goodman 1966; Johnson 1985, eq. 7.31): antisymmetric, so
-/// that a quarter with the front suffices. Tolerance: smoothing over one of eight elements along the radius.
+/// Truth: full sliding with q = p (friction coefficient 1, stress scales with it): the stress along the sliding direction is
+/// ∓π (4 + ν) x / 8 inside the contact, the largest at the edge in front and behind (Hamilton and Goodman 1966; Johnson
+/// 1985, eq. 7.31). It is antisymmetric, so that a quarter with the front suffices. Tolerances: 3 % two elements inside;
+/// the peak is smoothed over one of the eight elements along the radius, an eighth of it, and found within one element
+/// of the edge.
 #[test]
-fn sliding_tension_at_the_trailing_edge() {
+fn sliding_stress_at_the_trailing_edge() {
     // Tractions on body 2 against its motion along +x; body 1 is dragged along.
     let grid = quarter([[false, true, true], [false, true, false]], |r| [-(1.0 - r * r).sqrt(), 0.0, 0.0]);
-    let front = at(&grid, 1.0);
-    println!("front {front:.4?}, exact {:.4}", PI * 4.3 / 8.0);
-    assert!((front[0] / (-PI * 4.3 / 8.0) - 1.0).abs() < 0.15);
+    let exact = -PI * 4.3 / 8.0;
+    let found: Vec<f64> = (0..=12).map(|i| at(&grid, i as f64 / 8.0)[0]).collect();
+    println!("along x {found:.4?}, at the edge {exact:.4}");
+    for i in [2, 4, 6] {
+        assert!((found[i] - exact * i as f64 / 8.0).abs() < 0.03 * exact.abs(), "{i}: {}", found[i]);
+    }
+    let peak = (0..found.len()).min_by(|&a, &b| found[a].total_cmp(&found[b])).unwrap();
+    assert!((7..=9).contains(&peak) && (found[peak] / exact - 1.0).abs() < 0.15, "{peak}: {}", found[peak]);
 }
