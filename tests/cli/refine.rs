@@ -1,7 +1,6 @@
 //! `orthowear refine`: sizes for gmsh from the estimated error, and what they are worth.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde_json::Value;
 

@@ -112,9 +112,9 @@ fn hertz_radial_tension_beside_the_edge() {
 
 /// Truth: full sliding with q = p (friction coefficient 1, stress scales with it): the stress along the sliding direction is
 /// ∓π (4 + ν) x / 8 inside the contact, the largest at the edge in front and behind (Hamilton and Goodman 1966; Johnson
-/// 1985, eq. 7.31). It is antisymmetric, so that a quarter with the front suffices. Tolerances: 3 % two elements inside;
-/// the peak is smoothed over one of the eight elements along the radius, an eighth of it, and found within one element
-/// of the edge.
+/// 1985, eq. 7.31). It is antisymmetric, so that a quarter with the front suffices. Tolerances: 1 % two elements inside;
+/// the peak is found within one element, h = 1/8, of the edge, smoothed to the value one element inside, 1 - h, and 5 % of
+/// that for the kink, whose strain the element beside it cannot follow.
 #[test]
 fn sliding_stress_at_the_trailing_edge() {
     // Tractions on body 2 against its motion along +x; body 1 is dragged along.
@@ -123,8 +123,9 @@ fn sliding_stress_at_the_trailing_edge() {
     let found: Vec<f64> = (0..=12).map(|i| at(&grid, i as f64 / 8.0)[0]).collect();
     println!("along x {found:.4?}, at the edge {exact:.4}");
     for i in [2, 4, 6] {
-        assert!((found[i] - exact * i as f64 / 8.0).abs() < 0.03 * exact.abs(), "{i}: {}", found[i]);
+        assert!((found[i] - exact * i as f64 / 8.0).abs() < 0.01 * exact.abs(), "{i}: {}", found[i]);
     }
     let peak = (0..found.len()).min_by(|&a, &b| found[a].total_cmp(&found[b])).unwrap();
-    assert!((7..=9).contains(&peak) && (found[peak] / exact - 1.0).abs() < 0.15, "{peak}: {}", found[peak]);
+    let share = found[peak] / exact;
+    assert!((7..=9).contains(&peak) && share > 0.95 * 0.875 && share < 1.0, "{peak}: {share}");
 }
