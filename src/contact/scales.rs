@@ -49,6 +49,9 @@ pub struct Scales {
 
 const POWER_ITERATIONS: usize = 12;
 
+/// Least tangential compliance of a cell by its largest one.
+const LEAST_SHARE: f64 = 1e-2;
+
 impl Scales {
     /// Reads the diagonal and runs a few power iterations (about 24 operator applications with friction).
     pub fn new(operator: &dyn Flexibility, areas: &[f64], friction: Option<&FrictionEllipse>) -> Self {
@@ -66,7 +69,10 @@ impl Scales {
                     let q = hat.traction(axis);
                     q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
                 };
-                1.0 / (diagonal([1.0, 0.0]) * diagonal([0.0, 1.0])).sqrt()
+                // A direction that supports hold everywhere (plane strain) has no compliance of its own.
+                let (first, second) = (diagonal([1.0, 0.0]), diagonal([0.0, 1.0]));
+                let least = LEAST_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
+                1.0 / (first.max(least) * second.max(least)).sqrt()
             })
             .collect();
         let lambda_tangential = largest_tangential(operator, areas, &hat);

@@ -2,6 +2,7 @@
 
 pub mod block;
 mod block_rows;
+pub mod distance;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
@@ -12,6 +13,7 @@ use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::operator::{Flexibility, SumFlexibility};
 
 pub use block::BlockSystem;
+pub use distance::mesh_distance;
 
 /// How the equations of the bodies and of the frame are brought together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -151,27 +153,21 @@ pub fn skips(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Skipped> {
     skipped
 }
 
-/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm.
+/// Distance of the undeformed surfaces along n at each cell, `[N]`, mm, zero where they first touch.
 ///
-/// A shape "mesh" takes it from the bodies: mean height of body 2's faces over the cell minus that of body 1's
-/// (the plane z = 0 where a body has no mesh), its smallest value being the first touch.
+/// A shape "mesh" takes it from the bodies ([`mesh_distance`]).
 ///
 /// # Errors
-/// If the shape is not admissible, or is "mesh" and neither body has one.
+/// If the shape is not admissible, or is "mesh" and neither body has one or they overlap.
 pub fn surface_distance(
     gap: &InitialGap,
     frame: &ContactFrame,
     body1: &dyn ElasticBody,
     body2: &dyn ElasticBody,
 ) -> Result<Vec<f64>> {
-    let (lower, upper) = (body1.heights(), body2.heights());
-    if gap.shape != GapShape::Mesh || (lower.is_none() && upper.is_none()) {
+    let heights = [body1.heights(), body2.heights()];
+    if gap.shape != GapShape::Mesh || heights == [None, None] {
         return gap.evaluate(frame);
     }
-    let plane = |cell: usize| -frame.centers[cell].z / frame.triads[cell].normal().z;
-    let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
-    let mut distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
-    let least = distance.iter().copied().fold(f64::INFINITY, f64::min);
-    distance.iter_mut().for_each(|d| *d -= least);
-    Ok(distance)
+    mesh_distance(frame, heights)
 }

@@ -1,130 +1,175 @@
 //! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
 
 use super::clip::{Polygon, area_and_centroid, intersect};
-use super::faces::vector_area;
-use super::search::{Bins, Extent, extent};
-use super::shape_integrals::{Facing, PlaneFace};
+use super::facets::{Facet, divide};
+use super::search::{Ball, BallTree};
+use super::shape_integrals::{Facing, PlaneFacet};
 use super::{ContactFrame, Side};
-use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::geometry::{Point, Triad};
+use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
-/// Largest part of a cell that may be uncovered by faces, or covered twice.
+/// Largest part of a cell that may be covered twice, and on grids uncovered.
 const COVERAGE_TOLERANCE: f64 = 1e-9;
+
+/// Largest uncovered part of a cell made from a face. Where two bodies end on one edge or symmetry plane, surfaces that
+/// are a gap apart end a little apart as seen along the inclined normal of the last cell; averages go over the covered
+/// part.
+const FACE_TOLERANCE: f64 = 0.1;
 
 /// What was found under one cell.
 pub(super) struct CellCover {
     /// (mesh node, weight), ascending.
     pub(super) weights: Vec<(usize, f64)>,
     /// Covered part of the cell.
-    coverage: f64,
+    pub(super) coverage: f64,
+    /// A face that is folded as seen along the cell's normal.
+    folded: Option<usize>,
 }
 
-/// Corner positions of the contact faces, counter-clockwise seen against n, and where to search for them.
+/// The facets of the contact faces, and where to search for them.
 pub(super) struct SpaceFaces<'a> {
-    faces: Vec<SpaceFace<'a>>,
-    bins: Bins,
-    /// The plane of the search.
-    mean: Triad,
-    /// Largest distance between cells and faces along the mean normal.
-    depth: f64,
+    faces: &'a [SurfaceFace],
+    facets: Vec<Facet>,
+    tree: BallTree,
 }
 
-struct SpaceFace<'a> {
-    face: &'a SurfaceFace,
-    corners: Vec<Point>,
-    nodes: Vec<usize>,
-    /// Square of its size.
-    scale: f64,
+/// The part of a cell under one facet.
+struct Hit {
+    facet: usize,
+    plane: PlaneFacet,
+    common: Polygon,
+    area: f64,
+    /// Height of the facet over the cell.
+    height: f64,
 }
 
 impl<'a> SpaceFaces<'a> {
-    pub(super) fn new(
-        frame: &ContactFrame,
-        mesh: &Mesh,
-        faces: &'a [SurfaceFace],
-        side: Side,
-    ) -> Result<Self> {
-        let faces: Vec<SpaceFace> =
-            faces.iter().map(|face| SpaceFace::new(mesh, face, side)).collect::<Result<_>>()?;
-        let normal: Point = frame.corners.iter().map(|corners| vector_area(corners)).sum();
-        let mean = Triad::from_normal(normal, Point::x());
-        let in_plane = |x: &Point| {
-            let local = mean.to_local(x);
-            [local.x, local.y]
-        };
-        let extents = faces.iter().map(|face| extent(face.corners.iter().map(in_plane))).collect();
-        let height = |x: &Point| mean.normal().dot(x);
-        let range = |points: &mut dyn Iterator<Item = f64>| {
-            points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)])
-        };
-        let below = range(&mut frame.corners.iter().flatten().map(height));
-        let above = range(&mut faces.iter().flat_map(|face| &face.corners).map(height));
-        let depth = (below[1] - above[0]).abs().max((above[1] - below[0]).abs());
-        Ok(Self { bins: Bins::new(extents), faces, mean, depth })
+    pub(super) fn new(mesh: &Mesh, faces: &'a [SurfaceFace], side: Side) -> Self {
+        let facets: Vec<Facet> =
+            faces.iter().enumerate().flat_map(|(index, face)| divide(mesh, face, index, side)).collect();
+        let tree = BallTree::new(facets.iter().map(|facet| Ball::around(&facet.corners)).collect());
+        Self { faces, facets, tree }
     }
 
     /// Weights and coverage of one cell.
-    pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> Result<CellCover> {
+    pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCover {
+        let (mut hits, folded) = self.hits(frame, cell);
+        let area = frame.areas[cell];
+        let mut coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
+        if frame.grid.is_none() && coverage > 1.0 + COVERAGE_TOLERANCE {
+            self.keep_nearest(&mut hits, area);
+            coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
+        }
+        // A grid's cells are covered to rounding; faces of two meshes may end a little apart.
+        let whole = if frame.grid.is_some() { area } else { area * coverage };
+        let mut weights = Vec::new();
+        for hit in &hits {
+            let nodes = &self.faces[self.facets[hit.facet].face].nodes;
+            for (&node, integral) in nodes.iter().zip(hit.plane.integrate(&hit.common, area)) {
+                weights.push((node, integral / whole));
+            }
+        }
+        CellCover { weights: merge(weights), coverage, folded }
+    }
+
+    /// The facets that look at the cell and lie over it, and a face that is folded there.
+    fn hits(&self, frame: &ContactFrame, cell: usize) -> (Vec<Hit>, Option<usize>) {
         let (triad, center) = (&frame.triads[cell], &frame.centers[cell]);
+        let normal = triad.normal();
         let flat = |x: &Point| {
             let local = triad.to_local(&(x - center));
             [local.x, local.y]
         };
         let outline: Polygon = frame.corners[cell].iter().map(flat).collect();
+        let reach = outline.iter().map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
         let (mut candidates, mut common, mut spare) = (Vec::new(), Polygon::new(), Polygon::new());
-        self.bins.query(&self.reach(frame, cell), &mut candidates);
-        let area = frame.areas[cell];
-        let (mut weights, mut coverage) = (Vec::<(usize, f64)>::new(), 0.0);
+        self.tree.query(center, &normal, reach, &mut candidates);
+        let (mut hits, mut folded) = (Vec::new(), None);
         for &candidate in &candidates {
-            let face = &self.faces[candidate];
-            let corners: Polygon = face.corners.iter().map(flat).collect();
-            let plane = PlaneFace::new(&corners);
-            let facing = plane.facing(face.scale);
+            let facet = &self.facets[candidate];
+            let corners: Polygon = facet.corners.iter().map(flat).collect();
+            let plane = PlaneFacet::new(self.faces[facet.face].kind, &corners, &facet.reference);
+            let facing = plane.facing(facet.scale);
             if facing == Facing::Away || !overlap(&corners, &outline) {
                 continue;
             }
             if facing == Facing::Folded {
-                return Err(face.folded());
-            }
-            intersect(&outline, plane.corners(), &mut common, &mut spare);
-            let part = area_and_centroid(&common).0;
-            if part <= 1e-15 * area {
+                folded = folded.or(Some(facet.face));
                 continue;
             }
-            coverage += part / area;
-            for (&node, integral) in face.nodes.iter().zip(plane.integrate(&common, area)) {
-                weights.push((node, integral / area));
+            intersect(&outline, plane.corners(), &mut common, &mut spare);
+            let area = area_and_centroid(&common).0;
+            if area > 1e-15 * frame.areas[cell] {
+                let mean = facet.corners.iter().sum::<Point>() / corners.len() as f64;
+                let height = normal.dot(&(mean - center));
+                hits.push(Hit { facet: candidate, plane, common: common.clone(), area, height });
             }
         }
-        Ok(CellCover { weights: merge(weights), coverage })
+        (hits, folded)
     }
 
-    /// Where faces over a cell may lie in the plane of the search: its extent, widened where its normal is
-    /// inclined to the mean one.
-    fn reach(&self, frame: &ContactFrame, cell: usize) -> Extent {
-        let mut reach = extent(frame.corners[cell].iter().map(|x| {
-            let local = self.mean.to_local(x);
-            [local.x, local.y]
-        }));
-        let cosine = self.mean.normal().dot(&frame.triads[cell].normal()).clamp(0.05, 1.0);
-        let slope = (1.0 - cosine * cosine).sqrt() / cosine;
-        let size = (0..2).map(|k| reach[1][k] - reach[0][k]).fold(0.0, f64::max);
-        let margin = slope * self.depth + 1e-9 * size;
-        (0..2).for_each(|k| {
-            reach[0][k] -= margin;
-            reach[1][k] += margin;
+    /// Of several sheets of faces over a cell (connected through their nodes) keeps the nearest, and the next ones as
+    /// long as the cell is not covered twice.
+    fn keep_nearest(&self, hits: &mut Vec<Hit>, area: f64) {
+        let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
+        let mut sheet_of = vec![usize::MAX; hits.len()];
+        for first in 0..hits.len() {
+            if sheet_of[first] != usize::MAX {
+                continue;
+            }
+            let (mut members, mut next) = (vec![first], 0);
+            sheet_of[first] = sheets.len();
+            while next < members.len() {
+                for other in 0..hits.len() {
+                    if sheet_of[other] == usize::MAX && self.joined(&hits[members[next]], &hits[other]) {
+                        sheet_of[other] = sheets.len();
+                        members.push(other);
+                    }
+                }
+                next += 1;
+            }
+            let covered: f64 = members.iter().map(|&i| hits[i].area).sum();
+            let moment: f64 = members.iter().map(|&i| hits[i].area * hits[i].height).sum();
+            sheets.push((members, covered, (moment / covered).abs()));
+        }
+        let mut order: Vec<usize> = (0..sheets.len()).collect();
+        order.sort_by(|&a, &b| sheets[a].2.total_cmp(&sheets[b].2).then(a.cmp(&b)));
+        let mut kept = vec![false; hits.len()];
+        let mut total = 0.0;
+        for sheet in order {
+            let (members, covered, _) = &sheets[sheet];
+            if total == 0.0 || total + covered <= area * (1.0 + COVERAGE_TOLERANCE) {
+                total += covered;
+                members.iter().for_each(|&i| kept[i] = true);
+            }
+        }
+        let mut index = 0;
+        hits.retain(|_| {
+            index += 1;
+            kept[index - 1]
         });
-        reach
+    }
+
+    /// Whether the faces of two hits are the same or share a node.
+    fn joined(&self, a: &Hit, b: &Hit) -> bool {
+        let nodes = |hit: &Hit| &self.faces[self.facets[hit.facet].face].nodes;
+        nodes(a).iter().any(|node| nodes(b).contains(node))
     }
 }
 
 /// Whether the extents of two polygons overlap.
 fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
-    let (a, b) = (extent(a.iter().copied()), extent(b.iter().copied()));
-    (0..2).all(|k| a[0][k] < b[1][k] && b[0][k] < a[1][k])
+    let ends = |polygon: &[[f64; 2]], k: usize| {
+        polygon
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[k]), high.max(x[k])])
+    };
+    (0..2).all(|k| {
+        let (a, b) = (ends(a, k), ends(b, k));
+        a[0] < b[1] && b[0] < a[1]
+    })
 }
 
 /// Sums the weights of equal nodes, ascending.
@@ -140,42 +185,34 @@ fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
     weights
 }
 
-impl<'a> SpaceFace<'a> {
-    fn new(mesh: &Mesh, face: &'a SurfaceFace, side: Side) -> Result<Self> {
-        if !matches!(face.kind, ElementKind::Tri3 | ElementKind::Quad4) {
-            return Err(Error::input(format!(
-                "the contact face {} of {} is a {}; contact faces may be tri3 or quad4: mesh with elements of \
-                 order 1",
-                face.tag,
-                mesh.source,
-                face.kind.name()
-            )));
-        }
-        let mut nodes = face.nodes.clone();
-        if side == Side::Upper {
-            nodes.reverse();
-        }
-        let corners: Vec<Point> = nodes.iter().map(|&node| Point::from(mesh.points[node])).collect();
-        let scale = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
-        Ok(Self { face, corners, nodes, scale })
-    }
+fn folded(face: &SurfaceFace) -> Error {
+    Error::input(format!(
+        "the contact face {} ({}) is folded or not convex as seen along the normal of the contact frame: mend the mesh \
+         there, or leave it out of the contact group",
+        face.tag,
+        face.kind.name()
+    ))
+}
 
-    fn folded(&self) -> Error {
-        Error::input(format!(
-            "the contact face {} ({}) is folded or not convex as seen along the normal of the contact frame: mend \
-             the mesh there, or leave it out of the contact group",
-            self.face.tag,
-            self.face.kind.name()
-        ))
-    }
+/// Whether the faces cover the cell enough to take part in contact.
+pub(super) fn is_covered(frame: &ContactFrame, cover: &CellCover) -> bool {
+    let missing = if frame.grid.is_some() { COVERAGE_TOLERANCE } else { FACE_TOLERANCE };
+    cover.coverage >= 1.0 - missing
 }
 
 /// Refuses cells that hang over the edge of the faces, or lie over two sheets of them.
-pub(super) fn refuse_uncovered(frame: &ContactFrame, covers: &[CellCover], side: Side) -> Result<()> {
-    let bad = |c: &&CellCover| (c.coverage - 1.0).abs() > COVERAGE_TOLERANCE;
+pub(super) fn refuse_uncovered(
+    frame: &ContactFrame,
+    covers: &[CellCover],
+    (side, faces): (Side, &[SurfaceFace]),
+) -> Result<()> {
+    let bad = |c: &&CellCover| !is_covered(frame, c) || c.coverage > 1.0 + COVERAGE_TOLERANCE;
     let Some(cell) = covers.iter().position(|c| bad(&c)) else { return Ok(()) };
     let count = covers.iter().filter(bad).count();
     let coverage = covers[cell].coverage;
+    if let Some(face) = covers[cell].folded {
+        return Err(folded(&faces[face]));
+    }
     let place = frame.centers[cell];
     let name = match frame.grid {
         Some(grid) => format!("{} (ix = {}, iy = {})", cell, cell / grid.cells[1], cell % grid.cells[1]),

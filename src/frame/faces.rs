@@ -1,6 +1,7 @@
 //! Frames whose cells are the faces of a meshed body.
 
 use super::clip::area_and_centroid;
+use super::facets::outline;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad};
@@ -11,9 +12,10 @@ impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
     ///
     /// A cell is its face seen along its mean normal (the direction of its vector area): area, centroid and
-    /// corners are those of the face itself where it is plane. The normal is the outward one on body 1 and its
-    /// opposite on body 2; the local x follows the direction `azimuth` (radians from global x). `center` is the
-    /// origin of gap shapes and moments in global x, y; its z is the mean height of the cells.
+    /// corners are those of the face itself where it is plane; a curved edge of order 2 is two straight ones through
+    /// its middle node. The normal is the outward one on body 1 and its opposite on body 2; the local x follows the
+    /// direction `azimuth` (radians from global x). `center` is the origin of gap shapes and moments in global x, y;
+    /// its z is the mean height of the cells. The frame's own n is vertical ([`ContactFrame::with_normal`]).
     ///
     /// # Errors
     /// If the group is missing or not made of outer faces, a face has no area, or none is there.
@@ -26,6 +28,7 @@ impl ContactFrame {
             triads: Vec::with_capacity(faces.len()),
             origin: Point::new(center[0], center[1], 0.0),
             azimuth,
+            axes: Triad::horizontal(azimuth),
             grid: None,
         };
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
@@ -38,12 +41,30 @@ impl ContactFrame {
         Ok(frame)
     }
 
-    fn push_face(&mut self, mesh: &Mesh, face: &SurfaceFace, side: Side, toward: Point) -> Result<()> {
-        let mut corners: Vec<Point> =
-            face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect();
-        if side == Side::Upper {
-            corners.reverse();
+    /// The frame with another direction n of its own (towards body 2): `approach` moves body 2 against it, and resultants
+    /// are given along its x (the azimuth's direction, perpendicular to n), y and n. The cells keep their own axes.
+    pub fn with_normal(mut self, normal: Point) -> Self {
+        let toward = Point::new(self.azimuth.cos(), self.azimuth.sin(), 0.0);
+        self.axes = Triad::from_normal(normal, toward);
+        self
+    }
+
+    /// The frame of the cells for which `kept` holds.
+    pub fn keep(mut self, kept: &[bool]) -> Self {
+        fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
+            let mut flags = kept.iter();
+            values.retain(|_| flags.next().is_some_and(|&keep| keep));
         }
+        only(&mut self.centers, kept);
+        only(&mut self.corners, kept);
+        only(&mut self.areas, kept);
+        only(&mut self.triads, kept);
+        self.grid = None;
+        self
+    }
+
+    fn push_face(&mut self, mesh: &Mesh, face: &SurfaceFace, side: Side, toward: Point) -> Result<()> {
+        let corners = outline(mesh, face, side);
         let vector_area = vector_area(&corners);
         let size = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {

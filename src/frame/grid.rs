@@ -33,7 +33,8 @@ impl ContactFrame {
             }
         }
         let areas = vec![spacing[0] * spacing[1]; n];
-        Ok(Self { centers, corners, areas, triads: vec![triad; n], origin, azimuth, grid: Some(grid) })
+        let triads = vec![triad; n];
+        Ok(Self { centers, corners, areas, triads, origin, azimuth, axes: triad, grid: Some(grid) })
     }
 }
 

@@ -8,8 +8,9 @@
 //! formulation 3.1 (d).
 
 use rayon::prelude::*;
+use sprs::CsMat;
 
-use super::cover::{CellCover, SpaceFaces, refuse_uncovered};
+use super::cover::{CellCover, SpaceFaces, is_covered, refuse_uncovered};
 use super::{ContactFrame, Side};
 use crate::error::Result;
 use crate::geometry::{Point, Triad};
@@ -20,64 +21,51 @@ use crate::mesh::faces::SurfaceFace;
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceMap {
     nodes: Vec<usize>,
-    rows: Rows,
-    columns: Rows,
+    /// I, one row per cell, `[N, n_c]`.
+    rows: CsMat<f64>,
+    /// Its transpose, one row per contact node.
+    columns: CsMat<f64>,
     triads: Vec<Triad>,
     areas: Vec<f64>,
 }
 
-/// Compressed sparse rows of weights.
-#[derive(Debug, Clone, PartialEq, Default)]
-struct Rows {
-    starts: Vec<usize>,
-    indices: Vec<usize>,
-    weights: Vec<f64>,
+/// Rows of weights as a matrix with `n_columns` columns.
+fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
+    let mut starts = vec![0];
+    let (mut indices, mut weights) = (Vec::new(), Vec::new());
+    for list in lists {
+        indices.extend(list.iter().map(|entry| entry.0));
+        weights.extend(list.iter().map(|entry| entry.1));
+        starts.push(indices.len());
+    }
+    CsMat::new((lists.len(), n_columns), starts, indices, weights)
 }
 
-impl Rows {
-    fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.starts[row]..self.starts[row + 1];
-        self.indices[range.clone()].iter().copied().zip(self.weights[range].iter().copied())
-    }
+/// Entries (column, weight) of a row.
+fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let starts = matrix.indptr();
+    let range = starts.outer_inds_sz(row);
+    matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
+}
 
-    fn n_rows(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    fn from_lists(lists: &[Vec<(usize, f64)>]) -> Self {
-        let mut rows = Self { starts: vec![0], ..Self::default() };
-        for list in lists {
-            rows.indices.extend(list.iter().map(|entry| entry.0));
-            rows.weights.extend(list.iter().map(|entry| entry.1));
-            rows.starts.push(rows.indices.len());
-        }
-        rows
-    }
-
-    fn transposed(&self, n_columns: usize) -> Self {
-        let mut lists = vec![Vec::new(); n_columns];
-        for row in 0..self.n_rows() {
-            for (column, weight) in self.row(row) {
-                lists[column].push((row, weight));
-            }
-        }
-        Self::from_lists(&lists)
-    }
+/// Whether the faces (of body `side`) cover each cell enough for it to take part in contact, `[N]`: to rounding on
+/// grids, nine tenths where the cells are faces themselves.
+pub fn covered(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
+    let faces = SpaceFaces::new(mesh, faces, side);
+    let cover = |cell: usize| is_covered(frame, &faces.cover(frame, cell));
+    (0..frame.n_cells()).into_par_iter().map(cover).collect()
 }
 
 impl FaceMap {
     /// The map between `frame` and `faces` (of `mesh`, the contact faces of body `side`, outward).
     ///
     /// # Errors
-    /// If a face is neither tri3 nor quad4 or folded as seen along a cell's normal, or a cell is not covered
-    /// exactly once by the faces.
+    /// If a face is folded as seen along a cell's normal, or a cell is not covered exactly once by the faces.
     pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
-        let faces = SpaceFaces::new(frame, mesh, faces, side)?;
-        let found: Vec<CellCover> = (0..frame.n_cells())
-            .into_par_iter()
-            .map(|cell| faces.cover(frame, cell))
-            .collect::<Result<_>>()?;
-        refuse_uncovered(frame, &found, side)?;
+        let space = SpaceFaces::new(mesh, faces, side);
+        let found: Vec<CellCover> =
+            (0..frame.n_cells()).into_par_iter().map(|cell| space.cover(frame, cell)).collect();
+        refuse_uncovered(frame, &found, (side, faces))?;
         let mut nodes: Vec<usize> = found.iter().flat_map(|c| c.weights.iter().map(|w| w.0)).collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -87,8 +75,8 @@ impl FaceMap {
             .into_iter()
             .map(|c| c.weights.into_iter().map(|(node, w)| (local[node], w)).collect())
             .collect();
-        let rows = Rows::from_lists(&lists);
-        let columns = rows.transposed(nodes.len());
+        let rows = matrix(&lists, nodes.len());
+        let columns = rows.transpose_view().to_csr();
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
@@ -99,7 +87,7 @@ impl FaceMap {
 
     /// Number of cells N.
     pub fn n_cells(&self) -> usize {
-        self.rows.n_rows()
+        self.rows.rows()
     }
 
     /// Local axes of the cells.
@@ -114,12 +102,12 @@ impl FaceMap {
 
     /// Entries (cell, weight) of a contact node's column.
     pub fn column(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.columns.row(node)
+        entries(&self.columns, node)
     }
 
     /// Entries (contact node, weight) of a cell's row.
     pub fn row(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.rows.row(cell)
+        entries(&self.rows, cell)
     }
 
     /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes; overwrites.
@@ -127,7 +115,7 @@ impl FaceMap {
         let n = self.n_cells();
         for cell in 0..n {
             let mut mean = Point::zeros();
-            for (node, weight) in self.rows.row(cell) {
+            for (node, weight) in entries(&self.rows, cell) {
                 mean += weight * Point::new(nodal[3 * node], nodal[3 * node + 1], nodal[3 * node + 2]);
             }
             let mean = self.triads[cell].to_local(&mean);
@@ -141,7 +129,7 @@ impl FaceMap {
         let n = self.n_cells();
         for (node, force) in forces.chunks_exact_mut(3).enumerate() {
             let mut sum = Point::zeros();
-            for (cell, weight) in self.columns.row(node) {
+            for (cell, weight) in entries(&self.columns, node) {
                 let local = Point::new(tractions[cell], tractions[n + cell], tractions[2 * n + cell]);
                 sum += self.triads[cell].to_global(&local) * (weight * self.areas[cell]);
             }
@@ -152,14 +140,16 @@ impl FaceMap {
     /// Cell averages `[N]` of nodal scalars `[n_c]`; overwrites.
     pub fn average(&self, nodal: &[f64], cells: &mut [f64]) {
         for (cell, mean) in cells.iter_mut().enumerate() {
-            *mean = self.rows.row(cell).map(|(node, weight)| weight * nodal[node]).sum();
+            *mean = entries(&self.rows, cell).map(|(node, weight)| weight * nodal[node]).sum();
         }
     }
 
     /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`; overwrites.
     pub fn spread(&self, cells: &[f64], nodal: &mut [f64]) {
         for (node, sum) in nodal.iter_mut().enumerate() {
-            *sum = self.columns.row(node).map(|(cell, weight)| weight * self.areas[cell] * cells[cell]).sum();
+            *sum = entries(&self.columns, node)
+                .map(|(cell, weight)| weight * self.areas[cell] * cells[cell])
+                .sum();
         }
     }
 

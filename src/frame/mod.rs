@@ -6,6 +6,7 @@ mod clip;
 mod cover;
 mod edges;
 pub mod faces;
+mod facets;
 pub mod gap;
 pub mod grid;
 pub mod heights;
@@ -47,6 +48,8 @@ pub struct ContactFrame {
     pub origin: Point,
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
+    /// The frame's own axes (x, y, n): of rigid motions of body 2, of resultants and of gap shapes.
+    pub axes: Triad,
     /// The grid, if the frame is one.
     pub grid: Option<Grid>,
 }
@@ -59,9 +62,8 @@ impl ContactFrame {
 
     /// Coordinates of a cell's centre along the frame's x and y, measured from the origin, mm.
     pub fn plane_coordinates(&self, cell: usize) -> [f64; 2] {
-        let arm = self.centers[cell] - self.origin;
-        let (s, c) = self.azimuth.sin_cos();
-        [c * arm.x + s * arm.y, c * arm.y - s * arm.x]
+        let local = self.axes.to_local(&(self.centers[cell] - self.origin));
+        [local.x, local.y]
     }
 
     /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`.
@@ -72,10 +74,9 @@ impl ContactFrame {
         }
     }
 
-    /// Whether the axes of all cells are the frame's own: x, y turned by the azimuth, and the vertical.
+    /// Whether the axes of all cells are the frame's own.
     pub fn is_level(&self) -> bool {
-        let axes = Triad::horizontal(self.azimuth);
-        self.triads.iter().all(|triad| (triad.0 - axes.0).amax() < 1e-12)
+        self.triads.iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
     }
 
     /// The common normal of all cells, if they have one (to the last bit).

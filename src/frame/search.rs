@@ -1,84 +1,98 @@
-//! Uniform bins that answer which faces may lie over a cell.
+//! A tree of balls that answers which facets a line passes.
 
-/// Rectangle [low, high] in the plane.
-pub(super) type Extent = [[f64; 2]; 2];
+use crate::geometry::Point;
 
-/// Extent of some points.
-pub(super) fn extent(points: impl Iterator<Item = [f64; 2]>) -> Extent {
-    points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], x| {
-        [std::array::from_fn(|k: usize| low[k].min(x[k])), std::array::from_fn(|k: usize| high[k].max(x[k]))]
-    })
+/// Balls of one leaf.
+const LEAF: usize = 8;
+
+/// A ball in space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ball {
+    pub(super) center: Point,
+    pub(super) radius: f64,
 }
 
-/// Items sorted into square bins, about one item per bin.
-pub(super) struct Bins {
-    low: [f64; 2],
-    side: f64,
-    shape: [usize; 2],
-    starts: Vec<usize>,
-    items: Vec<usize>,
-    extents: Vec<Extent>,
+impl Ball {
+    /// The ball around the middle of some points.
+    pub(super) fn around(points: &[Point]) -> Self {
+        let center = points.iter().sum::<Point>() / points.len() as f64;
+        Self { center, radius: points.iter().map(|x| (x - center).norm()).fold(0.0, f64::max) }
+    }
+
+    /// Whether it is closer than `reach` to the line through `start` along the unit vector `along`.
+    fn meets(&self, start: &Point, along: &Point, reach: f64) -> bool {
+        let arm = self.center - start;
+        let across = arm - along * along.dot(&arm);
+        // Rounding must not lose what touches.
+        across.norm() <= (self.radius + reach) * (1.0 + 1e-9)
+    }
 }
 
-impl Bins {
-    /// Sorts items with the given extents.
-    pub(super) fn new(extents: Vec<Extent>) -> Self {
-        let whole = extent(extents.iter().flatten().copied());
-        let sides: [f64; 2] = std::array::from_fn(|k| (whole[1][k] - whole[0][k]).max(0.0));
-        let n = extents.len().max(1) as f64;
-        let side = (sides[0] * sides[1] / n).sqrt().max(sides[0].max(sides[1]) / n).max(f64::MIN_POSITIVE);
-        let shape = sides.map(|s| ((s / side) as usize + 1).min(1 << 12));
-        let mut bins = Self { low: whole[0], side, shape, starts: Vec::new(), items: Vec::new(), extents };
-        bins.fill();
-        bins
+/// Balls in a binary tree, halved along the longest extent of their centres.
+pub(super) struct BallTree {
+    balls: Vec<Ball>,
+    order: Vec<usize>,
+    branches: Vec<Branch>,
+}
+
+struct Branch {
+    ball: Ball,
+    items: std::ops::Range<usize>,
+    children: Option<[usize; 2]>,
+}
+
+impl BallTree {
+    pub(super) fn new(balls: Vec<Ball>) -> Self {
+        let mut tree = Self { order: (0..balls.len()).collect(), balls, branches: Vec::new() };
+        if !tree.balls.is_empty() {
+            tree.grow(0..tree.balls.len());
+        }
+        tree
     }
 
-    fn fill(&mut self) {
-        let mut starts = vec![0; self.shape[0] * self.shape[1] + 1];
-        let ranges: Vec<[[usize; 2]; 2]> = self.extents.iter().map(|e| self.range(e)).collect();
-        for range in &ranges {
-            self.each(range, |bin| starts[bin + 1] += 1);
+    /// Adds the branch over `items` of the order, and returns its index.
+    fn grow(&mut self, items: std::ops::Range<usize>) -> usize {
+        let (mut low, mut high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
+        for &item in &self.order[items.clone()] {
+            (low, high) = (low.inf(&self.balls[item].center), high.sup(&self.balls[item].center));
         }
-        for bin in 1..starts.len() {
-            starts[bin] += starts[bin - 1];
+        let center = 0.5 * (low + high);
+        let reach = |item: &usize| (self.balls[*item].center - center).norm() + self.balls[*item].radius;
+        let radius = self.order[items.clone()].iter().map(reach).fold(0.0, f64::max);
+        let here = self.branches.len();
+        self.branches.push(Branch { ball: Ball { center, radius }, items: items.clone(), children: None });
+        if items.len() > LEAF {
+            let axis = (high - low).imax();
+            let balls = &self.balls;
+            self.order[items.clone()]
+                .sort_by(|&a, &b| balls[a].center[axis].total_cmp(&balls[b].center[axis]).then(a.cmp(&b)));
+            let middle = items.start + items.len() / 2;
+            let children = [self.grow(items.start..middle), self.grow(middle..items.end)];
+            self.branches[here].children = Some(children);
         }
-        let mut next = starts.clone();
-        let mut items = vec![0; *starts.last().expect("at least one bin")];
-        for (item, range) in ranges.iter().enumerate() {
-            self.each(range, |bin| {
-                items[next[bin]] = item;
-                next[bin] += 1;
-            });
-        }
-        (self.starts, self.items) = (starts, items);
+        here
     }
 
-    /// Items whose extent meets `wanted`, ascending, left in `found`.
-    pub(super) fn query(&self, wanted: &Extent, found: &mut Vec<usize>) {
+    /// Items closer than `reach` to the line through `start` along the unit vector `along`, ascending, left in
+    /// `found`.
+    pub(super) fn query(&self, start: &Point, along: &Point, reach: f64, found: &mut Vec<usize>) {
         found.clear();
-        self.each(&self.range(wanted), |bin| {
-            found.extend(self.items[self.starts[bin]..self.starts[bin + 1]].iter().filter(|&&item| {
-                let e = &self.extents[item];
-                (0..2).all(|k| e[0][k] <= wanted[1][k] && e[1][k] >= wanted[0][k])
-            }));
-        });
+        if !self.branches.is_empty() {
+            self.visit(0, &|ball| ball.meets(start, along, reach), found);
+        }
         found.sort_unstable();
-        found.dedup();
     }
 
-    fn range(&self, extent: &Extent) -> [[usize; 2]; 2] {
-        std::array::from_fn(|end| {
-            std::array::from_fn(|k| {
-                let index = ((extent[end][k] - self.low[k]) / self.side).floor();
-                index.clamp(0.0, (self.shape[k] - 1) as f64) as usize
-            })
-        })
-    }
-
-    fn each(&self, range: &[[usize; 2]; 2], mut visit: impl FnMut(usize)) {
-        for ix in range[0][0]..=range[1][0] {
-            for iy in range[0][1]..=range[1][1] {
-                visit(ix * self.shape[1] + iy);
+    fn visit(&self, branch: usize, meets: &dyn Fn(&Ball) -> bool, found: &mut Vec<usize>) {
+        let branch = &self.branches[branch];
+        if !meets(&branch.ball) {
+            return;
+        }
+        match branch.children {
+            Some(children) => children.into_iter().for_each(|child| self.visit(child, meets, found)),
+            None => {
+                let items = self.order[branch.items.clone()].iter();
+                found.extend(items.filter(|&&item| meets(&self.balls[item])));
             }
         }
     }
@@ -88,27 +102,27 @@ impl Bins {
 mod tests {
     use super::*;
 
-    /// Truth: comparison with every item in turn.
+    /// Truth: comparison with every ball in turn.
     #[test]
-    fn finds_what_overlaps() {
-        let extents: Vec<Extent> = (0..200)
+    fn finds_what_the_line_passes() {
+        let balls: Vec<Ball> = (0..500)
             .map(|i| {
-                let (x, y) = (((i * 37) % 101) as f64, ((i * 53) % 97) as f64);
-                [[x, y], [x + (i % 7) as f64, y + (i % 5) as f64]]
+                let x = |k: usize| ((i * k) % 101) as f64;
+                Ball { center: Point::new(x(37), x(53), x(71)), radius: (i % 5) as f64 }
             })
             .collect();
-        let bins = Bins::new(extents.clone());
+        let tree = BallTree::new(balls.clone());
         let mut found = Vec::new();
-        for wanted in
-            [[[10.0, 10.0], [20.0, 30.0]], [[-5.0, -5.0], [0.0, 0.0]], [[90.0, 90.0], [300.0, 300.0]]]
-        {
-            bins.query(&wanted, &mut found);
-            let all: Vec<usize> = (0..200)
-                .filter(|&i| {
-                    (0..2).all(|k| extents[i][0][k] <= wanted[1][k] && extents[i][1][k] >= wanted[0][k])
-                })
-                .collect();
+        for (start, along, reach) in [
+            (Point::new(50.0, 50.0, 50.0), Point::new(0.0, 0.0, 1.0), 3.0),
+            (Point::new(10.0, 90.0, 20.0), Point::new(0.6, 0.0, 0.8), 0.0),
+            (Point::new(-500.0, 0.0, 0.0), Point::new(0.0, 1.0, 0.0), 5.0),
+        ] {
+            tree.query(&start, &along, reach, &mut found);
+            let all: Vec<usize> = (0..500).filter(|&i| balls[i].meets(&start, &along, reach)).collect();
             assert_eq!(found, all);
         }
+        BallTree::new(Vec::new()).query(&Point::zeros(), &Point::x(), 1.0, &mut found);
+        assert!(found.is_empty());
     }
 }

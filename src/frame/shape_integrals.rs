@@ -1,23 +1,31 @@
-//! Integrals of a face's shape functions over a convex polygon that lies inside the face, all seen along n.
+//! Integrals of a face's shape functions over a polygon inside one of its facets, all seen along n.
 
 use std::sync::LazyLock;
 
-use super::clip::{area_and_centroid, cross};
+use super::clip::cross;
+use super::facets::{MOST_NODES, shape_values};
+use crate::element::ElementKind;
 use crate::quadrature::gauss_legendre;
 
-/// A face seen along n: three or four corners in the plane, counter-clockwise.
+/// A facet seen along n: three or four corners in the plane, counter-clockwise, and where they lie in the reference
+/// triangle or square of the face.
+///
+/// Its own coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PlaneFace {
+pub(super) struct PlaneFacet {
+    kind: ElementKind,
     corners: [[f64; 2]; 4],
     n: usize,
-    /// x = c0 + c1 xi + c2 eta + c3 xi eta (quadrangles).
+    /// x = c0 + c1 xi + c2 eta + c3 xi eta.
     map: [[f64; 2]; 4],
+    /// The face's reference coordinates, likewise.
+    reference: [[f64; 2]; 4],
 }
 
-/// Signs (xi, eta) of the corners of the reference square.
+/// Signs (xi, eta) of the corners of the square.
 const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// How a face appears along n.
+/// How a facet appears along n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Facing {
     /// Convex, counter-clockwise.
@@ -28,26 +36,46 @@ pub(super) enum Facing {
     Folded,
 }
 
-impl PlaneFace {
-    pub(super) fn new(corners: &[[f64; 2]]) -> Self {
-        let mut all = [[0.0; 2]; 4];
-        all[..corners.len()].copy_from_slice(corners);
-        let mut map = [[0.0; 2]; 4];
-        for k in 0..2 {
-            for (corner, [s, t]) in all.iter().zip(SIGNS) {
+/// Coefficients of the (bi)linear map that takes the corners of the triangle or square to `values`.
+fn coefficients(values: &[[f64; 2]]) -> [[f64; 2]; 4] {
+    let mut map = [[0.0; 2]; 4];
+    for k in 0..2 {
+        if let [a, b, c] = values {
+            (map[0][k], map[1][k], map[2][k]) = (a[k], b[k] - a[k], c[k] - a[k]);
+        } else {
+            for (value, [s, t]) in values.iter().zip(SIGNS) {
                 for (coefficient, sign) in map.iter_mut().zip([1.0, s, t, s * t]) {
-                    coefficient[k] += 0.25 * sign * corner[k];
+                    coefficient[k] += 0.25 * sign * value[k];
                 }
             }
         }
-        Self { corners: all, n: corners.len(), map }
+    }
+    map
+}
+
+fn at(map: &[[f64; 2]; 4], [xi, eta]: [f64; 2]) -> [f64; 2] {
+    let [o, p, q, r] = map;
+    std::array::from_fn(|k| o[k] + p[k] * xi + q[k] * eta + r[k] * xi * eta)
+}
+
+fn wedge(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+impl PlaneFacet {
+    /// A facet of a face of the given kind with `corners` in the plane and `reference` in the face.
+    pub(super) fn new(kind: ElementKind, corners: &[[f64; 2]], reference: &[[f64; 2]]) -> Self {
+        let mut all = [[0.0; 2]; 4];
+        all[..corners.len()].copy_from_slice(corners);
+        let (map, reference) = (coefficients(corners), coefficients(reference));
+        Self { kind, corners: all, n: corners.len(), map, reference }
     }
 
     pub(super) fn corners(&self) -> &[[f64; 2]] {
         &self.corners[..self.n]
     }
 
-    /// Which side is seen; `scale` is the square of the face's size in space.
+    /// Which side is seen; `scale` is the square of the facet's size in space.
     pub(super) fn facing(&self, scale: f64) -> Facing {
         let corners = self.corners();
         let turns = (0..self.n).map(|i| {
@@ -63,19 +91,15 @@ impl PlaneFace {
         }
     }
 
-    /// Integrals of the shape functions over `polygon` (inside the face), one per corner; `scale` is the area
+    /// Integrals of the face's shape functions over `polygon` (inside the facet), one per node; `scale` is the area
     /// to which the error (1e-15) is relative.
     ///
-    /// On triangles the functions are linear: area times the value at the centroid. On quadrangles the integral
-    /// goes to the reference square and, by Green's theorem, to the polygon's boundary: the integral of N_j J is
-    /// the boundary integral of F_j d(eta), dF_j/d(xi) = N_j J. Along straight edges it is a smooth function of
-    /// one variable, a cubic on parallelograms (two Gauss points are exact); inner edges of neighbouring
-    /// polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
-    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; 4] {
-        if self.n == 3 {
-            let (area, centroid) = area_and_centroid(polygon);
-            return self.barycentric(centroid).map(|value| value * area);
-        }
+    /// The integral goes to the facet's own coordinates and, by Green's theorem, to the polygon's boundary: the
+    /// integral of N_j J is the boundary integral of F_j d(eta), dF_j/d(xi) = N_j J, where F_j follows from two Gauss
+    /// points (N_j J has degree 3 in xi at most). Along straight edges F_j is a smooth function of one variable; on
+    /// triangles and parallelograms a polynomial of degree 5 at most, for which three Gauss points are exact. Inner
+    /// edges of neighbouring polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
+    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MOST_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
         let mut last = self.boundary(polygon, &RULES[0]);
@@ -93,23 +117,16 @@ impl PlaneFace {
         last
     }
 
-    /// Values of the shape functions of a triangle.
-    fn barycentric(&self, x: [f64; 2]) -> [f64; 4] {
-        let [a, b, c, _] = self.corners;
-        let whole = cross(a, b, c);
-        [cross(x, b, c) / whole, cross(a, x, c) / whole, cross(a, b, x) / whole, 0.0]
-    }
-
-    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; 4] {
-        let mut total = [0.0; 4];
+    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; MOST_NODES] {
+        let mut total = [0.0; MOST_NODES];
         for (i, &start) in polygon.iter().enumerate() {
             let end = polygon[(i + 1) % polygon.len()];
             let along = [end[0] - start[0], end[1] - start[1]];
             for &[t, weight] in rule {
-                let reference = self.invert([start[0] + t * along[0], start[1] + t * along[1]]);
-                let [a, b] = self.tangents(reference);
-                let d_eta = (a[0] * along[1] - a[1] * along[0]) / (a[0] * b[1] - a[1] * b[0]);
-                let primitive = self.primitive(reference);
+                let own = self.invert([start[0] + t * along[0], start[1] + t * along[1]]);
+                let [a, b] = self.tangents(own);
+                let d_eta = wedge(a, along) / wedge(a, b);
+                let primitive = self.primitive(own);
                 total.iter_mut().zip(primitive).for_each(|(sum, f)| *sum += weight * f * d_eta);
             }
         }
@@ -122,60 +139,68 @@ impl PlaneFace {
         [[p[0] + r[0] * eta, p[1] + r[1] * eta], [q[0] + r[0] * xi, q[1] + r[1] * xi]]
     }
 
-    /// Reference coordinates of a point in the face, by Newton's method (one step on parallelograms).
+    /// Own coordinates of a point in the facet, by Newton's method (one step on triangles and parallelograms).
     fn invert(&self, x: [f64; 2]) -> [f64; 2] {
-        let [o, p, q, r] = self.map;
-        let mut at = [0.0, 0.0];
+        let mut own = [0.0, 0.0];
         for _ in 0..50 {
-            let [xi, eta] = at;
-            let miss: [f64; 2] =
-                std::array::from_fn(|k| x[k] - (o[k] + p[k] * xi + q[k] * eta + r[k] * xi * eta));
-            let [a, b] = self.tangents(at);
-            let jacobian = a[0] * b[1] - a[1] * b[0];
-            let step =
-                [(miss[0] * b[1] - miss[1] * b[0]) / jacobian, (a[0] * miss[1] - a[1] * miss[0]) / jacobian];
-            // Points of the face lie in the square; staying near it keeps the Jacobian positive.
-            at = [
-                (xi + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
-                (eta + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
+            let here = at(&self.map, own);
+            let miss = [x[0] - here[0], x[1] - here[1]];
+            let [a, b] = self.tangents(own);
+            let jacobian = wedge(a, b);
+            let step = [wedge(miss, b) / jacobian, wedge(a, miss) / jacobian];
+            // Points of the facet lie in the square; staying near it keeps the Jacobian positive.
+            own = [
+                (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
+                (own[1] + step[1]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
             ];
             // The error after a step is of the order of its square.
             if step[0].abs().max(step[1].abs()) < 1e-9 {
                 break;
             }
         }
-        at
+        own
     }
 
-    /// F_j = integral of N_j J over xi from 0, with J = j0 + j1 xi + j2 eta.
-    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; 4] {
-        let [_, p, q, r] = self.map;
-        let wedge = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
-        let j1 = wedge(p, r);
-        let j = wedge(p, q) + wedge(r, q) * eta;
-        SIGNS.map(|[s, t]| {
-            let inner = j * xi + (j1 + s * j) * xi * xi / 2.0 + s * j1 * xi * xi * xi / 3.0;
-            0.25 * (1.0 + t * eta) * inner
-        })
+    /// F_j = integral of N_j J over xi from 0.
+    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MOST_NODES] {
+        let mut total = [0.0; MOST_NODES];
+        for side in [-1.0, 1.0] {
+            let own = [0.5 * xi * (1.0 + side / 3f64.sqrt()), eta];
+            let [a, b] = self.tangents(own);
+            let weight = 0.5 * xi * wedge(a, b);
+            let values = shape_values(self.kind, at(&self.reference, own));
+            total.iter_mut().zip(values).for_each(|(sum, n)| *sum += weight * n);
+        }
+        total
     }
 }
 
 /// Gauss rules on [0, 1] as pairs (point, weight), of growing order.
 static RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| {
     let halved = |(x, weight): (f64, f64)| [0.5 * (1.0 + x), 0.5 * weight];
-    [2, 6, 12, 24, 48].map(|n| gauss_legendre(n).into_iter().map(halved).collect()).to_vec()
+    [3, 6, 12, 24, 48].map(|n| gauss_legendre(n).into_iter().map(halved).collect()).to_vec()
 });
 
 #[cfg(test)]
 mod tests {
+    use super::super::clip::area_and_centroid;
     use super::*;
+    use crate::element::ElementKind::{Quad4, Quad8, Quad9, Tri3, Tri6};
+
+    const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    const ALL: [ElementKind; 5] = [Tri3, Tri6, Quad4, Quad8, Quad9];
+
+    fn whole(kind: ElementKind, corners: &[[f64; 2]]) -> PlaneFacet {
+        let reference: &[[f64; 2]] = if corners.len() == 3 { &TRIANGLE } else { &SIGNS };
+        PlaneFacet::new(kind, corners, reference)
+    }
 
     /// Truth: N_j of a parallelogram is a product of linear functions; over the whole face its integral is A / 4,
     /// over a quarter of it (1/64)(3,1)x(3,1) of A.
     #[test]
     fn parallelogram() {
-        let face = PlaneFace::new(&[[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);
-        for value in face.integrate(face.corners(), 7.0) {
+        let face = whole(Quad4, &[[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);
+        for value in &face.integrate(face.corners(), 7.0)[..4] {
             assert!((value - 7.0 / 4.0).abs() < 1e-14);
         }
         let quarter = [[0.0, 0.0], [2.0, 0.5], [2.5, 1.5], [0.5, 1.0]];
@@ -185,39 +210,93 @@ mod tests {
         }
     }
 
-    /// Truth: on any convex quadrangle the shape functions sum to one and reproduce x: over any inner polygon
-    /// sum_j int N_j = area and sum_j x_j int N_j = first moment (polygon formulas). 1e-14: rounding.
+    /// Truth: the consistent loads of a uniform pressure on straight faces (formulation 10): tri6 0 at corners and
+    /// 1/3 at middle nodes; quad8 on a parallelogram -1/12 and 1/3; quad9 1/36, 1/9 and 4/9; tri3 1/3. 1e-14: rounding.
     #[test]
-    fn general_quadrangle_reproduces_linear_fields() {
-        let face = PlaneFace::new(&[[0.0, 0.0], [3.0, 0.4], [2.2, 1.9], [-0.3, 2.5]]);
-        let polygon = [[0.2, 0.3], [1.9, 0.5], [2.0, 1.1], [0.9, 1.8], [0.1, 1.2]];
+    fn consistent_loads() {
+        let (triangle, quadrangle) =
+            ([[0.0, 0.0], [2.0, 0.3], [0.5, 2.0]], [[0.0, 0.0], [4.0, 1.0], [5.0, 3.0], [1.0, 2.0]]);
+        let check = |kind: ElementKind, corners: &[[f64; 2]], [corner, edge, middle]: [f64; 3]| {
+            let face = whole(kind, corners);
+            let area = area_and_centroid(corners).0;
+            let n = corners.len();
+            for (j, value) in face.integrate(corners, area)[..kind.n_nodes()].iter().enumerate() {
+                let expected = if j < n {
+                    corner
+                } else if j < 2 * n {
+                    edge
+                } else {
+                    middle
+                };
+                assert!((value / area - expected).abs() < 1e-14, "{kind:?} {j} {value} {expected}");
+            }
+        };
+        check(Tri3, &triangle, [1.0 / 3.0, 0.0, 0.0]);
+        check(Tri6, &triangle, [0.0, 1.0 / 3.0, 0.0]);
+        check(Quad8, &quadrangle, [-1.0 / 12.0, 1.0 / 3.0, 0.0]);
+        check(Quad9, &quadrangle, [1.0 / 36.0, 1.0 / 9.0, 4.0 / 9.0]);
+    }
+
+    /// Truth: on any triangle or convex quadrangle the shape functions of every order sum to one and reproduce x
+    /// (middle nodes in the middle): over any inner polygon sum_j int N_j = area and sum_j x_j int N_j = first
+    /// moment (polygon formulas). 1e-14: rounding.
+    #[test]
+    fn linear_fields_are_reproduced() {
+        let polygon = [[0.3, 0.3], [1.4, 0.5], [1.3, 0.7], [0.9, 1.0], [0.35, 0.9]];
         let (area, centroid) = area_and_centroid(&polygon);
-        let weights = face.integrate(&polygon, area);
-        assert!((weights.iter().sum::<f64>() - area).abs() < 1e-14);
-        for k in 0..2 {
-            let moment: f64 = weights.iter().zip(face.corners()).map(|(w, x)| w * x[k]).sum();
-            assert!((moment - area * centroid[k]).abs() < 1e-14, "{moment} {}", area * centroid[k]);
+        for kind in ALL {
+            let corners = [[0.0, 0.0], [3.0, 0.4], [2.2, 1.9], [-0.3, 2.5]];
+            let corners = if kind.n_corners() == 3 {
+                vec![corners[0], corners[1], corners[3]]
+            } else {
+                corners.to_vec()
+            };
+            let n = corners.len();
+            let mut nodes = corners.clone();
+            nodes.extend((0..n).map(|i| [0, 1].map(|k| 0.5 * (corners[i][k] + corners[(i + 1) % n][k]))));
+            nodes.push([0, 1].map(|k| corners.iter().map(|x| x[k]).sum::<f64>() / 4.0));
+            let weights = whole(kind, &corners).integrate(&polygon, area);
+            assert!((weights.iter().sum::<f64>() - area).abs() < 1e-14);
+            for k in 0..2 {
+                let moment: f64 = weights.iter().zip(&nodes).map(|(w, x)| w * x[k]).sum();
+                assert!(
+                    (moment - area * centroid[k]).abs() < 1e-14,
+                    "{kind:?} {moment} {}",
+                    area * centroid[k]
+                );
+            }
         }
     }
 
-    /// Truth: a linear function's integral is area times its value at the centroid.
+    /// Truth: the integral over a facet of a face is the sum over its parts: four facets with their own maps give what
+    /// the whole parallelogram gives. 1e-14: rounding.
     #[test]
-    fn triangle() {
-        let face = PlaneFace::new(&[[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
-        let weights = face.integrate(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], 0.5);
-        assert!((weights[0] - 0.5 * (1.0 - 1.0 / 3.0)).abs() < 1e-15);
-        assert!((weights[1] - 0.5 / 6.0).abs() < 1e-15 && weights[3] == 0.0);
+    fn parts_sum_to_the_whole() {
+        for kind in [Quad8, Quad9] {
+            let x = |[s, t]: [f64; 2]| [2.0 * s + 0.5 * t, 0.3 * s + t];
+            let mut sums = [0.0; MOST_NODES];
+            for [s, t] in SIGNS {
+                let reference = SIGNS.map(|[a, b]| [0.5 * (s + a), 0.5 * (t + b)]);
+                let facet = PlaneFacet::new(kind, &reference.map(x), &reference);
+                let part = facet.integrate(&reference.map(x), 7.4);
+                sums.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
+            }
+            let all = whole(kind, &SIGNS.map(x)).integrate(&SIGNS.map(x), 7.4);
+            for (sum, value) in sums.iter().zip(all) {
+                assert!((sum - value).abs() < 1e-14, "{kind:?} {sum} {value}");
+            }
+        }
     }
 
     /// Truth: what faces away or is folded is told apart by the turns at its corners.
     #[test]
     fn facing() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-        assert_eq!(PlaneFace::new(&square).facing(1.0), Facing::Towards);
+        assert_eq!(whole(Quad4, &square).facing(1.0), Facing::Towards);
         let mut turned = square;
         turned.reverse();
-        assert_eq!(PlaneFace::new(&turned).facing(1.0), Facing::Away);
+        assert_eq!(whole(Quad4, &turned).facing(1.0), Facing::Away);
         let dart = [[0.0, 0.0], [1.0, 0.0], [0.1, 0.1], [0.0, 1.0]];
-        assert_eq!(PlaneFace::new(&dart).facing(1.0), Facing::Folded);
+        assert_eq!(whole(Quad4, &dart).facing(1.0), Facing::Folded);
     }
 }

@@ -75,7 +75,7 @@ impl<'a> Prepared<'a> {
                 "the flexibility of cell {cell} along its normal is not positive: the operator is damaged"
             )));
         }
-        let axes = Triad::horizontal(model.frame.azimuth);
+        let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
         let mut initial_gap = model.initial_gap.clone();
         let first_touch = match rigid_axes {

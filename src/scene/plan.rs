@@ -144,6 +144,8 @@ pub enum FrameSpec {
         center: [f64; 2],
         /// Angle of the cells' x from global x.
         azimuth: f64,
+        /// Direction from body 1 to body 2, not of unit length.
+        normal: [f64; 3],
     },
 }
 

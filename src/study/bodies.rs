@@ -3,6 +3,7 @@
 use super::failure::{AtKey, Failure};
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::error::{Context, Error};
+use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::memory::ensure;
 use crate::mesh::faces::group_faces;
@@ -24,14 +25,38 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
             ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
-        FrameSpec::Mesh { body, center, azimuth } => {
+        FrameSpec::Mesh { body, center, azimuth, normal } => {
             let fe = plan.bodies[body].fe().ok_or_else(|| Failure {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
-            ContactFrame::from_faces(&fe.mesh, &fe.contact, SIDES[body], center, azimuth).at(KEYS[body])
+            let frame = ContactFrame::from_faces(&fe.mesh, &fe.contact, SIDES[body], center, azimuth);
+            opposite_cells(plan, frame.at(KEYS[body])?.with_normal(normal.into()), body)
         }
     }
+}
+
+/// The cells of a frame of body `index`'s faces that lie over faces of the other body, if that is meshed; the others
+/// stay open whatever happens.
+fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, Failure> {
+    let other = 1 - index;
+    let Some(fe) = plan.bodies[other].fe() else { return Ok(frame) };
+    let contact = format!("{}.contact", KEYS[other]);
+    let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+    let covered = covered(&frame, &fe.mesh, &faces, SIDES[other]);
+    if !covered.contains(&true) {
+        let error = Error::input(format!(
+            "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
+             the groups and the places of the two meshes, or take the frame from the body with the smaller faces \
+             (frame.body)",
+            plan.bodies[index].fe().map_or("", |fe| fe.contact.as_str()),
+            KEYS[index],
+            fe.contact,
+            KEYS[other]
+        ));
+        return Err(Failure { error, key: contact });
+    }
+    Ok(frame.keep(&covered))
 }
 
 /// Body `index` (0 or 1) of a plan, ready to give its flexibility on the frame.

@@ -1,20 +1,28 @@
 //! Whether frame, contact faces, supports and fibres of a plan fit together.
 
+use std::collections::HashMap;
+
 use super::bodies::{KEYS, face_map};
 use super::failure::{AtKey, Failure};
+use crate::coupling::mesh_distance;
+use crate::element::ElementKind;
 use crate::error::Error;
-use crate::frame::ContactFrame;
+use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
+use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
-use crate::scene::plan::{BodySpec, FeSpec, Plan};
+use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
 use crate::wear::WearLaw;
 
-/// Cells smaller than this share of the finest body's faces are refused.
+/// Cells smaller than this share of the area per contact node of the finest body are refused.
 const LEAST_RATIO: f64 = 0.9;
 
-/// Cells smaller than this many of the finest body's faces are warned about.
+/// Cells smaller than this many such areas are warned about.
 const SAFE_RATIO: f64 = 2.0;
+
+/// A node is held along the normal if this share of the normal lies in the components that are held.
+const ALONG: f64 = 0.999;
 
 /// Keys of the supports of the two bodies.
 const SUPPORTS: [[&str; 2]; 2] = [["body1.fixed", "body1.displaced"], ["body2.fixed", "body2.displaced"]];
@@ -22,26 +30,32 @@ const SUPPORTS: [[&str; 2]; 2] = [["body1.fixed", "body1.displaced"], ["body2.fi
 /// What the user should know of how `plan` and its `frame` fit.
 ///
 /// # Errors
-/// If a support holds contact nodes along the normal, or the cells are finer than every meshed body although no
-/// half-space takes part.
+/// If a support holds contact nodes along the normal, the cells are finer than every meshed body although no
+/// half-space takes part, or the meshes overlap.
 ///
 /// # Source
 /// formulation 3.1: never more points of the frame than degrees of freedom of the finer side.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     let mut finest: Option<f64> = None;
+    let mut heights = [None, None];
+    notes.extend(cells_left_out(plan, frame)?);
     for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
         let Some(fe) = body.fe() else { continue };
         let map = face_map(fe, index, frame)?;
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
-        free_along_normal(fe, index, &under)?;
+        free_along_normal(fe, index, &map, frame)?;
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
         notes.extend(other_fibre(plan, fe, index, &faces));
-        let area = faces.iter().map(|face| area(&fe.mesh, face)).sum::<f64>() / faces.len() as f64;
+        let area = area_per_node(&fe.mesh, &faces);
         finest = Some(finest.map_or(area, |least| least.min(area)));
+        heights[index] = Some(map.heights(frame, &fe.mesh));
+    }
+    if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
+        mesh_distance(frame, [heights[0].as_deref(), heights[1].as_deref()]).at("gap")?;
     }
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
     if let (Some(face), false) = (finest, half_space) {
@@ -50,19 +64,42 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     Ok(notes)
 }
 
-/// Refuses supports that leave no freedom along z to a node under the frame.
-fn free_along_normal(fe: &FeSpec, index: usize, under: &[bool]) -> Result<(), Failure> {
-    for support in fe.supports.iter().filter(|support| support.values[2].is_some()) {
+/// A note if faces of a mesh frame's body have no faces of the other body opposite.
+fn cells_left_out(plan: &Plan, frame: &ContactFrame) -> Result<Option<String>, Failure> {
+    let FrameSpec::Mesh { body, .. } = plan.frame else { return Ok(None) };
+    let Some(fe) = plan.bodies[body].fe() else { return Ok(None) };
+    let all = group_faces(&fe.mesh, &fe.contact).at(KEYS[body])?.len();
+    let left_out = all - frame.n_cells();
+    Ok((left_out > 0).then(|| {
+        format!(
+            "{left_out} of the {all} faces of `{}` do not lie over faces of {} with nine tenths of their area; they are \
+             left out of the frame and stay open",
+            fe.contact,
+            KEYS[1 - body]
+        )
+    }))
+}
+
+/// Refuses supports that leave no freedom along the normal to a node under the frame.
+fn free_along_normal(fe: &FeSpec, index: usize, map: &FaceMap, frame: &ContactFrame) -> Result<(), Failure> {
+    let local: HashMap<usize, usize> = map.nodes().iter().enumerate().map(|(i, &node)| (node, i)).collect();
+    for support in &fe.supports {
+        let held = |node: &usize| {
+            let normal: Point = map.column(local[node]).map(|(cell, _)| frame.triads[cell].normal()).sum();
+            let part = Point::from_fn(|c, _| if support.values[c].is_some() { normal[c] } else { 0.0 });
+            part.norm() >= ALONG * normal.norm()
+        };
         let nodes = fe.mesh.group_nodes(&support.group).at(KEYS[index])?;
-        let held = nodes.iter().filter(|&&node| under[node]).count();
-        if held > 0 {
+        let count = nodes.iter().filter(|node| local.contains_key(node) && held(node)).count();
+        if count > 0 {
             let displaced = support.values.iter().flatten().any(|&value| value != 0.0);
+            let along = if frame.is_level() { "z" } else { "the normal of the surface" };
             let error = Error::input(format!(
-                "the support on group `{}` holds {held} of the {} nodes under the frame along z; contact \
-                 nodes must be free along the normal: support another group, take a smaller frame, or leave z out \
-                 of `components`",
+                "the support on group `{}` holds {count} of the {} nodes under the frame along {along}; contact nodes \
+                 must be free along the normal: support another group, take a smaller frame, or leave that direction \
+                 out of `components`",
                 support.group,
-                under.iter().filter(|&&is| is).count()
+                map.nodes().len()
             ));
             return Err(Failure { error, key: SUPPORTS[index][usize::from(displaced)].to_owned() });
         }
@@ -70,7 +107,7 @@ fn free_along_normal(fe: &FeSpec, index: usize, under: &[bool]) -> Result<(), Fa
     Ok(())
 }
 
-/// The mean cell of the frame against the mean face (mm2) of the finest body.
+/// The mean cell of the frame against the area (mm2) per contact node of the finest body.
 fn cells_against_faces(frame: &ContactFrame, face: f64) -> Result<Option<String>, Failure> {
     let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
     let ratio = cell / face;
@@ -88,8 +125,8 @@ fn cells_against_faces(frame: &ContactFrame, face: f64) -> Result<Option<String>
     }
     let error = Error::input(format!(
         "the cells of the frame (mean side {cell:.3e} mm) are finer than the contact faces of the finest body \
-         (mean side {face:.3e} mm), so that their tractions are not determined; take cells of at least {:.3e} mm{}, \
-         refine a mesh, or make one body a half-space",
+         (a node for a square of {face:.3e} mm), so that their tractions are not determined; take cells of at least \
+         {:.3e} mm{}, refine a mesh or give it elements of order 2, or make one body a half-space",
         face * LEAST_RATIO.sqrt(),
         at_most(frame, ratio, LEAST_RATIO)
     ));
@@ -127,9 +164,21 @@ fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -
     })
 }
 
+/// Area per node of many faces like `faces`, mm2: a node shared by many faces counts for its part in each.
+fn area_per_node(mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
+    let nodes = |face: &&SurfaceFace| match face.kind {
+        ElementKind::Tri3 => 0.5,
+        ElementKind::Tri6 => 2.0,
+        ElementKind::Quad8 => 3.0,
+        ElementKind::Quad9 => 4.0,
+        _ => 1.0,
+    };
+    faces.iter().map(|face| area(mesh, face)).sum::<f64>() / faces.iter().map(nodes).sum::<f64>()
+}
+
 /// Area of a face between its corners, mm2.
 fn area(mesh: &Mesh, face: &SurfaceFace) -> f64 {
-    let corner = |i: usize| crate::geometry::Point::from(mesh.points[face.nodes[i]]);
+    let corner = |i: usize| Point::from(mesh.points[face.nodes[i]]);
     let fan = 1..face.kind.n_corners() - 1;
     let first = corner(0);
     0.5 * fan.map(|i| (corner(i) - first).cross(&(corner(i + 1) - first)).norm()).sum::<f64>()

@@ -151,3 +151,89 @@ fn names_given_twice_or_not_at_all() {
     let second = "approach = 0.02\n[[steps]]\nname = \"indent\"\napproach = 0.03";
     noted("approach = 0.02", second, "two steps have the name", true);
 }
+
+/// The scene of the repository with one text replaced by another, its paths made absolute.
+fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let scene = fs::read_to_string(root.join("scenes").join(name)).unwrap();
+    assert!(scene.contains(from), "{from}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    let scene = scene.replacen(from, to, 1).replace("../meshes", &root.join("meshes").display().to_string());
+    fs::write(&path, scene + "\n[output]\nfields = []\n").unwrap();
+    (folder, path)
+}
+
+/// Truth: docs/scene.md: meshes that overlap before they are pressed together are refused by both commands, with how deep
+/// and where; so is a pin that no motion along the normal takes out of the plate, and a normal without direction.
+#[test]
+fn bodies_that_overlap_at_the_start() {
+    let plate = "body = 2 # the coarser faces\nnormal = [0.0, 0.0, 1.0]";
+    for (scene, from, to, words) in [
+        (
+            "cylinder-on-flat.toml",
+            "../meshes/roller.msh",
+            "ROLLER",
+            &["gap", "overlap", "8 of 8 cells", "most by 2.", "move the mesh of body 2"][..],
+        ),
+        ("pin-in-hole.toml", plate, "body = 2\nnormal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
+        ("pin-in-hole.toml", "../meshes/pin.msh", "PIN", &["gap", "overlap", "(0."]),
+    ] {
+        let (folder, path) = from_repository(scene, from, to);
+        // Meshes moved down by 2 mm, or 2 % larger.
+        for (name, source, scale, drop) in
+            [("ROLLER", "roller.msh", [1.0; 3], 2.0), ("PIN", "pin.msh", [1.02, 1.0, 1.02], 0.0)]
+        {
+            let text = fs::read_to_string(&path).unwrap();
+            if text.contains(name) {
+                let moved = folder.path().join("moved.msh");
+                let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(source);
+                fs::write(&moved, moved_mesh(&mesh, scale, drop)).unwrap();
+                fs::write(&path, text.replace(name, &moved.display().to_string())).unwrap();
+            }
+        }
+        for command in ["check", "run"] {
+            let (code, _, text) = call(command, &path, &[]);
+            assert_eq!(code, Some(2), "{command}: {text}");
+            for word in words {
+                assert!(text.contains(word), "{command} lacks \"{word}\":\n{text}");
+            }
+        }
+    }
+}
+
+/// A binary mesh of version 2.2 with scaled and lowered points.
+fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
+    let mut bytes = fs::read(path).unwrap();
+    let head = b"$Nodes\n";
+    let start = bytes.windows(head.len()).position(|window| window == head).unwrap() + head.len();
+    let line = bytes[start..].iter().position(|&byte| byte == b'\n').unwrap();
+    let count: usize = std::str::from_utf8(&bytes[start..start + line]).unwrap().trim().parse().unwrap();
+    let first = start + line + 1;
+    for node in 0..count {
+        for axis in 0..3 {
+            let at = first + node * 28 + 4 + 8 * axis;
+            let value = f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+            let moved = scale[axis] * value - if axis == 2 { drop } else { 0.0 };
+            bytes[at..at + 8].copy_from_slice(&moved.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// Truth: docs/scene.md: faces without anything opposite are left out of a mesh frame, with a note: of the block's 12 faces of
+/// 0.75 mm those that reach beyond a roller's patch of 0.8 x 9 = 7.2 mm.
+#[test]
+fn faces_left_out_of_the_frame() {
+    let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
+    let (folder, path) = from_repository("cylinder-on-flat.toml", grid, "kind = \"mesh\"\nbody = 1");
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/roller.msh");
+    let narrow = folder.path().join("narrow.msh");
+    fs::write(&narrow, moved_mesh(&mesh, [0.8, 1.0, 1.0], 0.0)).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace(&mesh.display().to_string(), &narrow.display().to_string())).unwrap();
+    let (code, text, errors) = call("check", &path, &[]);
+    assert_eq!(code, Some(0), "{errors}");
+    let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(line.contains("3 of the 12 faces of `contact`") && line.contains("left out"), "{text}");
+}

@@ -60,6 +60,62 @@ fn cap_on_block() {
     certified(&summary);
 }
 
+fn number(step: &Value, key: &str) -> f64 {
+    step[key].as_f64().unwrap()
+}
+
+/// Truth: the scene's head (Hertz's line contact; NAFEMS benchmark 1): area to a cell, peak pressure to 3 %; the middle
+/// sticks and the end slips.
+#[test]
+fn roller_on_block() {
+    let summary = run(&scene("cylinder-on-flat.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    assert!((number(last, "contact_area") - 6.2146).abs() <= 1.125, "{last}");
+    assert!((number(last, "peak_pressure") / 3585.4 - 1.0).abs() < 0.03, "{last}");
+    let stick = number(last, "stick_area");
+    assert!(stick > 0.0 && stick < number(last, "contact_area"), "{last}");
+}
+
+/// Truth: the scene's head (Persson), for the load that the run finds: the relation between load and half-angle gives the
+/// peak pressure (to 5 % on the coarse meshes) and the contact's arc (to a face of 9 degrees).
+#[test]
+fn pin_in_hole() {
+    use std::f64::consts::PI;
+    let summary = run(&scene("pin-in-hole.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    let load = 2.0 * number(last, "normal_force");
+    let stiffness = 210e3 / (1.0 - 0.09) * 0.05 / load;
+    let (mut low, mut high) = (1e-3f64, 0.9);
+    for _ in 0..60 {
+        let b: f64 = 0.5 * (low + high);
+        let value = (2.0 - (b * b + 1.0).ln() - 2.0 * b.powi(4)) / (PI * (b.powi(4) + b * b));
+        if value > stiffness { low = b } else { high = b }
+    }
+    let root = (1.0 + low * low).sqrt();
+    let peak = 2.0 / PI * low / root
+        + ((root + low) / (root - low)).ln() / (2.0 * PI * low * low * (1.0 + low * low));
+    let found = number(last, "peak_pressure") * 10.0 / load;
+    assert!((found / peak - 1.0).abs() < 0.05, "{found} {peak}: {last}");
+    let arc = number(last, "contact_area") / 9.95;
+    assert!((arc - 2.0 * low.atan()).abs() < PI / 20.0, "{arc} {}: {last}", 2.0 * low.atan());
+}
+
+/// Truth: the scene's head (Hertz), on the coarse block and its faces as frame: the peak pressure that belongs to the load
+/// found, to 10 % (cells of 0.3 mm, a about 1 mm).
+#[test]
+fn sphere_on_block_of_finite_elements() {
+    let summary = run(&scene("sphere-on-block-fe.toml"), &[COARSE, "frame.body=1"]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    let load = number(last, "normal_force");
+    let modulus = 210e3 / (2.0 * (1.0 - 0.09));
+    let a = (0.75 * load * 50.0 / modulus).cbrt();
+    let peak = 1.5 * load / (std::f64::consts::PI * a * a);
+    assert!((number(last, "peak_pressure") / peak - 1.0).abs() < 0.1, "{peak}: {last}");
+}
+
 /// Loads, volume and friction energy of two runs agree within `relative` of the largest of each.
 #[track_caller]
 fn same(a: &Value, b: &Value, relative: f64) {

@@ -2,11 +2,16 @@
 
 mod block;
 mod bricks;
+mod catalogue;
 mod curved;
+mod curved_pairs;
 mod finite_block;
 mod finite_elements;
+mod grids;
 mod half_spaces;
 mod maps;
+mod pairs;
+mod quadratic;
 mod states;
 
 /// Values in [-1, 1), the same in every run (linear congruence).

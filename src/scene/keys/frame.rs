@@ -36,7 +36,14 @@ pub enum Frame {
         /// Angle of the cells' x from global x towards y, degrees.
         #[serde(default)]
         azimuth: f64,
+        /// Direction from body 1 to body 2, against which `approach` moves body 2.
+        #[serde(default = "upward")]
+        normal: [f64; 3],
     },
+}
+
+fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 /// The initial gap; shapes are parabolic unless `exact = true`, and stand on body 2 above the plane z = 0.

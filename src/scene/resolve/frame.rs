@@ -23,9 +23,14 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
                 azimuth: azimuth.to_radians(),
             })
         }
-        Frame::Mesh { body, center, azimuth } => {
+        Frame::Mesh { body, center, azimuth, normal } => {
             let azimuth = azimuth.to_radians();
-            mesh_body(r, body, bodies).map(|body| FrameSpec::Mesh { body, center, azimuth })
+            if normal == [0.0; 3] {
+                let mend = "the direction from body 1 to body 2, e.g. [0.0, 0.0, 1.0]";
+                r.wrong("frame.normal", "the normal [0, 0, 0] has no direction", "no direction", mend);
+                return None;
+            }
+            mesh_body(r, body, bodies).map(|body| FrameSpec::Mesh { body, center, azimuth, normal })
         }
     }
 }

@@ -1,0 +1,94 @@
+//! The initial gap between two meshed surfaces, and bodies that overlap before they are pressed together.
+
+use crate::error::{Error, Result};
+use crate::frame::ContactFrame;
+
+/// Cells whose normal has less than this share of the largest component along the frame's n do not say where the
+/// surfaces first touch: there a small error of the meshes is a large motion.
+const FACING: f64 = 0.5;
+
+/// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
+const OVERLAP: f64 = 0.1;
+
+/// Distance of the undeformed surfaces along the normal of each cell, `[N]`, mm, with body 2 at the first touch:
+/// `heights` of the two surfaces over the cells, `None` for the plane through the global origin across the frame's n.
+///
+/// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d_I / n_I.n
+/// of the cells that look along n.
+///
+/// # Errors
+/// If the bodies overlap as they are meshed, or no motion along n separates them, or a plane is to meet cells that do
+/// not look at it.
+pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Result<Vec<f64>> {
+    let n = frame.axes.normal();
+    let cosines: Vec<f64> = frame.triads.iter().map(|triad| triad.normal().dot(&n)).collect();
+    if heights.contains(&None) {
+        refuse_steep(frame, &cosines)?;
+    }
+    let [lower, upper] = heights;
+    let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
+    let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
+    let mut distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
+    let steepest = FACING * cosines.iter().copied().fold(0.0, f64::max);
+    let touch = |(d, cosine): (&f64, &f64)| (*cosine > steepest).then(|| d / cosine);
+    let first = distance.iter().zip(&cosines).filter_map(touch).fold(f64::INFINITY, f64::min);
+    if !first.is_finite() {
+        return Err(Error::input(
+            "no cell of the contact frame looks along its n, so that body 2 cannot be moved towards body 1: turn \
+             frame.normal from body 1 to body 2",
+        ));
+    }
+    refuse_overlap(frame, &distance, -first, Overlap::AsMeshed)?;
+    distance.iter_mut().zip(&cosines).for_each(|(d, cosine)| *d -= first * cosine);
+    let deepest = distance.iter().copied().fold(f64::INFINITY, f64::min);
+    refuse_overlap(frame, &distance, -deepest, Overlap::AtFirstTouch)?;
+    Ok(distance)
+}
+
+/// A plane has no distance from cells that are perpendicular to it or look away.
+fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
+    let Some(cell) = cosines.iter().position(|cosine| *cosine < 0.05) else { return Ok(()) };
+    let x = frame.centers[cell];
+    Err(Error::input(format!(
+        "the body without a mesh counts as a plane, and cell {cell} of the contact frame at ({:.6}, {:.6}, {:.6}) does not \
+         look at it: take fewer faces into the contact group, or mesh both bodies",
+        x.x, x.y, x.z
+    )))
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Overlap {
+    AsMeshed,
+    AtFirstTouch,
+}
+
+/// Refuses a `depth` of penetration beyond what curved faces explain.
+fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Overlap) -> Result<()> {
+    let side = (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt();
+    if depth <= OVERLAP * side {
+        return Ok(());
+    }
+    let cell = (0..distance.len()).fold(0, |best, i| if distance[i] < distance[best] { i } else { best });
+    let x = frame.centers[cell];
+    let count = distance.iter().filter(|d| **d < 0.0).count();
+    let mend = match when {
+        Overlap::AsMeshed => format!(
+            "move the mesh of body 2 away from body 1 by at least {depth:.6} (along the frame's n; `approach` presses them \
+             together), and check which of the bodies is body1, the lower one"
+        ),
+        Overlap::AtFirstTouch => {
+            "no motion along the frame's n separates them (an interference fit is not available): \
+                                  make body 2 smaller or turn frame.normal"
+                .to_owned()
+        }
+    };
+    Err(Error::input(format!(
+        "the meshes of the two bodies overlap before they are pressed together: in {count} of {} cells, most by {:.6} at \
+         ({:.6}, {:.6}, {:.6}), where the cells' mean side is {side:.6}; {mend}",
+        distance.len(),
+        -distance[cell],
+        x.x,
+        x.y,
+        x.z
+    )))
+}

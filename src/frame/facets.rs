@@ -1,0 +1,153 @@
+//! Contact faces of any order, divided into facets with linear or bilinear maps.
+//!
+//! A face of order 2 whose middle nodes lie in the middle of its edges is one facet; a curved one is divided at its
+//! middle nodes into four. The facets only say which point of the face lies over which point of a cell (an error of
+//! the order of the square of the face's size where it is curved); the shape functions stay those of the whole face.
+
+use crate::element::ElementKind::{self, Quad8, Quad9, Tri3, Tri6};
+use crate::element::{self, ShapeFunctions};
+use crate::geometry::{Point, Side};
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Middle nodes closer to the middle than this share of the edge are taken to lie in it.
+const STRAIGHT: f64 = 1e-9;
+
+/// Most nodes of a face.
+pub(super) const MOST_NODES: usize = 9;
+
+/// Corners of the reference triangle and square.
+const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+/// Corners of the facets among the face's nodes; 8 is the middle of a quadrangle.
+const FOUR_TRIANGLES: [&[usize]; 4] = [&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]];
+const FOUR_SQUARES: [&[usize]; 4] = [&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]];
+
+/// A part of a face: three or four corners, counter-clockwise seen against n, and their reference coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Facet {
+    /// Index of the face.
+    pub(super) face: usize,
+    pub(super) corners: Vec<Point>,
+    pub(super) reference: Vec<[f64; 2]>,
+    /// Square of its size.
+    pub(super) scale: f64,
+}
+
+/// Values of the shape functions of a face at a reference point; those beyond its nodes are 0.
+pub(super) fn shape_values(kind: ElementKind, xi: [f64; 2]) -> [f64; MOST_NODES] {
+    fn fill<S: ShapeFunctions<N, 2>, const N: usize>(xi: [f64; 2]) -> [f64; MOST_NODES] {
+        let mut all = [0.0; MOST_NODES];
+        all[..N].copy_from_slice(&S::values(xi));
+        all
+    }
+    match kind {
+        Tri3 => fill::<element::Tri3, 3>(xi),
+        Tri6 => fill::<element::Tri6, 6>(xi),
+        Quad8 => fill::<element::Quad8, 8>(xi),
+        Quad9 => fill::<element::Quad9, 9>(xi),
+        _ => fill::<element::Quad4, 4>(xi),
+    }
+}
+
+/// Reference coordinates of a face's nodes, and of the middle of a quadrangle.
+fn reference_nodes(kind: ElementKind) -> Vec<[f64; 2]> {
+    let corners: &[[f64; 2]] = if kind.n_corners() == 3 { &TRIANGLE } else { &SQUARE };
+    let n = corners.len();
+    let mut nodes = corners.to_vec();
+    nodes.extend((0..n).map(|i| middle(corners[i], corners[(i + 1) % n])));
+    nodes.push([0.0, 0.0]);
+    nodes
+}
+
+fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+}
+
+/// Whether a face is of order 2.
+fn is_quadratic(kind: ElementKind) -> bool {
+    matches!(kind, Tri6 | Quad8 | Quad9)
+}
+
+/// Whether the middle node of edge `i` lies off the edge's middle.
+fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
+    let n = face.kind.n_corners();
+    let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
+    let (a, b, m) = (at(i), at((i + 1) % n), at(n + i));
+    (m - 0.5 * (a + b)).norm() > STRAIGHT * (b - a).norm()
+}
+
+/// Whether a face is the (bi)linear one of its corners.
+fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
+    let n = face.kind.n_corners();
+    if !is_quadratic(face.kind) {
+        return true;
+    }
+    if (0..n).any(|i| bends(mesh, face, i)) {
+        return false;
+    }
+    let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
+    let mean = (0..n).map(at).sum::<Point>() / n as f64;
+    face.kind != Quad9 || (at(8) - mean).norm() <= STRAIGHT * (at(2) - at(0)).norm()
+}
+
+/// Outline of a face: its corners, and the middle nodes of bent edges; as its solid orients it, or reversed for the
+/// upper body.
+pub(super) fn outline(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point> {
+    let n = face.kind.n_corners();
+    let mut points = Vec::with_capacity(2 * n);
+    for i in 0..n {
+        points.push(Point::from(mesh.points[face.nodes[i]]));
+        if is_quadratic(face.kind) && bends(mesh, face, i) {
+            points.push(Point::from(mesh.points[face.nodes[n + i]]));
+        }
+    }
+    if side == Side::Upper {
+        points.reverse();
+    }
+    points
+}
+
+/// The facets of face number `index`, counter-clockwise seen against the normal of body 1.
+pub(super) fn divide(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
+    let n = face.kind.n_corners();
+    let whole: Vec<usize> = (0..n).collect();
+    let parts: Vec<&[usize]> = match (is_straight(mesh, face), n) {
+        (true, _) => vec![&whole],
+        (false, 3) => FOUR_TRIANGLES.to_vec(),
+        (false, _) => FOUR_SQUARES.to_vec(),
+    };
+    let reference = reference_nodes(face.kind);
+    let place = |node: usize| match face.nodes.get(node) {
+        Some(&node) => Point::from(mesh.points[node]),
+        // The middle of a face without a node there.
+        None => {
+            let values = shape_values(face.kind, reference[node]);
+            face.nodes.iter().zip(values).map(|(&node, n)| n * Point::from(mesh.points[node])).sum()
+        }
+    };
+    let facet = |part: &[usize]| {
+        let mut nodes = part.to_vec();
+        if side == Side::Upper {
+            nodes.reverse();
+        }
+        let corners: Vec<Point> = nodes.iter().map(|&node| place(node)).collect();
+        let scale = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
+        Facet { face: index, corners, reference: nodes.iter().map(|&node| reference[node]).collect(), scale }
+    };
+    parts.into_iter().map(facet).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the nodes of the elements themselves.
+    #[test]
+    fn reference_coordinates_of_the_nodes() {
+        assert_eq!(reference_nodes(Tri6)[..6], element::Tri6::NODES);
+        assert_eq!(reference_nodes(Quad9)[..9], element::Quad9::NODES);
+        assert_eq!(reference_nodes(Quad8)[..8], element::Quad8::NODES);
+    }
+}

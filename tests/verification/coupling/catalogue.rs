@@ -1,0 +1,174 @@
+//! Cases of the catalogue's area "finite-body-contact" that need two meshed bodies, and a layer under a flat punch.
+
+use super::bricks::{Brick, rollers, spec, straight, support, wavy};
+use super::grids::{boxes, growing, raise, serendipity, steps};
+use super::pairs::solved;
+use crate::common::{half_spaces, indent, press, relative, solve, sphere, steel};
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::{FeBody, RigidBody};
+use orthowear::coupling::{Coupling, couple};
+use orthowear::fem::FeSpec;
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::friction::FrictionLaw;
+use orthowear::history::Model;
+use orthowear::material::Stiffness;
+use orthowear::mesh::Mesh;
+use orthowear::wear::WearLaw;
+
+fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
+    let [lower, upper] = specs;
+    let mut lower = FeBody::new(lower, "contact", Side::Lower, frame).expect("a finite-element body");
+    let mut upper = FeBody::new(upper, "contact", Side::Upper, frame).expect("a finite-element body");
+    let coupled =
+        couple(&mut lower, &mut upper, frame, Coupling::Schur, SkipVanishing).expect("coupled bodies");
+    let initial_gap = coupled.initial_gap(&vec![0.0; frame.n_cells()]);
+    Model {
+        frame: frame.clone(),
+        flexibility: coupled.flexibility,
+        initial_gap,
+        friction: FrictionLaw::None,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// A pattern turned by 17 degrees in the middle of the face, its outline kept.
+fn turned([x, y]: [f64; 2]) -> [f64; 2] {
+    let angle = 17f64.to_radians() * (1.0 - x * x) * (1.0 - y * y);
+    let (s, c) = angle.sin_cos();
+    [c * x - s * y - x, s * x + c * y - y]
+}
+
+/// Truth: catalogue `two-blocks-stack` and `contact-patch-nonmatching`: p = 10 MPa on blocks of 5 and 8 mm with E = 210 and
+/// 70 GPa presses them together by p (L1/E1 + L2/E2) = 0.001380952381 mm, and every cell carries p. Matching meshes, 5 x 5
+/// against 7 x 7, tetrahedra against hexahedra, faces turned by 17 degrees against each other; frames of the faces of
+/// either body and grids. 1e-9: the tolerance of the solver relative to its own residual is 1e-12 here.
+#[test]
+fn stacked_blocks() {
+    let brick = |z: [f64; 2], n: usize, distortion: fn([f64; 2]) -> [f64; 2], tetrahedra: bool| {
+        let (width, contact_on_top) = ([2.0, 2.0], z[0] < 0.0);
+        Brick { width, z, cells: [n, n, 2], contact_on_top, distortion, tetrahedra }.mesh()
+    };
+    let (below, above) = ([-5.0, 0.0], [0.0, 8.0]);
+    let pairs: [[Mesh; 2]; 4] = [
+        [brick(below, 4, straight, false), brick(above, 4, straight, false)],
+        [brick(below, 5, straight, false), brick(above, 7, straight, false)],
+        [brick(below, 5, wavy, false), brick(above, 3, turned, true)],
+        [brick(below, 4, turned, false), brick(above, 6, |x| turned([x[1], x[0]]), false)],
+    ];
+    let materials = [Stiffness::isotropic(210e3, 0.3).unwrap(), Stiffness::isotropic(70e3, 0.33).unwrap()];
+    for [lower, upper] in &pairs {
+        let faces = |side: Side| {
+            let mesh = if side == Side::Lower { lower } else { upper };
+            ContactFrame::from_faces(mesh, "contact", side, [0.0; 2], 0.3).unwrap()
+        };
+        let grid = ContactFrame::grid([2.0; 2], [3; 2], [0.0; 2], 0.0).unwrap();
+        let coarser = if faces(Side::Upper).n_cells() < faces(Side::Lower).n_cells() {
+            Side::Upper
+        } else {
+            Side::Lower
+        };
+        for frame in [grid, faces(coarser)] {
+            let specs = [(lower, &materials[0]), (upper, &materials[1])].map(|(mesh, material)| {
+                let mut spec = spec(mesh.clone(), material);
+                spec.supports = rollers();
+                spec
+            });
+            let model = touching(specs, &frame);
+            let options = orthowear::contact::SolverOptions { tolerance: 1e-12, ..Default::default() };
+            let result = crate::common::solve_with(&model, &[press(160.0)], &options);
+            let record = &result.records[0];
+            let n = frame.n_cells();
+            let worst =
+                result.state.tractions[2 * n..].iter().map(|p| relative(p.abs(), 10.0)).fold(0.0, f64::max);
+            println!("{} cells: shortening {} worst {worst:e}", n, record.approach);
+            assert!(relative(record.approach, 0.001380952381) < 1e-9, "{}", record.approach);
+            assert!(worst < 1e-9, "{worst:e} of {n}");
+        }
+    }
+}
+
+/// Truth: catalogue `rigid-translation-of-frame`: shifting the frame by parts of a cell or enlarging it moves the approach
+/// of a given load by less than 0.5 % at 40 cells across; outside the true contact (a cell around its circle) p is
+/// exactly 0.
+#[test]
+fn frames_shifted_and_enlarged() {
+    let steel = steel();
+    let force = 1000.0;
+    let a = (0.75 * force * 10.0 * 0.91 / 210e3f64).cbrt();
+    let width = 1.25 * a;
+    let approach = |shift: f64, enlarge: f64| {
+        let cells = (40.0 * enlarge) as usize;
+        let offset = shift * 2.0 * width / 40.0;
+        let gap = sphere(10.0);
+        let model = half_spaces(&steel, None, (enlarge * width, cells), |x, y| gap(x - offset, y - offset));
+        let result = solve(&model, &[press(force)]);
+        let n = model.frame.n_cells();
+        for (p, x) in result.state.tractions[2 * n..].iter().zip(&model.frame.centers) {
+            let r = (x.x - offset).hypot(x.y - offset);
+            assert!(r < a + 2.0 * width / 40.0 || *p == 0.0, "{r} {a} {p}");
+        }
+        result.records[0].approach
+    };
+    let reference = approach(0.0, 1.0);
+    assert!(relative(reference, a * a / 10.0) < 0.01, "{reference} {}", a * a / 10.0);
+    for (shift, enlarge) in [(0.25, 1.0), (0.5, 1.0), (0.0, 1.5), (0.5, 1.5), (0.25, 2.0)] {
+        let found = approach(shift, enlarge);
+        assert!(relative(found, reference) < 5e-3, "{shift} {enlarge}: {found} {reference}");
+    }
+}
+
+/// Load of a rigid flat punch of radius 1 on a layer of steel (a quarter of it, out to 12), by 2 E* a approach: frame
+/// cells of 1 / n inside the punch, two elements of the layer to a cell. The radius is that of the cells' area.
+fn punch(height: f64, bonded: bool, n: usize) -> f64 {
+    let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
+    across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));
+    let mut down = growing(0.0, -height, 0.5 / n as f64, 9);
+    down.reverse();
+    let layer = boxes(&[across.clone(), across, down], false, |x| x);
+    let frame = ContactFrame::grid([0.5; 2], [n; 2], [0.5; 2], 0.0).unwrap();
+    let inside: Vec<bool> = frame.centers.iter().map(|x| x.xy().norm() < 1.0).collect();
+    let frame = frame.keep(&inside);
+    let mut spec = spec(layer, &steel());
+    spec.supports = vec![
+        support("low0", [true, false, false], [0.0; 3]),
+        support("low1", [false, true, false], [0.0; 3]),
+        support("low2", [bonded, bonded, true], [0.0; 3]),
+    ];
+    let mut lower = FeBody::new(spec, "high2", Side::Lower, &frame).expect("a finite-element body");
+    let coupled = couple(&mut lower, &mut RigidBody, &frame, Coupling::Schur, SkipVanishing).unwrap();
+    let model = Model {
+        initial_gap: vec![0.0; 3 * frame.n_cells()],
+        flexibility: coupled.flexibility,
+        friction: FrictionLaw::None,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+        frame,
+    };
+    let record = solved(&model, &[indent(1e-3)]).records.pop().unwrap();
+    let radius = (4.0 * record.contact_area / std::f64::consts::PI).sqrt();
+    let modulus = 210e3 / (1.0 - 0.09);
+    println!(
+        "{height} {bonded} {n}: radius {radius} kappa {}",
+        4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
+    );
+    4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
+}
+
+/// Truth: catalogue `layer-punch-moderate` (N. N. Lebedev, Ya. S. Ufliand, 1958; W. C. Hayes et al., 1972): kappa =
+/// F / (2 E* a delta) of layers with a / h = 0.5 and 1, base free of friction and bonded. The error of the punch's sharp
+/// edge is of the order of a cell: it is extrapolated from cells of a / 6 and a / 12. 1 %: the catalogue's.
+#[test]
+fn layer_under_a_flat_punch() {
+    let cases = [
+        (2.0, false, 1.506087868),
+        (2.0, true, 1.624025413),
+        (1.0, false, 2.198621366),
+        (1.0, true, 2.483524629),
+    ];
+    for (height, bonded, expected) in cases {
+        let (coarse, fine) = (punch(height, bonded, 6), punch(height, bonded, 12));
+        let kappa = 2.0 * fine - coarse;
+        assert!(relative(kappa, expected) < 1e-2, "{height} {bonded}: {coarse} {fine} {kappa} {expected}");
+    }
+}

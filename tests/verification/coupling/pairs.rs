@@ -1,0 +1,70 @@
+//! Pairs of meshed bodies pressed together: the gap comes from the meshes.
+
+use std::sync::Arc;
+
+use super::bricks::support;
+use crate::common::Silent;
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::{ElasticBody, FeBody};
+use orthowear::contact::SolverOptions;
+use orthowear::coupling::{Coupling, couple, surface_distance};
+use orthowear::fem::{FeSpec, HexFormulation, Support};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::friction::FrictionLaw;
+use orthowear::history::step::Step;
+use orthowear::history::{Model, RunResult, run};
+use orthowear::material::Stiffness;
+use orthowear::mesh::Mesh;
+use orthowear::wear::WearLaw;
+
+/// A meshed body with its contact group and supports (group, components held).
+pub struct Part<'a> {
+    pub mesh: &'a Mesh,
+    pub contact: &'a str,
+    pub material: &'a Stiffness,
+    pub supports: &'a [(&'a str, [bool; 3])],
+}
+
+impl Part<'_> {
+    pub fn body(&self, side: Side, frame: &ContactFrame) -> FeBody {
+        let held =
+            |(group, components): &(&str, [bool; 3])| -> Support { support(group, *components, [0.0; 3]) };
+        let spec = FeSpec {
+            name: side.name().into(),
+            mesh: Arc::new(self.mesh.clone()),
+            regions: vec![(None, self.material.clone())],
+            formulation: HexFormulation::Enhanced,
+            supports: self.supports.iter().map(held).collect(),
+            pressures: Vec::new(),
+            tractions: Vec::new(),
+            body_force: [0.0; 3],
+        };
+        FeBody::new(spec, self.contact, side, frame).expect("a finite-element body")
+    }
+}
+
+/// Two bodies on a frame, their gap from the meshes.
+pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> Model {
+    let (mut lower, mut upper) = (parts[0].body(Side::Lower, frame), parts[1].body(Side::Upper, frame));
+    let gap = InitialGap::from(GapShape::Mesh);
+    let bodies: [&dyn ElasticBody; 2] = [&lower, &upper];
+    let distance = surface_distance(&gap, frame, bodies[0], bodies[1]).expect("surfaces that do not overlap");
+    let coupled =
+        couple(&mut lower, &mut upper, frame, Coupling::Schur, SkipVanishing).expect("coupled bodies");
+    let initial_gap = coupled.initial_gap(&distance);
+    Model {
+        frame: frame.clone(),
+        flexibility: coupled.flexibility,
+        initial_gap,
+        friction,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// Runs with the default options; every increment has to converge.
+pub fn solved(model: &Model, steps: &[Step]) -> RunResult {
+    let result = run(model, steps, &SolverOptions::default(), &mut Silent).expect("a run");
+    assert!(result.records.iter().all(|record| record.converged), "{:?}", result.outcome);
+    result
+}
