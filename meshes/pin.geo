@@ -9,11 +9,11 @@
 DefineConstant[
   body = {1, Name "body"},                   // 1 the plate, 2 the pin
   hole = {10, Name "hole"},                  // radius of the hole
-  clearance = {0.05, Name "clearance"},      // by which the pin's radius is smaller
+  clearance = {0.2, Name "clearance"},      // by which the pin's radius is smaller
   outer = {10, Name "outer"},                // radius of the plate by that of the hole
   core = {0.1, Name "core"},                 // radius of the pin's core by that of the pin
-  around = {30, Name "around"},              // cells around the half
-  away_cells = {8, Name "away_cells"},      // cells away from the contact
+  around = {24, Name "around"},              // cells around the half
+  away_cells = {6, Name "away_cells"},      // cells away from the contact
   first = {0.9, Name "first"}                // height of the cells at the contact
 ];
 
@@ -46,11 +46,13 @@ For i In {0:#volumes[] - 1}
   For j In {0:#sides[] - 1}
     s = Abs(sides[j]);
     box[] = BoundingBox Surface { s };
+    // Not the faces across y, nor the one between the quarters (z = 0).
+    around_y = box[4] - box[1] > 0.5 && box[5] - box[2] > 0.5 * start * core;
     If (box[3] < e)
       mirror[] += s;
-    ElseIf (box[4] - box[1] > 0.5 && Abs(box[3] - start) < 1e-3 * start)
+    ElseIf (around_y && Abs(box[3] - start) < 1e-3 * start)
       contact[] += s;
-    ElseIf (box[4] - box[1] > 0.5 && Abs(box[3] - Abs(end)) < 1e-3 * start)
+    ElseIf (around_y && Abs(box[3] - end) < 1e-3 * start)
       held[] += s;
     EndIf
   EndFor

@@ -28,7 +28,7 @@ pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Resu
     let [lower, upper] = heights;
     let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
     let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
-    let mut distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
+    let distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
     let steepest = FACING * cosines.iter().copied().fold(0.0, f64::max);
     let touch = |(d, cosine): (&f64, &f64)| (*cosine > steepest).then(|| d / cosine);
     let first = distance.iter().zip(&cosines).filter_map(touch).fold(f64::INFINITY, f64::min);
@@ -38,11 +38,13 @@ pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Resu
              frame.normal from body 1 to body 2",
         ));
     }
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let touching: Vec<f64> = distance.iter().zip(&cosines).map(|(d, cosine)| d - first * cosine).collect();
+    if least(&distance) < 0.0 {
+        refuse_overlap(frame, &distance, -least(&touching), Overlap::Everywhere)?;
+    }
     refuse_overlap(frame, &distance, -first, Overlap::AsMeshed)?;
-    distance.iter_mut().zip(&cosines).for_each(|(d, cosine)| *d -= first * cosine);
-    let deepest = distance.iter().copied().fold(f64::INFINITY, f64::min);
-    refuse_overlap(frame, &distance, -deepest, Overlap::AtFirstTouch)?;
-    Ok(distance)
+    Ok(touching)
 }
 
 /// A plane has no distance from cells that are perpendicular to it or look away.
@@ -58,8 +60,10 @@ fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Overlap {
+    /// A motion along n separates the bodies.
     AsMeshed,
-    AtFirstTouch,
+    /// None does.
+    Everywhere,
 }
 
 /// Refuses a `depth` of penetration beyond what curved faces explain.
@@ -76,7 +80,7 @@ fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Over
             "move the mesh of body 2 away from body 1 by at least {depth:.6} (along the frame's n; `approach` presses them \
              together), and check which of the bodies is body1, the lower one"
         ),
-        Overlap::AtFirstTouch => {
+        Overlap::Everywhere => {
             "no motion along the frame's n separates them (an interference fit is not available): \
                                   make body 2 smaller or turn frame.normal"
                 .to_owned()

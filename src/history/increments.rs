@@ -216,7 +216,8 @@ impl Run<'_> {
                 record.name, record.increment
             ));
         }
-        if record.contact_touches_edge {
+        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
+        if record.contact_touches_edge && !self.result.records.iter().any(told) {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \
                  the frame",

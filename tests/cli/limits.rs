@@ -168,21 +168,26 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
 /// and where; so is a pin that no motion along the normal takes out of the plate, and a normal without direction.
 #[test]
 fn bodies_that_overlap_at_the_start() {
-    let plate = "body = 2 # the coarser faces\nnormal = [0.0, 0.0, 1.0]";
+    let plate = "body = 1 # the coarser faces\nnormal = [0.0, 0.0, 1.0]";
     for (scene, from, to, words) in [
         (
             "cylinder-on-flat.toml",
             "../meshes/roller.msh",
             "ROLLER",
-            &["gap", "overlap", "8 of 8 cells", "most by 2.", "move the mesh of body 2"][..],
+            &["gap", "overlap", "8 of 8 cells", "most by 1.99", "move the mesh of body 2"][..],
         ),
-        ("pin-in-hole.toml", plate, "body = 2\nnormal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
-        ("pin-in-hole.toml", "../meshes/pin.msh", "PIN", &["gap", "overlap", "(0."]),
+        ("pin-in-hole.toml", plate, "body = 1\nnormal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
+        (
+            "pin-in-hole.toml",
+            "../meshes/pin.msh",
+            "PIN",
+            &["gap", "overlap", "24 of 24 cells", "interference fit"],
+        ),
     ] {
         let (folder, path) = from_repository(scene, from, to);
-        // Meshes moved down by 2 mm, or 2 % larger.
+        // Meshes moved down by 2 mm, or 5 % larger.
         for (name, source, scale, drop) in
-            [("ROLLER", "roller.msh", [1.0; 3], 2.0), ("PIN", "pin.msh", [1.02, 1.0, 1.02], 0.0)]
+            [("ROLLER", "roller.msh", [1.0; 3], 2.0), ("PIN", "pin.msh", [1.05, 1.0, 1.05], 0.0)]
         {
             let text = fs::read_to_string(&path).unwrap();
             if text.contains(name) {
@@ -211,10 +216,10 @@ fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
     let count: usize = std::str::from_utf8(&bytes[start..start + line]).unwrap().trim().parse().unwrap();
     let first = start + line + 1;
     for node in 0..count {
-        for axis in 0..3 {
+        for (axis, factor) in scale.into_iter().enumerate() {
             let at = first + node * 28 + 4 + 8 * axis;
             let value = f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
-            let moved = scale[axis] * value - if axis == 2 { drop } else { 0.0 };
+            let moved = factor * value - if axis == 2 { drop } else { 0.0 };
             bytes[at..at + 8].copy_from_slice(&moved.to_le_bytes());
         }
     }

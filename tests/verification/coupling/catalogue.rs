@@ -1,7 +1,7 @@
 //! Cases of the catalogue's area "finite-body-contact" that need two meshed bodies, and a layer under a flat punch.
 
 use super::bricks::{Brick, rollers, spec, straight, support, wavy};
-use super::grids::{boxes, growing, raise, serendipity, steps};
+use super::grids::{boxes, growing, steps};
 use super::pairs::solved;
 use crate::common::{half_spaces, indent, press, relative, solve, sphere, steel};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;

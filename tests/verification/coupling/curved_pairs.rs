@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::grids::{boxes, growing, steps};
 use super::pairs::{Part, model, solved};
-use crate::common::{indent, press, relative, steel};
+use crate::common::{indent, press, rectangle, relative, steel};
 use nalgebra::Vector3;
 use orthowear::frame::map::covered;
 use orthowear::frame::{ContactFrame, FaceMap, Side};
@@ -22,7 +22,7 @@ fn ring(radii: Vec<f64>, turn: f64, n: usize) -> Mesh {
 }
 
 const HOLE: f64 = 10.0;
-const CLEARANCE: f64 = 0.05;
+const CLEARANCE: f64 = 0.2;
 
 /// The plate around the hole, and the pin with a small rigid core.
 fn plate(turn: f64, n: usize) -> Mesh {
@@ -44,7 +44,7 @@ const HALF: [(&str, [bool; 3]); 4] = [("low2", PLANE), ("high2", PLANE), ("low0"
 /// Half a pin pressed down into half a plate by `approach`: the load of the whole pin per thickness, and the pressures
 /// with the angles of their cells.
 fn pressed_pin(frame_body: usize, approach: f64) -> (f64, Vec<(f64, f64)>) {
-    let [around, inside] = [[60, 96], [96, 60]][frame_body];
+    let [around, inside] = [[60, 120], [120, 60]][frame_body];
     let (hole, pin) = (plate(PI, around), pin(PI, inside));
     let supports = |held| [&HALF[..], &[(held, ALL)]].concat();
     let (outer, core) = (supports("high1"), supports("low1"));
@@ -78,11 +78,13 @@ fn persson_angle(stiffness: f64) -> f64 {
 /// displacements 4 n / (E* (n^2 - 1)) p_n R of disc and hole together): with b = tan(angle / 2),
 /// E* c / Q = (2 - ln(b^2 + 1) - 2 b^4) / (pi (b^4 + b^2)), R p(0) / Q = 2 b / (pi sqrt(1 + b^2)) +
 /// ln((sqrt(b^2 + 1) + b) / (sqrt(b^2 + 1) - b)) / (2 pi b^2 (1 + b^2)). The angle to within one face (3 degrees); the
-/// pressure to 2 %: core of 0.1 R, plate of 10 R (each 1 % of the fields there), faces of 3 degrees. The frame is made of
-/// the coarser faces, of hole and pin.
+/// pressure to 4 %: core of 0.1 R, plate of 10 R (each 1 % of the fields there), clearance of 0.02 R (2 %, the theory
+/// having one radius), and flat faces of 3
+/// degrees, whose middle lies h^2 / 8R = 0.0034 mm inside the circle (1.7 % of the clearance). The frame is made of the
+/// coarser faces, of hole or pin.
 #[test]
 fn pin_in_hole() {
-    for (frame_body, approach) in [(0, 0.06), (1, 0.06), (0, 0.02)] {
+    for (frame_body, approach) in [(0, 0.24), (1, 0.24), (0, 0.08)] {
         let (load, pressures) = pressed_pin(frame_body, approach);
         let modulus = 210e3 / (1.0 - 0.09);
         let angle = persson_angle(modulus * CLEARANCE / load);
@@ -94,7 +96,7 @@ fn pin_in_hole() {
         let face = PI / 60.0;
         println!("load {load} angle {angle} {reached} peak {peak} {}", pressures[0].1);
         assert!((reached + 0.5 * face - angle).abs() < face, "{reached} {angle}");
-        assert!(relative(pressures[0].1, peak) < 0.02, "{} {peak}", pressures[0].1);
+        assert!(relative(pressures[0].1, peak) < 0.04, "{} {peak}", pressures[0].1);
         assert!(angle > 0.5, "a conforming contact: {angle}");
     }
 }
@@ -118,8 +120,8 @@ fn pin_pressed_sideways() {
         let last = result.records.last().unwrap().clone();
         (last.normal_force, last.tangential_force)
     };
-    let down = press(&frame, &[indent(0.04)]);
-    let sideways = press(&frame.clone().with_normal(Vector3::new(-1.0, 0.0, 0.0)), &[indent(0.04)]);
+    let down = press(&frame, &[indent(0.16)]);
+    let sideways = press(&frame.clone().with_normal(Vector3::new(-1.0, 0.0, 0.0)), &[indent(0.16)]);
     assert!(down.0 > 100.0 && relative(sideways.0, down.0) < 1e-7, "{down:?} {sideways:?}");
     assert!(down.1[0].abs() < 1e-7 * down.0);
     let heights = |mesh: &Mesh, group: &str, side: Side| {
@@ -129,8 +131,8 @@ fn pin_pressed_sideways() {
     let down_way = (0..48).map(|cell| ((above[cell] - below[cell]), frame.triads[cell].normal().z));
     let first =
         down_way.filter(|way| way.1 > 0.5).map(|(d, cosine)| d / cosine).fold(f64::INFINITY, f64::min);
-    assert!((first - CLEARANCE).abs() < 0.02, "{first}");
-    let shift = Step { tangential: Some(Tangential::Shift([first + 0.04, 0.0])), ..indent(-first) };
+    assert!((first - CLEARANCE).abs() < 0.03, "{first}");
+    let shift = Step { tangential: Some(Tangential::Shift([first + 0.16, 0.0])), ..indent(-first) };
     let shifted = press(&frame, &[shift]);
     let error = (shifted.1[0].abs() - down.0).abs().max(shifted.0.abs());
     assert!(error < 1e-7 * down.0, "{shifted:?} {down:?}");
@@ -155,9 +157,24 @@ fn roller_pair(h: f64, patch: f64) -> [Mesh; 2] {
     [block, roller]
 }
 
+/// By how much friction of 0.1 raises the peak pressure of the roller between two half-spaces.
+fn raised_on_half_spaces(materials: [&Stiffness; 2]) -> f64 {
+    let [plain, rough] = [FrictionLaw::None, FrictionLaw::Coulomb { mu: 0.1 }].map(|friction| {
+        let gap = |x: f64, _: f64| x * x / 100.0;
+        let mut model = rectangle(materials[0], Some(materials[1]), ([7.5, 1000.0], [40, 1]), gap);
+        model.friction = friction;
+        let step = Step { increments: 10, ..press(70e6) };
+        solved(&model, &[step]).records.pop().unwrap().peak_pressure
+    });
+    assert!(relative(plain, 3585.37) < 1e-3, "{plain}");
+    rough / plain
+}
+
 /// Truth: NAFEMS benchmark 1 (A. W. A. Konter, 2006): Hertz's line contact of a steel roller of 50 mm on aluminium
-/// under 35 kN/mm has a = 6.2146 mm, p0 = 3585.37 MPa. a within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell); with friction of
-/// 0.1 p0 changes by less than 1 % and the contact slips at its end and sticks in the middle.
+/// under 35 kN/mm has a = 6.2146 mm, p0 = 3585.37 MPa. a within 0.25 mm, p0 within 3 % (elements of 0.19 mm, two to a cell). Friction of 0.1
+/// raises p0 as it does between half-spaces of the two materials (boundary elements, cells of 2 m along the roller: by
+/// 1.9 %; the catalogue expects less than 1 %, which neither path gives), to 0.3 %; the contact slips at its end and sticks
+/// in the middle.
 #[test]
 fn nafems_cylinder_roller() {
     let [block, roller] = roller_pair(0.1875, 7.5);
@@ -176,7 +193,8 @@ fn nafems_cylinder_roller() {
         assert!((last.contact_area - 6.2146).abs() < 0.25, "{}", last.contact_area);
         assert!(relative(last.peak_pressure, 3585.37) < 0.03, "{}", last.peak_pressure);
         if mu > 0.0 {
-            assert!(relative(last.peak_pressure, peak) < 0.01);
+            let raised = last.peak_pressure / peak;
+            assert!((raised - raised_on_half_spaces([&aluminium, &steel])).abs() < 3e-3, "{raised}");
             assert!(
                 last.stick_area > 0.0 && last.stick_area < last.contact_area - 0.3,
                 "{}",

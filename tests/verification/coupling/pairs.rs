@@ -1,14 +1,12 @@
 //! Pairs of meshed bodies pressed together: the gap comes from the meshes.
 
-use std::sync::Arc;
-
-use super::bricks::support;
+use super::bricks::{spec, support};
 use crate::common::Silent;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple, surface_distance};
-use orthowear::fem::{FeSpec, HexFormulation, Support};
+use orthowear::fem::Support;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::Step;
@@ -29,16 +27,8 @@ impl Part<'_> {
     pub fn body(&self, side: Side, frame: &ContactFrame) -> FeBody {
         let held =
             |(group, components): &(&str, [bool; 3])| -> Support { support(group, *components, [0.0; 3]) };
-        let spec = FeSpec {
-            name: side.name().into(),
-            mesh: Arc::new(self.mesh.clone()),
-            regions: vec![(None, self.material.clone())],
-            formulation: HexFormulation::Enhanced,
-            supports: self.supports.iter().map(held).collect(),
-            pressures: Vec::new(),
-            tractions: Vec::new(),
-            body_force: [0.0; 3],
-        };
+        let mut spec = spec(self.mesh.clone(), self.material);
+        spec.supports = self.supports.iter().map(held).collect();
         FeBody::new(spec, self.contact, side, frame).expect("a finite-element body")
     }
 }
