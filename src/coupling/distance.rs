@@ -7,6 +7,9 @@ use crate::frame::ContactFrame;
 /// surfaces first touch: there a small error of the meshes is a large motion.
 const FACING: f64 = 0.5;
 
+/// They count where the others alone would leave an overlap, down to this share.
+const STEEP: f64 = 0.05;
+
 /// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
 const OVERLAP: f64 = 0.1;
 
@@ -29,19 +32,27 @@ pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Resu
     let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
     let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
     let distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
-    let steepest = FACING * cosines.iter().copied().fold(0.0, f64::max);
-    let touch = |(d, cosine): (&f64, &f64)| (*cosine > steepest).then(|| d / cosine);
-    let first = distance.iter().zip(&cosines).filter_map(touch).fold(f64::INFINITY, f64::min);
+    let largest = cosines.iter().copied().fold(0.0, f64::max);
+    let touch_of = |share: f64| {
+        let facing = distance.iter().zip(&cosines).filter(|(_, cosine)| **cosine > share * largest);
+        facing.map(|(d, cosine)| d / cosine).fold(f64::INFINITY, f64::min)
+    };
+    let moved =
+        |by: f64| -> Vec<f64> { distance.iter().zip(&cosines).map(|(d, cosine)| d - by * cosine).collect() };
+    let deepest = |values: &[f64]| -values.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut first = touch_of(FACING);
     if !first.is_finite() {
         return Err(Error::input(
             "no cell of the contact frame looks along its n, so that body 2 cannot be moved towards body 1: turn \
              frame.normal from body 1 to body 2",
         ));
     }
-    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-    let touching: Vec<f64> = distance.iter().zip(&cosines).map(|(d, cosine)| d - first * cosine).collect();
-    if least(&distance) < 0.0 {
-        refuse_overlap(frame, &distance, -least(&touching), Overlap::Everywhere)?;
+    if deepest(&moved(first)) > tolerance(frame) {
+        first = touch_of(STEEP);
+    }
+    let touching = moved(first);
+    if deepest(&distance) > 0.0 {
+        refuse_overlap(frame, &distance, deepest(&touching), Overlap::Everywhere)?;
     }
     refuse_overlap(frame, &distance, -first, Overlap::AsMeshed)?;
     Ok(touching)
@@ -49,7 +60,7 @@ pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Resu
 
 /// A plane has no distance from cells that are perpendicular to it or look away.
 fn refuse_steep(frame: &ContactFrame, cosines: &[f64]) -> Result<()> {
-    let Some(cell) = cosines.iter().position(|cosine| *cosine < 0.05) else { return Ok(()) };
+    let Some(cell) = cosines.iter().position(|cosine| *cosine < STEEP) else { return Ok(()) };
     let x = frame.centers[cell];
     Err(Error::input(format!(
         "the body without a mesh counts as a plane, and cell {cell} of the contact frame at ({:.6}, {:.6}, {:.6}) does not \
@@ -66,12 +77,18 @@ enum Overlap {
     Everywhere,
 }
 
+/// Overlap that is taken for the difference between faces and the curved surface, mm.
+fn tolerance(frame: &ContactFrame) -> f64 {
+    OVERLAP * (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt()
+}
+
 /// Refuses a `depth` of penetration beyond what curved faces explain.
 fn refuse_overlap(frame: &ContactFrame, distance: &[f64], depth: f64, when: Overlap) -> Result<()> {
-    let side = (frame.areas.iter().sum::<f64>() / frame.n_cells() as f64).sqrt();
-    if depth <= OVERLAP * side {
+    let tolerance = tolerance(frame);
+    if depth <= tolerance {
         return Ok(());
     }
+    let side = tolerance / OVERLAP;
     let cell = (0..distance.len()).fold(0, |best, i| if distance[i] < distance[best] { i } else { best });
     let x = frame.centers[cell];
     let count = distance.iter().filter(|d| **d < 0.0).count();
