@@ -20,12 +20,13 @@ pub struct Analysis {
 impl Analysis {
     pub(super) fn new(model: &FeModel, contact_nodes: &[usize], order: Vec<usize>) -> Result<Self> {
         let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+        let n_trailing = dofs.filter(|&dof| model.dofs().row(dof).is_some()).count();
         Ok(Self {
             contact_nodes: contact_nodes.to_vec(),
-            n_trailing: dofs.filter(|&dof| model.dofs().row(dof).is_some()).count(),
+            n_trailing,
             n_free: model.n_free(),
             matrix_bytes: 16 * model.stiffness().n_stored(),
-            symbolic: SymbolicFactor::new(model.stiffness(), &order)?,
+            symbolic: SymbolicFactor::new(model.stiffness(), &order, n_trailing)?,
         })
     }
 
@@ -59,9 +60,9 @@ pub struct CondensedBody {
 
 impl CondensedBody {
     pub(super) fn new(model: FeModel, analysis: Analysis) -> Result<Self> {
-        let Analysis { contact_nodes, n_trailing, symbolic, .. } = analysis;
+        let Analysis { contact_nodes, symbolic, .. } = analysis;
         let factor = symbolic.factorise(model.stiffness(), |row| model.row_name(row))?;
-        let trailing = factor.trailing_inverse(n_trailing)?;
+        let trailing = factor.trailing_inverse()?;
         let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
         let free_displacement = if model.is_loaded() {
             let mut rhs = model.load_vector();

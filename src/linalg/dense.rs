@@ -49,13 +49,21 @@ impl SymmetricDense {
 /// # Errors
 /// If memory does not suffice (kind `Resources`).
 pub(super) fn zeroed(len: usize) -> Result<Vec<f64>> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(len).map_err(|_| {
+    let error = || {
         Error::resources(format!(
             "not enough memory for a matrix of {:.2} GiB; use a coarser mesh, or fewer nodes in the contact group",
             len as f64 * 8.0 / f64::from(1 << 30)
         ))
-    })?;
-    values.resize(len, 0.0);
-    Ok(values)
+    };
+    if len == 0 {
+        return Ok(Vec::new());
+    }
+    let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
+    // SAFETY: the layout is not empty. Fresh pages of the system are zero already, which `resize` could not use.
+    let start = unsafe { std::alloc::alloc_zeroed(layout) };
+    if start.is_null() {
+        return Err(error());
+    }
+    // SAFETY: allocated by the global allocator for `len` numbers, all of them zero.
+    Ok(unsafe { Vec::from_raw_parts(start.cast(), len, len) })
 }

@@ -1,19 +1,14 @@
-//! Sparse Cholesky factorisation K = L L^T in a given order (faer's supernodal one), with its residual checked, and the
-//! dense inverse of the trailing Schur complement read off L.
+//! Sparse Cholesky factorisation K = L L^T in a given order, with its residual checked, solutions, and the dense inverse
+//! of the trailing Schur complement read off L.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltError as PivotError;
-use faer::perm::PermRef;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, MatRef, Par, Side, Spec};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Accum, MatMut, MatRef, Par};
 
 use super::dense::{SymmetricDense, zeroed};
+use super::fronts::{Front, FrontTree};
+use super::multifrontal::{self, Failure};
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
 
@@ -37,20 +32,16 @@ pub trait SymmetricFactor: Send + Sync {
 /// The structure of L for a matrix taken in some order: known before any number is computed.
 #[derive(Debug)]
 pub struct SymbolicFactor {
-    symbolic: SymbolicCholesky<usize>,
+    tree: FrontTree,
+    n_trailing: usize,
 }
 
 /// L with K = L L^T (after permutation).
 pub struct CholeskyFactor {
-    symbolic: SymbolicCholesky<usize>,
+    tree: FrontTree,
+    n_trailing: usize,
     values: Vec<f64>,
     residual: f64,
-}
-
-fn sparse_view(matrix: &SymmetricSparse) -> SparseColMatRef<'_, usize, f64> {
-    let (offsets, rows, values) = matrix.lower();
-    let n = matrix.n();
-    SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, offsets, None, rows), values)
 }
 
 /// Threads for the dense blocks: all, but one inside a parallel region. The bits are the same for any number.
@@ -71,38 +62,36 @@ fn workspace(request: faer::dyn_stack::StackReq) -> Result<MemBuffer> {
 }
 
 impl SymbolicFactor {
-    /// Analyses `matrix` taken in `order` (`order[new] = old`, a permutation of its rows).
+    /// Analyses `matrix` taken in `order` (`order[new] = old`, a permutation of its rows), of which the last
+    /// `n_trailing` are kept to the end, in their order; the others may be rearranged among themselves.
     ///
     /// # Errors
-    /// If memory does not suffice.
+    /// If the matrix is too large for the index type.
     ///
     /// # Panics
     /// If `order` is no permutation of the rows.
-    pub fn new(matrix: &SymmetricSparse, order: &[usize]) -> Result<Self> {
-        let mut inverse = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(new, &old)| inverse[old] = new);
-        let symbolic = factorize_symbolic_cholesky(
-            sparse_view(matrix).symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Custom(PermRef::new_checked(order, &inverse, matrix.n())),
-            CholeskySymbolicParams {
-                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-                ..Default::default()
-            },
-        )
-        .map_err(|_| out_of_memory())?;
-        Ok(Self { symbolic })
+    pub fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Result<Self> {
+        if u32::try_from(matrix.n()).is_err() {
+            return Err(Error::resources(
+                "a body of more than 2^32 unknowns is too large; use a coarser mesh",
+            ));
+        }
+        Ok(Self { tree: FrontTree::new(matrix, order, n_trailing), n_trailing })
     }
 
-    /// Number of stored entries of L.
+    /// Number of entries of L.
     pub fn n_stored(&self) -> usize {
-        self.symbolic.len_val()
+        self.tree.n_entries()
+    }
+
+    /// Floating-point operations of the factorisation.
+    pub fn flops(&self) -> f64 {
+        self.tree.flops()
     }
 
     /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
     pub fn memory_bytes(&self) -> usize {
-        let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        8 * self.n_stored() + request.unaligned_bytes_required()
+        8 * (self.tree.n_values() + self.tree.peak_remainders(0..self.tree.fronts.len()))
     }
 
     /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.
@@ -140,21 +129,14 @@ impl SymbolicFactor {
         matrix: &SymmetricSparse,
         par: Par,
     ) -> Result<std::result::Result<CholeskyFactor, usize>> {
-        let mut values = zeroed(self.symbolic.len_val())?;
-        let mut memory = workspace(self.symbolic.factorize_numeric_llt_scratch::<f64>(par, Spec::default()))?;
-        let outcome = self.symbolic.factorize_numeric_llt(
-            &mut values,
-            sparse_view(matrix),
-            Side::Lower,
-            Default::default(),
-            par,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        );
-        Ok(match outcome.map(|_| ()) {
-            Ok(()) => Ok(CholeskyFactor { symbolic: self.symbolic, values, residual: f64::NAN }),
-            Err(PivotError::NonPositivePivot { index }) => Err(original_row(&self.symbolic, index)),
-        })
+        match multifrontal::factorise(&self.tree, matrix, par) {
+            Ok(values) => {
+                let Self { tree, n_trailing } = self;
+                Ok(Ok(CholeskyFactor { tree, n_trailing, values, residual: f64::NAN }))
+            }
+            Err(Failure::Pivot(place)) => Ok(Err(self.tree.order[place])),
+            Err(Failure::Memory(error)) => Err(error),
+        }
     }
 }
 
@@ -163,10 +145,6 @@ fn not_positive(row: &str) -> Error {
         "the stiffness matrix is singular at {row}: the body can move there without any force; look for parts joined \
          by a single node or edge only, for degenerate elements, and for missing supports"
     ))
-}
-
-fn original_row(symbolic: &SymbolicCholesky<usize>, permuted: usize) -> usize {
-    symbolic.perm().map_or(permuted, |perm| perm.arrays().0[permuted])
 }
 
 /// Entries of a vector that are the same in every run: a linear congruence mapped to [-1, 1).
@@ -190,29 +168,25 @@ impl CholeskyFactor {
         self.residual
     }
 
-    /// Number of stored entries of L.
+    /// Number of entries of L.
     pub fn n_stored(&self) -> usize {
-        self.values.len()
+        self.tree.n_entries()
     }
 
-    fn supernodes(&self) -> (&SymbolicSupernodalCholesky<usize>, SupernodalLltRef<'_, usize, f64>) {
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Supernodal(symbolic) => {
-                (symbolic, SupernodalLltRef::new(symbolic, &self.values))
-            }
-            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("the supernodal form is forced"),
-        }
+    /// The columns of L of a front, `[size, n_pivots]`.
+    fn panel(&self, front: &Front) -> MatRef<'_, f64> {
+        let values = &self.values[front.offset..][..front.n_values()];
+        MatRef::from_column_major_slice(values, front.size(), front.n_pivots)
     }
 
     /// Refuses pivots that are rounding only.
     fn check_pivots(&self, matrix: &SymmetricSparse, row_name: impl Fn(usize) -> String) -> Result<()> {
         let diagonal = matrix.diagonal();
-        let (symbolic, factor) = self.supernodes();
-        for s in 0..symbolic.n_supernodes() {
-            let node = factor.supernode(s);
-            for j in 0..node.val().ncols() {
-                let row = original_row(&self.symbolic, node.start() + j);
-                let pivot = node.val()[(j, j)];
+        for front in &self.tree.fronts {
+            let panel = self.panel(front);
+            for j in 0..front.n_pivots {
+                let row = self.tree.order[front.start + j];
+                let pivot = panel[(j, j)];
                 // NaN must not pass.
                 if pivot.is_nan() || pivot * pivot <= PIVOT_LIMIT * diagonal[row] {
                     return Err(not_positive(&row_name(row)));
@@ -235,54 +209,64 @@ impl CholeskyFactor {
         Ok(if n == 0 { 0.0 } else { norm(&back) / scale })
     }
 
-    /// The lower triangle of L's trailing `m` rows and columns, `[m, m]` column by column, zeros above.
-    fn trailing_block(&self, m: usize) -> Result<Vec<f64>> {
-        let mut block = zeroed(m.saturating_mul(m))?;
-        let from = self.n() - m;
-        let (symbolic, factor) = self.supernodes();
-        for s in 0..symbolic.n_supernodes() {
-            let node = factor.supernode(s);
-            let (start, size) = (node.start(), node.val().ncols());
-            for j in from.max(start)..start + size {
-                let column = &mut block[(j - from) * m..(j - from + 1) * m];
-                for i in j..start + size {
-                    column[i - from] = node.val()[(i - start, j - start)];
-                }
-                for (k, &i) in node.pattern().iter().enumerate() {
-                    column[i - from] = node.val()[(size + k, j - start)];
-                }
-            }
-        }
-        Ok(block)
-    }
-
-    /// The trailing `m` x `m` block of K^-1 in the factor's order, (L_cc L_cc^T)^-1: the inverse of the Schur
-    /// complement that remains when all other rows are eliminated.
+    /// The block of K^-1 of the trailing rows, in their order, (L_cc L_cc^T)^-1: the inverse of the Schur complement
+    /// that remains when all other rows are eliminated.
     ///
     /// # Errors
     /// If memory does not suffice.
-    ///
-    /// # Panics
-    /// If `m` is larger than the matrix.
-    pub fn trailing_inverse(&self, m: usize) -> Result<SymmetricDense> {
-        self.trailing_inverse_with(m, parallelism())
+    pub fn trailing_inverse(&self) -> Result<SymmetricDense> {
+        self.trailing_inverse_with(parallelism())
     }
 
-    fn trailing_inverse_with(&self, m: usize, par: Par) -> Result<SymmetricDense> {
-        let block = self.trailing_block(m)?;
+    fn trailing_inverse_with(&self, par: Par) -> Result<SymmetricDense> {
+        let m = self.n_trailing;
         let mut inverse = SymmetricDense::zeros(m)?;
-        if m == 0 {
-            return Ok(inverse);
-        }
+        let Some(root) = self.tree.fronts.last().filter(|_| m > 0) else { return Ok(inverse) };
         let mut memory = workspace(faer::linalg::cholesky::llt::inverse::inverse_scratch::<f64>(m, par))?;
         faer::linalg::cholesky::llt::inverse::inverse(
             MatMut::from_column_major_slice_mut(inverse.values_mut(), m, m),
-            MatRef::from_column_major_slice(&block, m, m),
+            self.panel(root),
             par,
             MemStack::new(&mut memory),
         );
         mirror_lower(inverse.values_mut(), m);
         Ok(inverse)
+    }
+
+    /// L y = b in place, b `[n, n_rhs]` in the order of the tree; `work` holds `[n, n_rhs]`.
+    fn solve_forward(&self, mut rhs: MatMut<'_, f64>, work: &mut [f64]) {
+        let n_rhs = rhs.ncols();
+        for front in &self.tree.fronts {
+            let (pivots, below) = self.panel(front).split_at_row(front.n_pivots);
+            let mut own = rhs.as_mut().subrows_mut(front.start, front.n_pivots);
+            solve_lower_triangular_in_place(pivots, own.as_mut(), Par::Seq);
+            let r = front.rows.len();
+            let mut change = MatMut::from_column_major_slice_mut(&mut work[..r * n_rhs], r, n_rhs);
+            matmul(change.as_mut(), Accum::Replace, below, own.as_ref(), 1.0, Par::Seq);
+            for c in 0..n_rhs {
+                for (i, &row) in front.rows.iter().enumerate() {
+                    rhs[(row, c)] -= change[(i, c)];
+                }
+            }
+        }
+    }
+
+    /// L^T x = y in place, as [`Self::solve_forward`].
+    fn solve_backward(&self, mut rhs: MatMut<'_, f64>, work: &mut [f64]) {
+        let n_rhs = rhs.ncols();
+        for front in self.tree.fronts.iter().rev() {
+            let (pivots, below) = self.panel(front).split_at_row(front.n_pivots);
+            let r = front.rows.len();
+            let mut known = MatMut::from_column_major_slice_mut(&mut work[..r * n_rhs], r, n_rhs);
+            for c in 0..n_rhs {
+                for (i, &row) in front.rows.iter().enumerate() {
+                    known[(i, c)] = rhs[(row, c)];
+                }
+            }
+            let mut own = rhs.as_mut().subrows_mut(front.start, front.n_pivots);
+            matmul(own.as_mut(), Accum::Add, below.transpose(), known.as_ref(), -1.0, Par::Seq);
+            solve_upper_triangular_in_place(pivots.transpose(), own, Par::Seq);
+        }
     }
 }
 
@@ -302,18 +286,22 @@ fn mirror_lower(values: &mut [f64], n: usize) {
 
 impl SymmetricFactor for CholeskyFactor {
     fn n(&self) -> usize {
-        self.symbolic.nrows()
+        self.tree.order.len()
     }
 
     fn solve_in_place(&self, rhs: &mut [f64], n_rhs: usize) -> Result<()> {
-        let par = Par::Seq;
-        let mut memory = workspace(self.symbolic.solve_in_place_scratch::<f64>(n_rhs, par))?;
-        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(rhs, self.n(), n_rhs),
-            par,
-            MemStack::new(&mut memory),
-        );
+        let n = self.n();
+        let mut sorted = zeroed(n * n_rhs)?;
+        let largest = self.tree.fronts.iter().map(|front| front.rows.len()).max().unwrap_or(0);
+        let mut work = zeroed(largest * n_rhs)?;
+        for (sorted, rhs) in sorted.chunks_exact_mut(n.max(1)).zip(rhs.chunks_exact(n.max(1))) {
+            sorted.iter_mut().zip(&self.tree.order).for_each(|(s, &row)| *s = rhs[row]);
+        }
+        self.solve_forward(MatMut::from_column_major_slice_mut(&mut sorted, n, n_rhs), &mut work);
+        self.solve_backward(MatMut::from_column_major_slice_mut(&mut sorted, n, n_rhs), &mut work);
+        for (sorted, rhs) in sorted.chunks_exact(n.max(1)).zip(rhs.chunks_exact_mut(n.max(1))) {
+            sorted.iter().zip(&self.tree.order).for_each(|(&s, &row)| rhs[row] = s);
+        }
         Ok(())
     }
 }
@@ -348,7 +336,7 @@ mod tests {
 
     fn analysed(matrix: &SymmetricSparse, graph: &NodeGraph, last: &[usize]) -> SymbolicFactor {
         let nodes: Vec<usize> = (0..matrix.n()).collect();
-        SymbolicFactor::new(matrix, &nested_dissection(graph, &nodes, last).unwrap()).unwrap()
+        SymbolicFactor::new(matrix, &nested_dissection(graph, &nodes, last).unwrap(), last.len()).unwrap()
     }
 
     /// Truth: same bits whatever the number of threads, in the factor and in the inverse of the Schur complement, at a
@@ -359,7 +347,7 @@ mod tests {
         let last: Vec<usize> = (0..22 * 22).collect();
         let compute = |par| {
             let factor = analysed(&matrix, &graph, &last).compute(&matrix, par).unwrap().unwrap();
-            let inverse = factor.trailing_inverse_with(last.len(), par).unwrap();
+            let inverse = factor.trailing_inverse_with(par).unwrap();
             let values = factor.values.iter().chain(inverse.values());
             values.map(|v| v.to_bits()).collect::<Vec<u64>>()
         };
@@ -375,7 +363,7 @@ mod tests {
         let (matrix, graph) = springs(7);
         let last = [3, 100, 51, 200, 0];
         let factor = analysed(&matrix, &graph, &last).factorise(&matrix, |row| row.to_string()).unwrap();
-        let inverse = factor.trailing_inverse(last.len()).unwrap();
+        let inverse = factor.trailing_inverse().unwrap();
         for (j, &column) in last.iter().enumerate() {
             let mut unit = vec![0.0; matrix.n()];
             unit[column] = 1.0;
@@ -394,7 +382,7 @@ mod tests {
         (0..50).for_each(|i| triplets.add(i, i, if i == 17 { -1.0 } else { 1.0 }));
         let matrix = triplets.build();
         let order: Vec<usize> = (0..50).rev().collect();
-        let error = SymbolicFactor::new(&matrix, &order)
+        let error = SymbolicFactor::new(&matrix, &order, 0)
             .unwrap()
             .factorise(&matrix, |row| format!("row {row}"))
             .err()

@@ -1,4 +1,4 @@
-//! Fill-reducing orderings: nested dissection of the node graph by METIS, then a postorder of the elimination tree.
+//! Fill-reducing orderings: nested dissection of the node graph by METIS, and the elimination tree.
 //!
 //! An order lists old indices in their new sequence: `order[new] = old`.
 
@@ -52,6 +52,25 @@ impl NodeGraph {
         graph
     }
 
+    /// The graph of `n_nodes` nodes with the edges `pairs`, which may be given once or twice.
+    pub(super) fn from_pairs(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
+        let mut offsets = vec![0usize; n_nodes + 1];
+        pairs.iter().for_each(|&(i, j)| {
+            offsets[i + 1] += 1;
+            offsets[j + 1] += 1;
+        });
+        (0..n_nodes).for_each(|i| offsets[i + 1] += offsets[i]);
+        let mut next = offsets.clone();
+        let mut neighbours = vec![0; offsets[n_nodes]];
+        for &(i, j) in pairs {
+            for (from, to) in [(i, j), (j, i)] {
+                neighbours[next[from]] = to;
+                next[from] += 1;
+            }
+        }
+        Self { offsets, neighbours }
+    }
+
     /// Number of nodes.
     pub fn n_nodes(&self) -> usize {
         self.offsets.len() - 1
@@ -63,7 +82,7 @@ impl NodeGraph {
     }
 
     /// The part of the graph between `nodes`, renumbered in their order.
-    fn part(&self, nodes: &[usize]) -> Self {
+    pub(super) fn part(&self, nodes: &[usize]) -> Self {
         let mut local = vec![usize::MAX; self.n_nodes()];
         nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
         let mut part = Self { offsets: vec![0], neighbours: Vec::new() };
@@ -78,20 +97,17 @@ impl NodeGraph {
 
 /// An order of `nodes` by nested dissection with the `last` ones (a subset) put at the end in their own order.
 ///
-/// The nodes before them are postordered along the elimination tree, so that columns with the same pattern stand
-/// side by side: half the supernodes, the same fill.
-///
 /// # Errors
 /// If the graph is too large for METIS's 32-bit indices, or METIS fails.
 ///
 /// # Source
-/// Karypis and Kumar (1998), SIAM J. Sci. Comput. 20; Liu (1990), SIAM J. Matrix Anal. Appl. 11.
+/// Karypis and Kumar (1998), SIAM J. Sci. Comput. 20.
 pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> Result<Vec<usize>> {
     let mut is_last = vec![false; graph.n_nodes()];
     last.iter().for_each(|&node| is_last[node] = true);
     let first: Vec<usize> = nodes.iter().copied().filter(|&node| !is_last[node]).collect();
     let part = graph.part(&first);
-    let order = postorder(&part, metis_order(&part)?);
+    let order = metis_order(&part)?;
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
@@ -137,7 +153,7 @@ fn metis_order(graph: &NodeGraph) -> Result<Vec<usize>> {
 }
 
 /// Parents in the elimination tree of the graph taken in `order`, `usize::MAX` for roots.
-fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
+pub(super) fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     let n = order.len();
     let mut position = vec![0; n];
     order.iter().enumerate().for_each(|(new, &old)| position[old] = new);
@@ -158,8 +174,12 @@ fn elimination_tree(graph: &NodeGraph, order: &[usize]) -> Vec<usize> {
     parent
 }
 
-/// `order` rearranged so that every subtree of its elimination tree is contiguous and precedes its root.
-fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
+/// `order` rearranged so that every subtree of its elimination tree is contiguous and precedes its root: columns with
+/// the same pattern then stand side by side, the fill is the same.
+///
+/// # Source
+/// Liu (1990), SIAM J. Matrix Anal. Appl. 11.
+pub(super) fn postorder(graph: &NodeGraph, order: Vec<usize>) -> Vec<usize> {
     let n = order.len();
     let parent = elimination_tree(graph, &order);
     let (mut first_child, mut next_sibling) = (vec![usize::MAX; n + 1], vec![usize::MAX; n]);

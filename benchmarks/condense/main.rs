@@ -1,0 +1,26 @@
+//! What condensing a finite-element block to its contact nodes costs, stage by stage, beside CHOLMOD and MUMPS.
+
+mod case;
+mod measure;
+
+use std::error::Error;
+
+use case::{Case, Ordering};
+use measure::Route;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["measure", name, ordering, route, threads] => {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.parse()?).build_global()?;
+            let ordering = if ordering == "amd" { Ordering::Amd } else { Ordering::Metis };
+            let route = if route == "solves" { Route::BackSolve } else { Route::Schur };
+            measure::measure(name, ordering, route)
+        }
+        ["write", name, path] => Case::new(name)?.write(path.as_ref()),
+        _ => Err("allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE".into()),
+    }
+}
