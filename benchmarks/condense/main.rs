@@ -21,6 +21,10 @@ fn main() -> Outcome<()> {
             measure::measure(name, ordering, route)
         }
         ["write", name, path] => Case::new(name)?.write(path.as_ref()),
-        _ => Err("allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE".into()),
+        _ => Err(format!(
+            "allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE; names: {}",
+            case::NAMES.join(", ")
+        )
+        .into()),
     }
 }
