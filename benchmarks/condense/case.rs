@@ -57,7 +57,7 @@ impl Case {
         let model = FeModel::new(FeSpec {
             name: "block".into(),
             mesh: Arc::new(mesh),
-            regions: vec![(None, im7()?)],
+            regions: vec![(None, im7()?.into())],
             formulation: HexFormulation::Enhanced,
             supports: vec![base],
             pressures: vec![],

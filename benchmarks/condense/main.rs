@@ -1,6 +1,11 @@
 //! What condensing a finite-element block to its contact nodes costs, stage by stage, beside CHOLMOD and MUMPS.
+//!
+//!     benchmarks/condense/run
 
 mod case;
+mod compare;
+#[path = "../machine.rs"]
+mod machine;
 mod measure;
 
 use std::error::Error;
@@ -20,9 +25,11 @@ fn main() -> Outcome<()> {
             let route = if route == "solves" { Route::BackSolve } else { Route::Schur };
             measure::measure(name, ordering, route)
         }
+        ["compare", ref settings @ ..] => compare::compare(&compare::Settings::new(settings)?),
         ["write", name, path] => Case::new(name)?.write(path.as_ref()),
         _ => Err(format!(
-            "allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE; names: {}",
+            "allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE; compare FOLDER OF PEERS [--repeats N] [--out DIR] [NAME..]; \
+             names: {}",
             case::NAMES.join(", ")
         )
         .into()),

@@ -7,7 +7,9 @@ use super::condensed::CondensedFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec, StressRecovery, contact_points, exposures};
+use crate::fem::{
+    CondensedBody, FeModel, FeSpec, FlexibilityCache, StressRecovery, contact_points, exposures,
+};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
@@ -33,16 +35,40 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        let name = spec.name.clone();
-        Self::build(spec, contact, side, frame).context(|| name)
+        Self::cached(spec, contact, side, frame, None)
     }
 
-    fn build(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
+    /// As [`Self::new`], with the flexibility from `cache` where it has it.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn cached(
+        spec: FeSpec,
+        contact: &str,
+        side: Side,
+        frame: &ContactFrame,
+        cache: Option<&FlexibilityCache>,
+    ) -> Result<Self> {
+        let name = spec.name.clone();
+        Self::build(spec, contact, side, frame, cache).context(|| name)
+    }
+
+    fn build(
+        spec: FeSpec,
+        contact: &str,
+        side: Side,
+        frame: &ContactFrame,
+        cache: Option<&FlexibilityCache>,
+    ) -> Result<Self> {
         let mesh = spec.mesh.clone();
         let faces = group_faces(&mesh, contact)?;
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
         let heights = map.heights(frame, &mesh);
-        let condensed = FeModel::new(spec)?.condense(map.nodes())?;
+        let model = FeModel::new(spec)?;
+        let condensed = match cache {
+            Some(cache) => model.condense_cached(map.nodes(), cache)?,
+            None => model.condense(map.nodes())?,
+        };
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
         Ok(Self { side, condensed, map, heights, free_gap, taken: false, faces, limits, recovery })

@@ -1,9 +1,10 @@
 //! `orthowear check`.
 
 use super::progress::seconds;
-use super::run::show_failure;
+use super::run::{report, show_failure};
 use super::table::{align, short};
 use super::{SceneArgs, exit, refuse, to_stdout, use_threads};
+use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{Normal, Step, Tangential};
 use crate::scene::plan::{FrameSpec, Plan};
@@ -27,9 +28,13 @@ const DEFAULTS: [(&str, &str); 9] = [
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
     use_threads(arguments.threads);
-    let plan = match scene::read(&arguments.scene, &arguments.overrides) {
+    let mut plan = match scene::read(&arguments.scene, &arguments.overrides) {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),
+    };
+    plan.cache = match FlexibilityCache::of_user() {
+        Ok(cache) => cache,
+        Err(error) => return report(&error),
     };
     match study::forecast(&plan).and_then(|forecast| Ok((forecast, study::notes(&plan)?))) {
         Ok((forecast, notes)) => {

@@ -72,6 +72,9 @@ struct RunArgs {
     /// Directory of the results; default: the scene's name with .out beside the scene.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    #[arg(long)]
+    no_cache: bool,
     /// Continues an interrupted run (not available in this version).
     #[arg(long)]
     resume: bool,

@@ -9,6 +9,7 @@ use std::time::Instant;
 use super::progress::{Progress, seconds};
 use super::{RunArgs, exit, refuse, signal, table, to_stderr, to_stdout, use_threads};
 use crate::error::{Error, Result};
+use crate::fem::FlexibilityCache;
 use crate::history::step::Outcome;
 use crate::results::fields::FieldWriter;
 use crate::results::output::OutputDir;
@@ -27,7 +28,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let stop = signal::catch();
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
-    let plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
+    let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
         Ok(plan) => plan,
         Err(mistakes) => return refuse_scene(&mistakes, arguments, &directory),
     };
@@ -38,6 +39,12 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         Ok(output) => output,
         Err(error) => return report(&error),
     };
+    if !arguments.no_cache {
+        plan.cache = match FlexibilityCache::of_user() {
+            Ok(cache) => cache,
+            Err(error) => return report(&error),
+        };
+    }
     let code = compute(&plan, output, &mut summary, arguments.quiet, stop);
     if !arguments.quiet {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));

@@ -3,6 +3,10 @@
 //! With the contact dofs ordered last, K = L Lᵀ gives K_cc - K_ci K_ii⁻¹ K_ic = L_cc L_ccᵀ, the Schur complement, without
 //! any back-substitution; its inverse is the flexibility of the contact nodes.
 
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use super::cache::{CacheEntry, FlexibilityCache, Lookup};
 use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::dense::SymmetricDense;
@@ -19,8 +23,7 @@ pub struct Analysis {
 
 impl Analysis {
     pub(super) fn new(model: &FeModel, contact_nodes: &[usize], order: Vec<usize>) -> Result<Self> {
-        let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
-        let n_trailing = dofs.filter(|&dof| model.dofs().row(dof).is_some()).count();
+        let n_trailing = model.contact_rows(contact_nodes).len();
         Ok(Self {
             contact_nodes: contact_nodes.to_vec(),
             n_trailing,
@@ -40,6 +43,11 @@ impl Analysis {
         self.symbolic.n_stored()
     }
 
+    /// Floating-point operations of factor and flexibility.
+    pub fn flops(&self) -> f64 {
+        self.symbolic.flops() + 2.0 / 3.0 * (self.n_trailing as f64).powi(3)
+    }
+
     /// Bytes taken at the peak: the matrix, its factor, and the larger of the factorisation's workspace and the three
     /// dense matrices of the contact dofs.
     pub fn memory_bytes(&self) -> usize {
@@ -49,29 +57,95 @@ impl Analysis {
     }
 }
 
-/// A factorised body with the flexibility of its contact nodes.
+/// Where a flexibility came from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Origin {
+    /// Seconds of ordering, factorisation and inverse that an entry of the cache saved; `None` if it was computed.
+    pub saved_seconds: Option<f64>,
+    /// What the user should know of the cache: a damaged entry, or one that could not be written.
+    pub note: Option<String>,
+}
+
+/// A body with the flexibility of its contact nodes; the factor is made when something else needs it.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
-    factor: CholeskyFactor,
+    factor: OnceLock<CholeskyFactor>,
+    residual: f64,
+    origin: Origin,
     flexibility: SymmetricDense,
     free_displacement: Vec<[f64; 3]>,
 }
 
 impl CondensedBody {
     pub(super) fn new(model: FeModel, analysis: Analysis) -> Result<Self> {
-        let Analysis { contact_nodes, symbolic, .. } = analysis;
-        let factor = symbolic.factorise(model.stiffness(), |row| model.row_name(row))?;
-        let trailing = factor.trailing_inverse()?;
-        let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
-        let free_displacement = if model.is_loaded() {
-            let mut rhs = model.load_vector();
-            factor.solve_in_place(&mut rhs, 1)?;
-            model.expand(&rhs)
-        } else {
-            vec![[0.0; 3]; model.mesh().n_points()]
+        let contact_nodes = analysis.contact_nodes.clone();
+        let factor = factorise(&model, analysis)?;
+        let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
+        Self::build(model, contact_nodes, (factor.into(), residual, Origin::default()), trailing)
+    }
+
+    /// The flexibility from the cache, or computed and put there.
+    pub(super) fn cached(model: FeModel, contact_nodes: &[usize], cache: &FlexibilityCache) -> Result<Self> {
+        let key = model.cache_key(contact_nodes);
+        let n = model.contact_rows(contact_nodes).len();
+        let damage = match cache.read(&key, n)? {
+            Lookup::Hit(entry) => {
+                let CacheEntry { flexibility, residual, seconds } = *entry;
+                let origin = Origin { saved_seconds: Some(seconds), note: None };
+                return Self::build(
+                    model,
+                    contact_nodes.to_vec(),
+                    (OnceLock::new(), residual, origin),
+                    flexibility,
+                );
+            }
+            Lookup::Miss => None,
+            Lookup::Damaged(how) => Some(format!(
+                "the flexibility of {} in the cache was damaged ({how}); it was computed anew",
+                model.name()
+            )),
         };
-        Ok(Self { model, contact_nodes, factor, flexibility, free_displacement })
+        let start = Instant::now();
+        let factor = factorise(&model, model.analyse(contact_nodes)?)?;
+        let (flexibility, residual) = (factor.trailing_inverse()?, factor.residual());
+        let entry = CacheEntry { flexibility, residual, seconds: start.elapsed().as_secs_f64() };
+        let note = damage.or(cache.write(&key, &entry).err().map(|error| error.to_string()));
+        let origin = Origin { saved_seconds: None, note };
+        Self::build(model, contact_nodes.to_vec(), (factor.into(), residual, origin), entry.flexibility)
+    }
+
+    fn build(
+        model: FeModel,
+        contact_nodes: Vec<usize>,
+        (factor, residual, origin): (OnceLock<CholeskyFactor>, f64, Origin),
+        trailing: SymmetricDense,
+    ) -> Result<Self> {
+        let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
+        let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
+        let mut body =
+            Self { model, contact_nodes, factor, residual, origin, flexibility, free_displacement };
+        if body.model.is_loaded() {
+            let mut rhs = body.model.load_vector();
+            body.factor()?.solve_in_place(&mut rhs, 1)?;
+            body.free_displacement = body.model.expand(&rhs);
+        }
+        Ok(body)
+    }
+
+    /// The factor, made now if it was not needed before.
+    fn factor(&self) -> Result<&CholeskyFactor> {
+        if let Some(factor) = self.factor.get() {
+            return Ok(factor);
+        }
+        let factor = factorise(&self.model, self.model.analyse(&self.contact_nodes)?)?;
+        // A second thread may have been faster; both are equal.
+        Ok(self.factor.get_or_init(|| factor))
+    }
+
+    /// Where the flexibility came from.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
     }
 
     /// The model it was condensed from.
@@ -103,7 +177,7 @@ impl CondensedBody {
 
     /// Relative residual of the factorisation's check.
     pub fn residual(&self) -> f64 {
-        self.factor.residual()
+        self.residual
     }
 
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
@@ -124,9 +198,13 @@ impl CondensedBody {
                 }
             }
         }
-        self.factor.solve_in_place(&mut rhs, 1)?;
+        self.factor()?.solve_in_place(&mut rhs, 1)?;
         Ok(self.model.expand(&rhs))
     }
+}
+
+fn factorise(model: &FeModel, analysis: Analysis) -> Result<CholeskyFactor> {
+    analysis.symbolic.factorise(model.stiffness(), |row| model.row_name(row))
 }
 
 /// The flexibility of the free contact dofs spread over all contact dofs, zero where prescribed.

@@ -7,6 +7,7 @@
 //! Unknowns are nodal displacements in global axes. Voigt order 11 22 33 23 13 12, engineering shears.
 
 mod assembly;
+mod cache;
 mod condensed;
 mod dofs;
 mod element;
@@ -19,7 +20,8 @@ mod regions;
 mod rigid;
 mod spec;
 
-pub use condensed::{Analysis, CondensedBody};
+pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
+pub use condensed::{Analysis, CondensedBody, Origin};
 pub use model::FeModel;
 pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,

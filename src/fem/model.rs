@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::assembly::{Elements, assemble};
+use super::cache::{CacheKey, FlexibilityCache};
 use super::condensed::{Analysis, CondensedBody};
 use super::dofs::{COMPONENTS, Dofs};
 use super::integration::Rules;
@@ -153,6 +154,27 @@ impl FeModel {
     pub fn condense_as(self, analysis: Analysis) -> Result<CondensedBody> {
         let name = self.name.clone();
         CondensedBody::new(self, analysis).context(|| name)
+    }
+
+    /// As [`Self::condense`], with the flexibility from `cache` where it has it; else it is put there.
+    ///
+    /// # Errors
+    /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
+    pub fn condense_cached(self, contact_nodes: &[usize], cache: &FlexibilityCache) -> Result<CondensedBody> {
+        self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
+        let name = self.name.clone();
+        CondensedBody::cached(self, contact_nodes, cache).context(|| name)
+    }
+
+    /// The key of the flexibility of `contact_nodes` in a cache.
+    pub fn cache_key(&self, contact_nodes: &[usize]) -> CacheKey {
+        CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes))
+    }
+
+    /// Rows of the free dofs of `contact_nodes`.
+    pub fn contact_rows(&self, contact_nodes: &[usize]) -> Vec<usize> {
+        let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+        dofs.filter_map(|dof| self.dofs.row(dof)).collect()
     }
 
     fn check_contact_nodes(&self, contact_nodes: &[usize]) -> Result<()> {

@@ -49,6 +49,8 @@ pub struct Plan {
     pub solver: Solver,
     /// What is written.
     pub output: Output,
+    /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
+    pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.
     pub notes: Vec<String>,
     /// The scene file, for messages that point into it.

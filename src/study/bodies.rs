@@ -68,7 +68,8 @@ pub(super) fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<Bo
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            let body = FeBody::new(fe.inputs(key), &fe.contact, SIDES[index], frame).at(key)?;
+            let cache = plan.cache.as_ref();
+            let body = FeBody::cached(fe.inputs(key), &fe.contact, SIDES[index], frame, cache).at(key)?;
             Box::new(body.with_limits(plan.limits.clone()))
         }
     })

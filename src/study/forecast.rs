@@ -1,17 +1,23 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-use super::bodies::{face_map, frame};
+use super::bodies::{KEYS, face_map, frame};
 use super::controls::refuse_forces_on_curved_frames;
 use super::failure::{AtKey, Failure};
-use super::skips::skips;
-use crate::fem::FeModel;
+use super::skips::{cached, recovers, skips};
+use crate::fem::{FeModel, FlexibilityCache};
 use crate::frame::ContactFrame;
 use crate::history::step::{Integrator, Skipped, Step};
 use crate::linalg::memory::ensure;
-use crate::scene::plan::{BodySpec, Plan};
+use crate::scene::plan::{BodySpec, FeSpec, Plan};
 
-/// Floating-point operations per second that factorisations reach, a cautious figure for two cores.
-const FLOPS: f64 = 1.5e10;
+/// Floating-point operations per second that factorisations reach on one core.
+const FLOPS: f64 = 2.8e10;
+
+/// Seconds per unknown of ordering and analysis.
+const PER_UNKNOWN: f64 = 5e-6;
+
+/// Seconds per unknown of assembly.
+const ASSEMBLY: f64 = 1e-5;
 
 /// Bytes per second that operators stream from memory, a cautious figure.
 const BANDWIDTH: f64 = 6e9;
@@ -30,6 +36,8 @@ pub struct BodyForecast {
     pub seconds: f64,
     /// Seconds per application of its flexibility.
     pub application: f64,
+    /// Whether its flexibility is expected in the cache.
+    pub cached: bool,
 }
 
 /// Expectations of a run.
@@ -73,7 +81,8 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
     ensure(memory_bytes as u128, "this scene", "take fewer cells in the frame, or a coarser mesh")
         .at("frame")?;
-    let skipped = skips(plan, &frame)?;
+    let mut skipped = skips(plan, &frame)?;
+    skipped.extend((0..2).filter(|&index| bodies[index].cached).map(|index| cached(index, None)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
 }
 
@@ -93,43 +102,65 @@ fn solves(step: &Step) -> usize {
 fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<BodyForecast, Failure> {
     let n = frame.n_cells() as f64;
     Ok(match &plan.bodies[index] {
-        BodySpec::Rigid => {
-            BodyForecast { what: "rigid".to_owned(), memory_bytes: 0.0, seconds: 0.0, application: 0.0 }
-        }
+        BodySpec::Rigid => BodyForecast {
+            what: "rigid".to_owned(),
+            memory_bytes: 0.0,
+            seconds: 0.0,
+            application: 0.0,
+            cached: false,
+        },
         BodySpec::HalfSpace(elastic) => {
             let what = format!("half-space, {}", elastic.name);
-            if frame.grid.is_some() {
+            let (memory_bytes, seconds, application) = if frame.grid.is_some() {
                 // Nine planes of the symbol and the padded vectors of one application.
-                let memory_bytes = 4.0 * n * 8.0 * 16.0;
-                BodyForecast { what, memory_bytes, seconds: 0.1 + n * 2e-6, application: 4.0 * n * PER_POINT }
+                (4.0 * n * 8.0 * 16.0, 0.1 + n * 2e-6, 4.0 * n * PER_POINT)
             } else {
-                let memory_bytes = 72.0 * n * n;
-                let application = memory_bytes / BANDWIDTH;
-                BodyForecast { what, memory_bytes, seconds: 9.0 * n * n * 2e-7, application }
-            }
+                (72.0 * n * n, 9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
+            };
+            BodyForecast { what, memory_bytes, seconds, application, cached: false }
         }
-        BodySpec::Fe(fe) => {
-            let key = if index == 0 { "body1" } else { "body2" };
-            let model = FeModel::new(fe.inputs(key)).at(key)?;
-            let map = face_map(fe, index, frame)?;
-            let analysis = model.analyse(map.nodes()).at(key)?;
-            let n_contact = 3.0 * map.nodes().len() as f64;
-            let n_free = model.n_free() as f64;
-            let entries = analysis.factor_entries() as f64;
-            // Cost of a factor from its mean column length, and of the inverse of its trailing block.
-            let flops = 1.5 * entries * entries / n_free + n_contact.powi(3);
-            BodyForecast {
-                what: format!(
-                    "finite elements, {}: {} solid cells, {} unknowns, {} contact nodes",
-                    fe.elastic.name,
-                    fe.mesh.volume_cells().count(),
-                    model.n_free(),
-                    map.nodes().len()
-                ),
-                memory_bytes: analysis.memory_bytes() as f64 + 1500.0 * n_free,
-                seconds: flops / FLOPS + 5e-5 * n_free,
-                application: 4.0 * n_contact * n_contact / BANDWIDTH,
-            }
-        }
+        BodySpec::Fe(fe) => finite_elements(plan, fe, index, frame)?,
+    })
+}
+
+/// A meshed body: the structure of its factor is found, and whether its flexibility is in the cache.
+fn finite_elements(
+    plan: &Plan,
+    fe: &FeSpec,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<BodyForecast, Failure> {
+    let key = KEYS[index];
+    let model = FeModel::new(fe.inputs(key)).at(key)?;
+    let map = face_map(fe, index, frame)?;
+    let n_contact = 3.0 * map.nodes().len() as f64;
+    let n_free = model.n_free() as f64;
+    let rows = model.contact_rows(map.nodes()).len();
+    let in_cache = |cache: &FlexibilityCache| cache.expects(&model.cache_key(map.nodes()), rows);
+    let cached = plan.cache.as_ref().is_some_and(in_cache);
+    // Fields and loads need the factor all the same.
+    let needs_factor = !cached || model.is_loaded() || recovers(plan);
+    let (mut memory_bytes, mut seconds) = (16.0 * n_contact * n_contact, 0.0);
+    let mut path = "flexibility from the cache".to_owned();
+    if needs_factor {
+        let analysis = model.analyse(map.nodes()).at(key)?;
+        memory_bytes = analysis.memory_bytes() as f64;
+        seconds = analysis.flops() / FLOPS + PER_UNKNOWN * n_free;
+        let gflop = analysis.flops() * 1e-9;
+        let factor = format!("factor of {} entries, {gflop:.1} GFLOP", analysis.factor_entries());
+        path = if cached { format!("{path}, {factor} for fields or loads") } else { factor };
+    }
+    Ok(BodyForecast {
+        what: format!(
+            "finite elements, {}: {} solid cells, {} unknowns, {} contact nodes; {path}",
+            fe.elastic.name,
+            fe.mesh.volume_cells().count(),
+            model.n_free(),
+            map.nodes().len()
+        ),
+        memory_bytes: memory_bytes + 1500.0 * n_free,
+        seconds: seconds + ASSEMBLY * n_free,
+        application: 4.0 * n_contact * n_contact / BANDWIDTH,
+        cached: !needs_factor,
     })
 }

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::bodies::{KEYS, body, frame};
 use super::controls::refuse_forces_on_curved_frames;
 use super::failure::{AtKey, Failure};
-use super::skips::skipped_fields;
+use super::skips::{cached, recovers, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
-use crate::body::ElasticBody;
+use crate::body::{BodyEquations, ElasticBody};
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
 use crate::error::Result;
@@ -46,7 +46,7 @@ pub fn prepare<'p>(
     progress("frame", 0.0);
     let frame = timings.measure("frame", || frame(plan))?;
     refuse_forces_on_curved_frames(plan, &frame)?;
-    let notes = super::fit::check(plan, &frame)?;
+    let mut notes = super::fit::check(plan, &frame)?;
     let mut bodies = Vec::with_capacity(2);
     for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -68,6 +68,14 @@ pub fn prepare<'p>(
     let initial_gap = coupled.initial_gap(&distance);
     let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
     skipped.extend(skipped_fields(plan));
+    for (index, body) in [&body1, &body2].into_iter().enumerate() {
+        let BodyEquations::FiniteElements(body) = body.equations() else { continue };
+        let origin = body.condensed().origin();
+        // Loads and fields need the factor all the same.
+        let saved = origin.saved_seconds.filter(|_| !body.condensed().model().is_loaded() && !recovers(plan));
+        skipped.extend(saved.map(|seconds| cached(index, Some(seconds))));
+        notes.extend(origin.note.clone());
+    }
     let model = Model {
         frame,
         flexibility: coupled.flexibility,

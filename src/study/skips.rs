@@ -50,6 +50,21 @@ pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
         .collect()
 }
 
+/// Whether fields are written that need the factors of meshed bodies.
+pub(super) fn recovers(plan: &Plan) -> bool {
+    plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg)
+}
+
+/// The entry of the ledger for a flexibility of body `index` that the cache has, and that took `seconds` to compute
+/// where that is known.
+pub(super) fn cached(index: usize, seconds: Option<f64>) -> Skipped {
+    let saved = seconds.map_or(String::new(), |seconds| format!(", which saves {seconds:.2} s"));
+    Skipped {
+        what: format!("factorisation of body {} for its flexibility", index + 1),
+        why: format!("the cache has the flexibility{saved}"),
+    }
+}
+
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.
 fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Failure> {
     let meshed = plan.bodies.iter().any(|body| body.fe().is_some());

@@ -54,8 +54,7 @@ fields = []
 fn check_bytes(folder: &Path, scene: &[u8], options: &[&str]) -> (Option<i32>, String) {
     let path = folder.join("scene.toml");
     fs::write(&path, scene).unwrap();
-    let Output { status, stderr, .. } = assert_cmd::Command::cargo_bin("orthowear")
-        .unwrap()
+    let Output { status, stderr, .. } = crate::tools::orthowear()
         .current_dir(folder)
         .args(["check", "scene.toml"])
         .args(options)
@@ -346,12 +345,7 @@ fn scenes_that_cannot_be_read() {
         &["walk", "a.toml"],
         &["check", "a.toml", "--sett", "x=1"],
     ] {
-        let output = assert_cmd::Command::cargo_bin("orthowear")
-            .unwrap()
-            .current_dir(folder.path())
-            .args(arguments)
-            .output()
-            .unwrap();
+        let output = crate::tools::orthowear().current_dir(folder.path()).args(arguments).output().unwrap();
         let text = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{text}");
         assert!(!text.is_empty(), "{arguments:?}");

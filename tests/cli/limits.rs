@@ -49,7 +49,7 @@ fn block(from: &str, to: &str) -> (tempfile::TempDir, PathBuf) {
 
 /// Exit code, standard output and standard error.
 fn call(command: &str, scene: &Path, options: &[&str]) -> (Option<i32>, String, String) {
-    let mut program = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+    let mut program = crate::tools::orthowear();
     let output = program.arg(command).arg(scene).args(options).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code(), text(output.stdout), text(output.stderr))

@@ -1,5 +1,6 @@
 //! Command line: runs, refusals, outputs.
 mod bad_input;
+mod cache;
 mod limits;
 mod outputs;
 mod refine;

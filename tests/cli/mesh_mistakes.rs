@@ -54,8 +54,7 @@ fn check(changes: &[(&str, &str)], options: &[&str]) -> (Option<i32>, String) {
         scene = scene.replacen(from, to, 1);
     }
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    let output = assert_cmd::Command::cargo_bin("orthowear")
-        .unwrap()
+    let output = crate::tools::orthowear()
         .current_dir(folder.path())
         .args(["check", "scene.toml"])
         .args(options)

@@ -165,7 +165,7 @@ fn a_full_disk_is_reported_with_the_path() {
 /// Runs the scene of two half-spaces on 16 x 16 cells into `out`.
 fn program(out: &Path, more: &[&str]) -> std::process::Output {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-on-cfrp-halfspaces.toml");
-    let mut command = assert_cmd::Command::cargo_bin("orthowear").expect("the program is built");
+    let mut command = crate::tools::orthowear();
     command
         .arg("run")
         .arg(scene)

@@ -16,7 +16,7 @@ fn root() -> &'static Path {
 
 /// The program on the scene with the body `mesh` and only the indentation.
 fn program(verb: &str, scene: &Path, mesh: &Path) -> assert_cmd::Command {
-    let mut command = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+    let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", &format!("body1.mesh=\"{}\"", mesh.display())]);
     SETTINGS.iter().for_each(|setting| {
         command.args(["--set", setting]);
@@ -94,7 +94,7 @@ fn the_size_field_beats_uniform_refinement() {
 #[test]
 fn refine_refuses_what_it_cannot_do() {
     let refused = |scene: &str, arguments: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+        let mut command = crate::tools::orthowear();
         command.arg("refine").arg(root().join("scenes").join(scene)).args(arguments);
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(2));

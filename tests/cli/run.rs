@@ -11,15 +11,7 @@ fn scene(name: &str) -> PathBuf {
 }
 
 fn run(scene: &Path, out: &Path, options: &[&str]) -> Output {
-    assert_cmd::Command::cargo_bin("orthowear")
-        .unwrap()
-        .arg("run")
-        .arg(scene)
-        .arg("--out")
-        .arg(out)
-        .args(options)
-        .output()
-        .unwrap()
+    crate::tools::orthowear().arg("run").arg(scene).arg("--out").arg(out).args(options).output().unwrap()
 }
 
 fn summary(out: &Path) -> Value {
@@ -185,7 +177,7 @@ fn a_failed_run_loses_nothing() {
     let (folder, path) = hertz("");
     let out = folder.path().join("hertz.out");
     let command = |options: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+        let mut command = crate::tools::orthowear();
         command.arg("run").arg(&path).args(options).output().unwrap()
     };
     assert_eq!(command(&[]).status.code(), Some(0));
@@ -215,6 +207,7 @@ fn an_interrupted_run_keeps_its_results(#[values(10, 60, 200, 700)] delay: u64) 
     let (folder, path) = hertz("");
     let out = folder.path().join("out");
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"))
+        .env("ORTHOWEAR_CACHE_LIMIT", "0")
         .arg("run")
         .arg(&path)
         .arg("--out")
@@ -299,13 +292,7 @@ fn what_the_mesh_does_not_have() {
             &["body1.contact", "body1.fixed.0.group", "gap.radius", "3 mistakes"],
         ),
     ] {
-        let checked = assert_cmd::Command::cargo_bin("orthowear")
-            .unwrap()
-            .arg("check")
-            .arg(&path)
-            .args(options)
-            .output()
-            .unwrap();
+        let checked = crate::tools::orthowear().arg("check").arg(&path).args(options).output().unwrap();
         let ran = run(&path, &folder.path().join("out"), options);
         for output in [checked, ran] {
             let text = String::from_utf8(output.stderr).unwrap();
@@ -337,12 +324,7 @@ fn check_tells_the_plan() {
         let results = scene(name).with_extension("out");
         let written = || fs::metadata(&results).and_then(|found| found.modified()).ok();
         let before = written();
-        let output = assert_cmd::Command::cargo_bin("orthowear")
-            .unwrap()
-            .arg("check")
-            .arg(scene(name))
-            .output()
-            .unwrap();
+        let output = crate::tools::orthowear().arg("check").arg(scene(name)).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
         for word in words.iter().chain(&["memory", "time", "skipped", "no mistakes found"]) {
@@ -366,7 +348,7 @@ fn skips_do_not_change_answers() {
 /// Truth: docs/scene.md explains every key of the schema.
 #[test]
 fn every_key_is_explained() {
-    let output = assert_cmd::Command::cargo_bin("orthowear").unwrap().arg("schema").output().unwrap();
+    let output = crate::tools::orthowear().arg("schema").output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     let schema: Value = serde_json::from_slice(&output.stdout).unwrap();
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md")).unwrap();

@@ -20,7 +20,7 @@ fn run(scene: &Path, settings: &[&str]) -> Value {
 }
 
 fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
-    let mut command = assert_cmd::Command::cargo_bin("orthowear").unwrap();
+    let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", "output.fields=[]"]);
     settings.iter().for_each(|setting| {
         command.args(["--set", setting]);

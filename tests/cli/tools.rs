@@ -1,8 +1,16 @@
-//! gmsh, and Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the project's .venv. Where one is
+//! The program itself, gmsh, and Python with meshio and VTK, which tests compare with: $ORTHOWEAR_PYTHON or the
+//! project's .venv. Where one is
 //! absent the test says so and passes, unless ORTHOWEAR_REQUIRE_TOOLS=1 makes absence a failure.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The program, without a cache: tests neither write into the user's nor depend on it.
+pub fn orthowear() -> assert_cmd::Command {
+    let mut program = assert_cmd::Command::cargo_bin("orthowear").expect("the program is built");
+    program.env("ORTHOWEAR_CACHE_LIMIT", "0");
+    program
+}
 
 /// Runs a script of tests/python with one argument; panics with its message if it fails.
 pub fn python(script: &str, argument: &Path) {

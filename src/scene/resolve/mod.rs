@@ -106,6 +106,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         steps: steps?,
         solver: solver?,
         output: output?,
+        cache: None,
         notes: std::mem::take(&mut r.notes),
         document: r.document.clone(),
     })

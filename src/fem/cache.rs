@@ -1,0 +1,357 @@
+//! Condensed flexibilities kept on disk: a second run of the same body skips its factorisation.
+//!
+//! An entry is a file named by the SHA-256 of all that determines its content:
+//!
+//! ```text
+//! 8 bytes "ORTHOFLX", u64 format, u64 n, f64 residual of the factorisation, f64 seconds that it took,
+//! f64 [n (n + 1) / 2] lower triangle row by row, 32 bytes SHA-256 of all before; little-endian
+//! ```
+//!
+//! Files are written under another name, flushed to the disk and renamed, so that a reader finds a whole entry or none.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
+
+use sha2::{Digest, Sha256};
+
+use crate::error::{Error, Result};
+use crate::linalg::dense::SymmetricDense;
+use crate::linalg::sparse::SymmetricSparse;
+
+const MAGIC: &[u8; 8] = b"ORTHOFLX";
+/// Raised whenever layout or arithmetic change.
+const FORMAT: u64 = 1;
+const HEAD: usize = 40;
+const CHECKSUM: usize = 32;
+/// Values converted at a time.
+const CHUNK: usize = 1 << 13;
+/// Names of entries end so.
+const ENDING: &str = "flexibility";
+/// Unfinished files of runs that were killed are removed after a day.
+const STALE: Duration = Duration::from_secs(86_400);
+/// Default limit of all entries together, MiB.
+const LIMIT_MIB: u64 = 2048;
+
+/// A directory of entries.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FlexibilityCache {
+    directory: PathBuf,
+    limit_bytes: u64,
+}
+
+/// Name of an entry: the SHA-256 of what determines it, hexadecimal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CacheKey(String);
+
+/// What an entry holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CacheEntry {
+    /// (K^-1)_cc of the free contact dofs, `[n, n]`, mm/N.
+    pub flexibility: SymmetricDense,
+    /// Relative residual of the factorisation's check.
+    pub residual: f64,
+    /// Seconds that ordering, factorisation and inverse took.
+    pub seconds: f64,
+}
+
+/// What the cache has under a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Lookup {
+    /// The entry.
+    Hit(Box<CacheEntry>),
+    /// Nothing.
+    Miss,
+    /// A file that is not a whole entry, and what is wrong with it.
+    Damaged(String),
+}
+
+impl CacheKey {
+    /// The key of the flexibility of the rows `contact` of `stiffness`: of the matrix, the rows in their order, the
+    /// version of the program, and the instructions that its dense kernels choose among.
+    pub fn new(stiffness: &SymmetricSparse, contact: &[usize]) -> Self {
+        let mut hash = Sha256::new();
+        hash.update(format!("orthowear {} format {FORMAT} {}", env!("CARGO_PKG_VERSION"), instructions()));
+        let (offsets, rows, values) = stiffness.lower();
+        for list in [&[stiffness.n(), contact.len()], contact, offsets, rows] {
+            update(&mut hash, list, |&i| (i as u64).to_le_bytes());
+        }
+        update(&mut hash, values, |v| v.to_le_bytes());
+        Self(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
+
+fn update<T>(hash: &mut Sha256, list: &[T], bytes: impl Fn(&T) -> [u8; 8]) {
+    for chunk in list.chunks(CHUNK) {
+        hash.update(chunk.iter().flat_map(&bytes).collect::<Vec<u8>>());
+    }
+}
+
+/// Kernels for other instructions round differently.
+fn instructions() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            return "avx512";
+        }
+        if std::arch::is_x86_feature_detected!("fma") {
+            return "fma";
+        }
+    }
+    std::env::consts::ARCH
+}
+
+impl FlexibilityCache {
+    /// A cache in `directory`, which is made when it is first written to; beyond `limit_bytes` the entries that were
+    /// not used for longest are removed.
+    pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
+        Self { directory: directory.into(), limit_bytes }
+    }
+
+    /// The user's: `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`, limited to `$ORTHOWEAR_CACHE_LIMIT` MiB or
+    /// 2048. `None` if there is no home, or the limit is 0.
+    ///
+    /// # Errors
+    /// If the limit is no number.
+    pub fn of_user() -> Result<Option<Self>> {
+        let mebibytes = match std::env::var("ORTHOWEAR_CACHE_LIMIT") {
+            Err(_) => LIMIT_MIB,
+            Ok(text) => text.trim().parse().map_err(|_| {
+                Error::input(format!(
+                    "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\"; it must be a whole number of MiB, 0 \
+                     for no cache"
+                ))
+            })?,
+        };
+        // By the XDG rules a path that is not absolute counts as none.
+        let absolute =
+            |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+        let base = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")));
+        let directory = base.map(|base| base.join("orthowear")).filter(|_| mebibytes > 0);
+        Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
+    }
+
+    fn path(&self, key: &CacheKey) -> PathBuf {
+        self.directory.join(format!("{}.{ENDING}", key.0))
+    }
+
+    /// Whether there is an entry of a flexibility of `n` rows, judged by its size alone.
+    pub fn expects(&self, key: &CacheKey, n: usize) -> bool {
+        fs::metadata(self.path(key)).is_ok_and(|found| found.len() == file_bytes(n))
+    }
+
+    /// Reads the entry of a flexibility of `n` rows, and marks it as used.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn read(&self, key: &CacheKey, n: usize) -> Result<Lookup> {
+        let path = self.path(key);
+        let Ok(mut file) = File::open(&path) else { return Ok(Lookup::Miss) };
+        if file.metadata().map_or(0, |found| found.len()) != file_bytes(n) {
+            return Ok(Lookup::Damaged("its size is wrong".to_owned()));
+        }
+        let mut flexibility = SymmetricDense::zeros(n)?;
+        match read_entry(&mut file, &mut flexibility) {
+            Ok(Some((residual, seconds))) => {
+                // Only the order of removal depends on it.
+                let _ = file.set_modified(SystemTime::now());
+                Ok(Lookup::Hit(Box::new(CacheEntry { flexibility, residual, seconds })))
+            }
+            Ok(None) => Ok(Lookup::Damaged("its checksum is wrong".to_owned())),
+            Err(error) => Ok(Lookup::Damaged(error.to_string())),
+        }
+    }
+
+    /// Writes an entry, and removes others beyond the limit. One that is larger than the limit is not written.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub fn write(&self, key: &CacheKey, entry: &CacheEntry) -> Result<()> {
+        if file_bytes(entry.flexibility.n()) > self.limit_bytes {
+            return Ok(());
+        }
+        let failed = |error: io::Error| {
+            Error::resources(format!("the cache {} cannot be written: {error}", self.directory.display()))
+        };
+        fs::create_dir_all(&self.directory).map_err(failed)?;
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let unfinished = self.directory.join(format!("{}.{}-{count}.unfinished", key.0, std::process::id()));
+        let written = write_entry(&unfinished, entry).and_then(|()| fs::rename(&unfinished, self.path(key)));
+        if let Err(error) = written {
+            let _ = fs::remove_file(&unfinished);
+            return Err(failed(error));
+        }
+        self.remove_oldest().map_err(failed)
+    }
+
+    /// Removes the entries used longest ago until the rest is within the limit, and what killed runs left.
+    fn remove_oldest(&self) -> io::Result<()> {
+        let mut entries = Vec::new();
+        for item in fs::read_dir(&self.directory)? {
+            let path = item?.path();
+            // Another run may have removed it meanwhile.
+            let Ok(found) = fs::metadata(&path) else { continue };
+            let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            match path.extension().and_then(|ending| ending.to_str()) {
+                Some(ENDING) => entries.push((used, found.len(), path)),
+                Some("unfinished") if used.elapsed().is_ok_and(|age| age > STALE) => {
+                    let _ = fs::remove_file(&path);
+                }
+                _ => {}
+            }
+        }
+        entries.sort();
+        let mut total: u64 = entries.iter().map(|(_, bytes, _)| bytes).sum();
+        for (_, bytes, path) in entries {
+            if total <= self.limit_bytes {
+                break;
+            }
+            let _ = fs::remove_file(&path);
+            total -= bytes;
+        }
+        Ok(())
+    }
+}
+
+fn file_bytes(n: usize) -> u64 {
+    (HEAD + CHECKSUM) as u64 + 4 * (n as u64) * (n as u64 + 1)
+}
+
+/// Residual and seconds; `None` if head or checksum do not fit.
+fn read_entry(file: &mut File, flexibility: &mut SymmetricDense) -> io::Result<Option<(f64, f64)>> {
+    let n = flexibility.n();
+    let mut hash = Sha256::new();
+    let mut head = [0; HEAD];
+    file.read_exact(&mut head)?;
+    hash.update(head);
+    let word = |i: usize| <[u8; 8]>::try_from(&head[8 * i..8 * i + 8]).expect("eight bytes");
+    if word(0) != *MAGIC || u64::from_le_bytes(word(1)) != FORMAT || u64::from_le_bytes(word(2)) != n as u64 {
+        return Ok(None);
+    }
+    let mut bytes = vec![0; 8 * n];
+    for i in 0..n {
+        let row = &mut bytes[..8 * (i + 1)];
+        file.read_exact(row)?;
+        hash.update(&*row);
+        for (j, value) in row.chunks_exact(8).enumerate() {
+            let value = f64::from_le_bytes(value.try_into().expect("eight bytes"));
+            flexibility.values_mut()[i * n + j] = value;
+            flexibility.values_mut()[j * n + i] = value;
+        }
+    }
+    let mut checksum = [0; CHECKSUM];
+    file.read_exact(&mut checksum)?;
+    let whole = hash.finalize()[..] == checksum;
+    Ok(whole.then(|| (f64::from_le_bytes(word(3)), f64::from_le_bytes(word(4)))))
+}
+
+fn write_entry(path: &Path, entry: &CacheEntry) -> io::Result<()> {
+    let n = entry.flexibility.n();
+    let mut file = BufWriter::new(File::create_new(path)?);
+    let mut hash = Sha256::new();
+    let mut put = |bytes: &[u8]| {
+        hash.update(bytes);
+        file.write_all(bytes)
+    };
+    put(MAGIC)?;
+    put(&FORMAT.to_le_bytes())?;
+    put(&(n as u64).to_le_bytes())?;
+    put(&entry.residual.to_le_bytes())?;
+    put(&entry.seconds.to_le_bytes())?;
+    for i in 0..n {
+        put(&entry.flexibility.row(i)[..=i].iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?;
+    }
+    let checksum = hash.finalize();
+    file.write_all(&checksum)?;
+    file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::sparse::SymmetricTriplets;
+
+    fn key(number: usize) -> CacheKey {
+        let mut triplets = SymmetricTriplets::new(3, 3);
+        (0..3).for_each(|i| triplets.add(i, i, 1.0));
+        CacheKey::new(&triplets.build(), &[number])
+    }
+
+    fn entry(n: usize) -> CacheEntry {
+        let mut flexibility = SymmetricDense::zeros(n).unwrap();
+        for i in 0..n * n {
+            flexibility.values_mut()[i] = 1.0 / (1.0 + (i / n + i % n) as f64);
+        }
+        CacheEntry { flexibility, residual: 1e-15, seconds: 2.5 }
+    }
+
+    /// Truth: what was written is read, to the last bit; another matrix or other rows have another key.
+    #[test]
+    fn entries_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = FlexibilityCache::new(folder.path().join("made/by/it"), 1 << 20);
+        assert_eq!(cache.read(&key(0), 7).unwrap(), Lookup::Miss);
+        cache.write(&key(0), &entry(7)).unwrap();
+        assert_eq!(cache.read(&key(0), 7).unwrap(), Lookup::Hit(Box::new(entry(7))));
+        assert!(cache.expects(&key(0), 7) && !cache.expects(&key(1), 7));
+        assert!(key(0) != key(1) && cache.read(&key(1), 7).unwrap() == Lookup::Miss);
+    }
+
+    /// Truth: any changed bit and any missing end is found; a new write mends it.
+    #[test]
+    fn damage_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = FlexibilityCache::new(folder.path(), 1 << 20);
+        cache.write(&key(0), &entry(5)).unwrap();
+        let path = cache.path(&key(0));
+        let whole = fs::read(&path).unwrap();
+        for place in [0, 8, 16, 30, 39, 40, 100, whole.len() - 1] {
+            let mut bytes = whole.clone();
+            bytes[place] ^= 1;
+            fs::write(&path, bytes).unwrap();
+            assert!(matches!(cache.read(&key(0), 5).unwrap(), Lookup::Damaged(_)), "byte {place}");
+        }
+        for length in [0, 39, whole.len() - 1] {
+            fs::write(&path, &whole[..length]).unwrap();
+            assert!(matches!(cache.read(&key(0), 5).unwrap(), Lookup::Damaged(_)), "{length} bytes");
+        }
+        cache.write(&key(0), &entry(5)).unwrap();
+        assert!(matches!(cache.read(&key(0), 5).unwrap(), Lookup::Hit(_)));
+    }
+
+    /// Truth: the entry used longest ago goes first; one larger than the limit is not kept, nor are stale leftovers.
+    #[test]
+    fn the_limit_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = FlexibilityCache::new(folder.path(), 2 * file_bytes(9) + 10);
+        let old = SystemTime::now() - 2 * STALE;
+        let leftover = folder.path().join("x.1-0.unfinished");
+        File::create(&leftover).unwrap().set_modified(old).unwrap();
+        for number in 0..2 {
+            cache.write(&key(number), &entry(9)).unwrap();
+            File::options().append(true).open(cache.path(&key(number))).unwrap().set_modified(old).unwrap();
+        }
+        assert!(matches!(cache.read(&key(0), 9).unwrap(), Lookup::Hit(_)), "used again");
+        cache.write(&key(2), &entry(9)).unwrap();
+        assert_eq!([0, 1, 2].map(|number| cache.expects(&key(number), 9)), [true, false, true]);
+        cache.write(&key(3), &entry(90)).unwrap();
+        assert!(!cache.expects(&key(3), 90) && !leftover.exists());
+    }
+
+    /// Truth: runs that write the same entry at the same time leave one whole entry.
+    #[test]
+    fn writers_do_not_disturb_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = FlexibilityCache::new(folder.path(), 1 << 20);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| (0..10).for_each(|_| cache.write(&key(0), &entry(20)).unwrap()));
+            }
+        });
+        assert!(matches!(cache.read(&key(0), 20).unwrap(), Lookup::Hit(_)));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,144 @@
+//! The cache of flexibilities as a user meets it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+const SCENE: &str = r#"
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 167230.0
+E2 = 9544.0
+G12 = 5292.0
+nu12 = 0.272
+nu23 = 0.37
+[body1]
+kind = "fe"
+material = "cfrp"
+fibre = { tilt = 30.0 }
+mesh = 'MESH'
+contact = "contact"
+fixed = [{ group = "base" }]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [1.2, 1.2]
+cells = [4, 4]
+[gap]
+kind = "sphere"
+radius = 50.0
+[friction]
+law = "coulomb"
+mu = 0.4
+[[steps]]
+name = "indent"
+approach = 0.02
+[output]
+fields = []
+"#;
+
+/// A folder with the scene and a cache.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
+        let scene = SCENE.replace("MESH", &mesh.display().to_string());
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        Self { folder }
+    }
+
+    /// Calls the program with `limit` MiB of cache; exit code and both outputs.
+    fn call(&self, verb: &str, options: &[&str], limit: &str) -> (Option<i32>, String) {
+        let mut program = crate::tools::orthowear();
+        program.env("XDG_CACHE_HOME", self.folder.path()).env("ORTHOWEAR_CACHE_LIMIT", limit);
+        let output =
+            program.arg(verb).arg(self.folder.path().join("scene.toml")).args(options).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(text).unwrap())
+    }
+
+    /// The summary of a run.
+    fn run(&self, options: &[&str]) -> Value {
+        let (code, text) = self.call("run", options, "100");
+        assert_eq!(code, Some(0), "{text}");
+        serde_json::from_slice(&fs::read(self.folder.path().join("scene.out/summary.json")).unwrap()).unwrap()
+    }
+
+    fn entries(&self) -> Vec<PathBuf> {
+        let Ok(items) = fs::read_dir(self.folder.path().join("orthowear")) else { return Vec::new() };
+        items.map(|item| item.unwrap().path()).collect()
+    }
+}
+
+/// The numbers of the steps without their seconds.
+fn steps(summary: &Value) -> Value {
+    let mut steps = summary["steps"].clone();
+    steps.as_array_mut().unwrap().iter_mut().for_each(|step| step["seconds"] = Value::Null);
+    steps
+}
+
+fn hit(summary: &Value) -> bool {
+    summary["skipped"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .any(|skip| skip["why"].as_str().unwrap().contains("the cache has"))
+}
+
+/// Truth: the same numbers to the last bit with a cache that is empty, filled, damaged, or not used; the ledger and
+/// `check` say what was skipped; another body has another entry.
+#[test]
+fn a_second_run_skips_the_factorisation() {
+    let place = Place::new();
+    let bare = place.run(&["--no-cache"]);
+    assert!(place.entries().is_empty() && !hit(&bare));
+    let first = place.run(&[]);
+    assert!(place.entries().len() == 1 && !hit(&first));
+    assert!(place.call("check", &[], "100").1.contains("the cache has the flexibility"));
+    let second = place.run(&[]);
+    assert!(hit(&second), "{}", second["skipped"]);
+    assert!(!hit(&place.run(&["--no-cache"])));
+    let entry = place.entries().remove(0);
+    let mut bytes = fs::read(&entry).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&entry, &bytes).unwrap();
+    let rebuilt = place.run(&[]);
+    assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
+    assert!(!hit(&rebuilt) && hit(&place.run(&[])));
+    // Loads and fields need the factor, which is then made after all.
+    let fields = place.run(&["--set", "output.fields=[\"volume\"]"]);
+    assert!(!hit(&fields));
+    for other in [&first, &second, &rebuilt, &fields] {
+        assert_eq!(steps(other), steps(&bare));
+    }
+    place.run(&["--set", "body1.fibre.tilt=20.0"]);
+    assert_eq!(place.entries().len(), 2);
+}
+
+/// Truth: docs/command-line.md: 0 is no cache, anything but a number is a mistake.
+#[test]
+fn the_limit_is_the_users() {
+    let place = Place::new();
+    assert_eq!(place.call("run", &[], "0").0, Some(0));
+    assert!(place.entries().is_empty());
+    for verb in ["run", "check"] {
+        let (code, text) = place.call(verb, &[], "2 GB");
+        assert!(code == Some(2) && text.contains("ORTHOWEAR_CACHE_LIMIT"), "{text}");
+    }
+}
+
+/// Truth: a cache that cannot be written costs a note, not the run.
+#[test]
+fn a_cache_that_cannot_be_written() {
+    let place = Place::new();
+    fs::write(place.folder.path().join("orthowear"), "a file where the folder should be").unwrap();
+    let summary = place.run(&[]);
+    assert!(summary["warnings"].to_string().contains("cannot be written"), "{}", summary["warnings"]);
+}
