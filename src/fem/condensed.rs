@@ -62,10 +62,15 @@ impl CondensedBody {
         let Analysis { contact_nodes, n_trailing, symbolic, .. } = analysis;
         let factor = symbolic.factorise(model.stiffness(), |row| model.row_name(row))?;
         let trailing = factor.trailing_inverse(n_trailing)?;
-        let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
+        let mut flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
+        if let Some(floating) = model.floating() {
+            let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+            let rows: Vec<Option<usize>> = dofs.map(|dof| model.dofs().row(dof)).collect();
+            floating.centre(&mut flexibility, &rows, |rhs| factor.solve_in_place(rhs, 1))?;
+        }
         let free_displacement = if model.is_loaded() {
             let mut rhs = model.load_vector();
-            factor.solve_in_place(&mut rhs, 1)?;
+            solve_in_place(&model, &factor, &mut rhs)?;
             model.expand(&rhs)
         } else {
             vec![[0.0; 3]; model.mesh().n_points()]
@@ -106,7 +111,8 @@ impl CondensedBody {
     }
 
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
-    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution.
+    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution. A body that floats is
+    /// left where its mean motion is zero, without the share of the forces that would move it as a whole.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.
@@ -123,8 +129,17 @@ impl CondensedBody {
                 }
             }
         }
-        self.factor.solve_in_place(&mut rhs, 1)?;
+        solve_in_place(&self.model, &self.factor, &mut rhs)?;
         Ok(self.model.expand(&rhs))
+    }
+}
+
+/// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
+/// inverse.
+fn solve_in_place(model: &FeModel, factor: &CholeskyFactor, rhs: &mut [f64]) -> Result<()> {
+    match model.floating() {
+        Some(floating) => floating.solve(rhs, |rhs| factor.solve_in_place(rhs, 1)),
+        None => factor.solve_in_place(rhs, 1),
     }
 }
 

@@ -11,6 +11,7 @@ mod condensed;
 mod dofs;
 mod element;
 mod enhanced;
+mod floating;
 mod integration;
 mod loads;
 mod model;
@@ -26,5 +27,5 @@ pub use recovery::{
 };
 pub(crate) use recovery::{contact_points, exposures};
 pub use regions::Regions;
-pub use rigid::check_supports;
+pub use rigid::{FreeMotions, free_motions};
 pub use spec::{FeSpec, HexFormulation, Support};

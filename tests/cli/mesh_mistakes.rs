@@ -89,10 +89,23 @@ fn an_inner_contact_face() {
     refused(&[INNER], &["body1.contact", "inner face", "[scene.toml:9:"]);
 }
 
-/// Truth: a surface held along x only leaves two translations and a rotation free.
+/// Truth: docs/scene.md: a surface held along x only leaves two translations and a rotation free; a displacement along
+/// those has no meaning, a force has, and no support at all is well too; the other body may not float along them.
 #[test]
 fn a_floating_body() {
-    refused(&[FLOATING], &["body1.fixed", "translation y", "[scene.toml:10:"]);
+    refused(&[FLOATING], &["steps.0.approach", "body 1 floats by translation y", "`normal_force`", "[scene.toml:26:"]);
+    let none = ("fixed = [{ group = \"base\" }]\n", "");
+    refused(&[none, ("approach = 0.001", "normal_force = 5.0")], &["steps.2.approach", "[scene.toml:31:"]);
+    let forces = [none, ("approach = 0.001", "normal_force = 5.0"), ("approach = 0.002", "normal_force = 6.0")];
+    let (code, text) = check(&forces, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("body1 floats by translation x, translation y, translation z, rotation about x"), "{text}");
+    let shifted = ("tangential_force = [0.1, 0.0]", "shift = { distance = 0.001 }");
+    refused(&[&forces[..], &[shifted]].concat(), &["steps.1.shift", "`tangential_force`"]);
+    refused(&[&forces[..], &[("[frame]", "[solver]\ncoupling = \"block\"\n[frame]")]].concat(), &["solver.coupling", "floats"]);
+    let body1 = &SCENE[SCENE.find("kind = \"fe\"").unwrap()..SCENE.find("[body2]").unwrap()];
+    let both = [("kind = \"half-space\"\nmaterial = \"steel\"\n", body1), FLOATING, FLOATING];
+    refused(&both, &["[scene.toml:", "both bodies float", "body 2 by translation y"]);
 }
 
 /// Truth: the contact surface reaches to 1.
@@ -108,7 +121,7 @@ fn a_frame_beyond_the_contact_faces() {
 #[test]
 fn several_at_once() {
     refused(
-        &[INNER, FLOATING, ("radius = 10.0", "radius = -10.0")],
+        &[INNER, ("{ group = \"base\" }", "{ group = \"bottom\" }"), ("radius = 10.0", "radius = -10.0")],
         &["body1.contact", "body1.fixed", "gap.radius", "3 mistakes"],
     );
 }
@@ -127,7 +140,7 @@ fn a_held_tangential_force_needs_friction() {
     );
 }
 
-/// Truth: docs/scene.md: forces need a plane frame; the faces of a sphere cap are none.
+/// Truth: docs/scene.md: forces may be prescribed on any frame, the curved faces of a sphere cap included.
 #[test]
 fn forces_on_a_curved_frame() {
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/steel-cap.msh");
@@ -142,9 +155,10 @@ fn forces_on_a_curved_frame() {
         ("kind = \"grid\"\nhalf_width = [0.5, 0.5]\ncells = [4, 4]", "kind = \"mesh\""),
         ("kind = \"sphere\"\nradius = 10.0", "kind = \"mesh\""),
     ];
-    refused(&curved, &["steps.1.tangential_force", "curved", "`shift`"]);
-    let pressed = [&curved[..], &[("approach = 0.001", "normal_force = 10.0")]].concat();
-    refused(&pressed, &["steps.0.normal_force", "curved", "`approach`"]);
+    let (code, text) = check(&curved, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    let (code, text) = check(&[&curved[..], &[("approach = 0.001", "normal_force = 10.0")]].concat(), &[]);
+    assert_eq!(code, Some(0), "{text}");
 }
 
 /// Truth: a million million cells fit into no memory; exit codes of docs/command-line.md.

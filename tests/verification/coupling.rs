@@ -5,6 +5,7 @@ mod bricks;
 mod curved;
 mod finite_block;
 mod finite_elements;
+mod floating;
 mod half_spaces;
 mod maps;
 mod states;

@@ -94,12 +94,21 @@ fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     }
 }
 
-/// Reports supports that contradict one another or let the body float.
+/// Reports supports that contradict one another or let a part float, and notes that the body floats.
 fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
-    if let Err(error) = fem::check_supports(&spec.inputs(key)) {
-        let list = if body.fixed.is_empty() { "displaced" } else { "fixed" };
-        let mend = "a floating body has no unique displacement";
-        r.wrong(&format!("{key}.{list}"), error.message().to_owned(), "these supports", mend);
+    match fem::free_motions(&spec.inputs(key)) {
+        Ok(None) => {}
+        Ok(Some(free)) => r.notes.push(format!(
+            "{key} floats by {}: the contact has to balance its loads along these motions",
+            free.names.join(", ")
+        )),
+        Err(error) => {
+            let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
+            let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
+            let mend = "a body may float as a whole, but not in parts";
+            let place = list.unwrap_or_else(|| key.to_owned());
+            r.wrong(&place, error.message().to_owned(), "these supports", mend);
+        }
     }
 }
 
@@ -153,15 +162,6 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
             values[index(*component)] = Some(*value);
         }
         supports.push(Support { group: displaced.group.clone(), values });
-    }
-    if supports.is_empty() {
-        r.wrong(
-            key,
-            format!("nothing holds `{key}`: it has neither `fixed` nor `displaced` groups"),
-            "floats",
-            "add e.g. fixed = [{ group = \"base\" }]; a floating body has no unique displacement",
-        );
-        sound = false;
     }
     sound.then_some(supports)
 }

@@ -24,6 +24,7 @@ fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,

@@ -1,0 +1,249 @@
+//! The potential whose minimum is the motion that does the wanted works, and Newton's method on it.
+
+use nalgebra::SMatrix;
+
+use super::{Balance, COMPONENTS, Cells, Failure, From, Values, largest_one};
+use crate::contact::projection::StepSizes;
+
+/// Newton steps for one set of radii.
+const STEPS: usize = 80;
+
+/// How tangential tractions follow from their predictors.
+#[derive(Clone, Copy)]
+pub(super) enum Friction<'a> {
+    /// They are not limited.
+    Stick,
+    /// Radial return on these radii, `[N]`.
+    Radii(&'a [f64]),
+    /// All at these limits, against a motion.
+    Slide(&'a [f64], Values),
+}
+
+/// Potential, its gradient and second derivatives.
+struct Point {
+    potential: f64,
+    gradient: Values,
+    hessian: SMatrix<f64, COMPONENTS, COMPONENTS>,
+    /// Σ A |column·P|: what the gradient is measured by.
+    size: f64,
+}
+
+impl Balance {
+    /// Newton on the potential from `rho`; with sliding tractions only motions across theirs are moved.
+    ///
+    /// # Errors
+    /// A direction along which the potential falls for ever: no motion does the wanted works with these radii.
+    pub(super) fn minimise(
+        &self,
+        cells: Cells,
+        from: From,
+        friction: Friction,
+        rho: &mut Values,
+    ) -> Result<(), Values> {
+        let fixed = if let Friction::Slide(_, direction) = friction { Some(direction) } else { None };
+        let across = |v: Values| fixed.map_or(v, |d| v - d * d.dot(&v));
+        *rho = across(*rho);
+        let stiffness = from.steps.normal * cells.areas.iter().sum::<f64>();
+        let mut here = self.point(cells, from, friction, rho);
+        for step in 0..STEPS {
+            let gradient = across(here.gradient);
+            let error = gradient.norm();
+            if error <= 1e-14 * here.size {
+                break;
+            }
+            // The floor keeps steps bounded where nothing touches, or all slips one way, and lets them grow tenfold.
+            let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
+            let mut matrix = here.hessian;
+            (0..COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
+            let Some(factor) = matrix.cholesky() else { break };
+            let direction = across(-factor.solve(&gradient));
+            if fixed.is_none() && step > 4 && self.is_endless(cells, friction, &direction.normalize()) {
+                return Err(direction.normalize());
+            }
+            let slope = -direction.dot(&gradient);
+            let mut damping = 1.0;
+            let accepted = loop {
+                let trial = *rho + direction * damping;
+                let next = self.point(cells, from, friction, &trial);
+                let lower = next.potential <= here.potential - 1e-4 * damping * slope;
+                if lower || across(next.gradient).norm() < 0.5 * error {
+                    *rho = trial;
+                    here = next;
+                    break true;
+                }
+                damping *= 0.5;
+                if damping < 1e-9 {
+                    break false;
+                }
+            };
+            if !accepted {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn point(&self, cells: Cells, from: From, friction: Friction, rho: &Values) -> Point {
+        let n = cells.areas.len();
+        let StepSizes { normal, tangential } = from.steps;
+        let mut point = Point {
+            potential: self.wanted.dot(rho),
+            gradient: self.wanted,
+            hessian: SMatrix::zeros(),
+            size: self.wanted.norm(),
+        };
+        for (cell, &area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, rho);
+            let p = from.hatted[2 * n + cell] - normal * (from.gradient[2 * n + cell] + gap[2]);
+            let p = p.max(0.0);
+            let mut force = [0.0, 0.0, p];
+            let mut stiffness = [[0.0; 3]; 3];
+            if p > 0.0 {
+                point.potential += 0.5 * area * p * p / normal;
+                stiffness[2][2] = normal;
+            }
+            if cells.hat.is_some() {
+                let star = [0, 1].map(|k| {
+                    let at = k * n + cell;
+                    from.hatted[at] - tangential * (from.gradient[at] + gap[k])
+                });
+                let (potential, q, jacobian) = self.tangential(cell, star, friction);
+                point.potential += area * potential / tangential;
+                (force[0], force[1]) = (q[0], q[1]);
+                for k in 0..2 {
+                    (0..2).for_each(|l| stiffness[k][l] = tangential * jacobian[k][l]);
+                }
+            }
+            if force != [0.0; 3] {
+                self.add_work(cell, area, force, stiffness, &mut point);
+            }
+        }
+        point
+    }
+
+    fn add_work(&self, cell: usize, area: f64, force: [f64; 3], stiffness: [[f64; 3]; 3], point: &mut Point) {
+        let row = self.row(cell);
+        for (j, c) in row.iter().enumerate() {
+            let work = area * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
+            point.gradient[j] -= work;
+            point.size += work.abs();
+            let pushed = [0, 1, 2].map(|k| (0..3).map(|l| stiffness[k][l] * c[l]).sum::<f64>());
+            for (k, other) in row[..=j].iter().enumerate() {
+                let value = area * (pushed[0] * other[0] + pushed[1] * other[1] + pushed[2] * other[2]);
+                point.hessian[(j, k)] += value;
+                if j != k {
+                    point.hessian[(k, j)] += value;
+                }
+            }
+        }
+    }
+
+    /// Huber's potential of a predictor, the traction it returns, and its derivatives.
+    fn tangential(&self, cell: usize, star: [f64; 2], friction: Friction) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+        let norm = star[0].hypot(star[1]);
+        let radius = match friction {
+            Friction::Stick => f64::INFINITY,
+            Friction::Radii(radii) => radii[cell],
+            Friction::Slide(radii, direction) => {
+                return (0.0, self.limit(cell, radii[cell], &direction), [[0.0; 2]; 2]);
+            }
+        };
+        if norm <= radius {
+            return (0.5 * norm * norm, star, [[1.0, 0.0], [0.0, 1.0]]);
+        }
+        let e = star.map(|s| s / norm);
+        let (scale, off) = (radius / norm, -radius / norm * e[0] * e[1]);
+        (
+            radius * (norm - 0.5 * radius),
+            e.map(|c| radius * c),
+            [[scale * (1.0 - e[0] * e[0]), off], [off, scale * (1.0 - e[1] * e[1])]],
+        )
+    }
+
+    /// The traction of size `radius` against the motion `direction` of a cell.
+    fn limit(&self, cell: usize, radius: f64, direction: &Values) -> [f64; 2] {
+        let gap = self.gap(cell, direction);
+        let norm = gap[0].hypot(gap[1]);
+        if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
+    }
+
+    /// Whether the potential falls for ever along `direction`: no cell closes, and friction cannot stop it.
+    fn is_endless(&self, cells: Cells, friction: Friction, direction: &Values) -> bool {
+        let driven = -self.wanted.dot(direction);
+        let (mut resisted, mut closing, mut largest) = (0.0, 0.0f64, 0.0f64);
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, direction);
+            let size = gap[0].hypot(gap[1]);
+            resisted += match friction {
+                Friction::Radii(radii) => area * radii[cell] * size,
+                Friction::Stick | Friction::Slide(..) if cells.hat.is_some() && size > 0.0 => return false,
+                Friction::Stick | Friction::Slide(..) => 0.0,
+            };
+            closing = closing.min(gap[2]);
+            largest = largest.max(size).max(gap[2].abs());
+        }
+        closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
+    }
+
+    /// The endless direction and what is told of it.
+    pub(super) fn failure(&self, cells: Cells, radii: &[f64], direction: &Values) -> (Values, Failure) {
+        let (mut resisted, mut opening, mut largest) = (0.0, 0.0f64, 0.0f64);
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, direction);
+            let size = gap[0].hypot(gap[1]);
+            resisted += area * radii[cell] * size;
+            opening = opening.max(gap[2]);
+            largest = largest.max(size).max(gap[2].abs());
+        }
+        let failure = Failure {
+            motion: largest_one(self.motion(direction)),
+            opens: opening > 1e-6 * largest,
+            carried: resisted / -self.wanted.dot(direction),
+        };
+        (*direction, failure)
+    }
+
+    /// Pressures of the motion `rho`; whether they are those already there, to rounding.
+    pub(super) fn write_pressures(&self, from: From, rho: &Values, pressures: &mut [f64]) -> bool {
+        let n = pressures.len();
+        let (mut change, mut largest) = (0.0f64, 0.0f64);
+        for (cell, pressure) in pressures.iter_mut().enumerate() {
+            let gap = from.gradient[2 * n + cell] + self.gap(cell, rho)[2];
+            let p = (from.hatted[2 * n + cell] - from.steps.normal * gap).max(0.0);
+            change = change.max((p - *pressure).abs());
+            largest = largest.max(p);
+            *pressure = p;
+        }
+        change <= 1e-14 * largest
+    }
+
+    /// The projected tractions of the motion `rho`; at their limits against `sliding` if that is given.
+    pub(super) fn write(
+        &self,
+        cells: Cells,
+        from: From,
+        rho: &Values,
+        sliding: Option<Values>,
+        out: &mut [f64],
+    ) {
+        let n = cells.areas.len();
+        self.write_pressures(from, rho, &mut out[2 * n..]);
+        for cell in 0..n {
+            let p = out[2 * n + cell];
+            let q = match (cells.hat.is_some(), sliding) {
+                (false, _) => [0.0; 2],
+                (true, Some(direction)) => self.limit(cell, p, &direction),
+                (true, None) => {
+                    let gap = self.gap(cell, rho);
+                    let star = [0, 1].map(|k| {
+                        let at = k * n + cell;
+                        from.hatted[at] - from.steps.tangential * (from.gradient[at] + gap[k])
+                    });
+                    let norm = star[0].hypot(star[1]);
+                    if norm > p { star.map(|s| s * (p / norm)) } else { star }
+                }
+            };
+            (out[cell], out[n + cell]) = (q[0], q[1]);
+        }
+    }
+}
