@@ -12,6 +12,7 @@ mod dofs;
 mod element;
 mod enhanced;
 mod floating;
+mod foundation;
 mod integration;
 mod loads;
 mod model;
@@ -19,6 +20,7 @@ mod recovery;
 mod regions;
 mod rigid;
 mod spec;
+mod symmetry;
 
 pub use condensed::{Analysis, CondensedBody};
 pub use model::FeModel;
@@ -28,4 +30,5 @@ pub use recovery::{
 pub(crate) use recovery::{contact_points, exposures};
 pub use regions::Regions;
 pub use rigid::{FreeMotions, free_motions};
-pub use spec::{FeSpec, HexFormulation, Support};
+pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
+pub use symmetry::symmetry_component;

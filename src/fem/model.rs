@@ -6,6 +6,7 @@ use super::assembly::{Elements, assemble};
 use super::condensed::{Analysis, CondensedBody};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
+use super::foundation;
 use super::integration::Rules;
 use super::loads::{NodalForces, add_body_force, external_forces};
 use super::regions::Regions;
@@ -55,7 +56,7 @@ impl FeModel {
         let rules = Rules::new();
         let external = external_forces(&spec, &regions, &rules)?;
         let elements = Elements { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
-        let (mut stiffness, support_forces) = assemble(elements, &dofs)?;
+        let (mut stiffness, support_forces) = assemble(elements, &foundation::stiffnesses(&spec)?, &dofs)?;
         let floating = free
             .map(|motions| {
                 Floating::new(motions, &mesh.points, &node_volumes(&spec, &regions, &rules), &dofs)
@@ -121,7 +122,7 @@ impl FeModel {
         self.floating.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }
 
-    /// K of the free dofs, `[n_free, n_free]`, N/mm; of a body that floats with springs to the ground at as many dofs as
+    /// K of the free dofs, `[n_free, n_free]`, N/mm, elastic foundations included; of a body that floats with springs to the ground at as many dofs as
     /// it has free motions, which carry nothing under forces in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness

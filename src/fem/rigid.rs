@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use super::dofs::{COMPONENTS, Dofs};
+use super::foundation::{Resistance, resistances};
 use super::regions::Regions;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
@@ -85,8 +86,9 @@ pub fn free_motions(spec: &FeSpec) -> Result<Option<FreeMotions>> {
 /// As [`free_motions`].
 pub(super) fn find(spec: &FeSpec, dofs: &Dofs, graph: &NodeGraph) -> Result<Option<FreeMotions>> {
     let parts = connected_parts(graph, &dofs.nodes);
+    let resistances = resistances(spec)?;
     for part in &parts {
-        let free = motions_of_part(&spec.mesh.points, part, dofs);
+        let free = motions_of_part(&spec.mesh.points, part, dofs, &resistances);
         if free.n() == 0 {
             continue;
         }
@@ -145,8 +147,13 @@ fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
     row
 }
 
-/// The rigid motions of `part` that move no prescribed dof.
-fn motions_of_part(points: &[[f64; 3]], part: &[usize], dofs: &Dofs) -> FreeMotions {
+/// The rigid motions of `part` that move no prescribed dof and work against no foundation.
+fn motions_of_part(
+    points: &[[f64; 3]],
+    part: &[usize],
+    dofs: &Dofs,
+    resistances: &[Resistance],
+) -> FreeMotions {
     let centre = centre(points, part);
     let size = part
         .iter()
@@ -160,6 +167,11 @@ fn motions_of_part(points: &[[f64; 3]], part: &[usize], dofs: &Dofs) -> FreeMoti
             gram += row * row.transpose();
         }
     }
+    for (node, direction) in resistances.iter().filter(|(node, _)| part.binary_search(node).is_ok()) {
+        let x = (Vector3::from(points[*node]) - centre) / size;
+        let row: Vector6<f64> = (0..3).map(|c| motion_row(&x, c) * direction[c]).sum();
+        gram += row * row.transpose();
+    }
     let eigen = SymmetricEigen::new(gram);
     let limit = ZERO * eigen.eigenvalues.amax();
     let basis: Vec<Vector6<f64>> = (0..6)
@@ -168,16 +180,25 @@ fn motions_of_part(points: &[[f64; 3]], part: &[usize], dofs: &Dofs) -> FreeMoti
         .collect();
     let rotations: Vec<Vector3<f64>> =
         basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
-    // Supports act along the axes: a translation is free exactly where no dof of its component is prescribed.
-    let translations =
-        (0..3).filter(|&c| gram[(c, c)] == 0.0).map(|c| format!("translation {}", COMPONENTS[c]));
-    let names = translations.chain(rotation_names(&rotations)).collect();
+    let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
+    let names = translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
     FreeMotions { names, centre, size, basis }
 }
 
-/// Names the space spanned by `rotations`: along the axes where it holds them, else by direction.
-fn rotation_names(rotations: &[Vector3<f64>]) -> Vec<String> {
-    let mut rows = DMatrix::from_fn(rotations.len(), 3, |i, j| rotations[i][j]);
+/// The translations, without rotation, in the space of some orthonormal motions.
+fn pure_translations(basis: &[Vector6<f64>]) -> Vec<Vector3<f64>> {
+    let projector = basis.iter().fold(Matrix6::zeros(), |sum, motion| sum + motion * motion.transpose());
+    let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
+    (0..3)
+        .filter(|&i| eigen.eigenvalues[i] > 1.0 - 1e-9)
+        .map(|i| eigen.eigenvectors.column(i).into_owned())
+        .collect()
+}
+
+/// Names the space spanned by `directions`: along the axes where it holds them, else by direction; `what` is said of an
+/// axis and of any other direction.
+fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
+    let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
     let mut rank = 0;
     for column in 0..3 {
         let pivot =
@@ -192,14 +213,14 @@ fn rotation_names(rotations: &[Vector3<f64>]) -> Vec<String> {
         }
         rank += 1;
     }
-    (0..rank).map(|i| axis_name(&Vector3::new(rows[(i, 0)], rows[(i, 1)], rows[(i, 2)]))).collect()
+    (0..rank).map(|i| axis_name(&Vector3::new(rows[(i, 0)], rows[(i, 1)], rows[(i, 2)]), what)).collect()
 }
 
-fn axis_name(axis: &Vector3<f64>) -> String {
+fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
     // Rounding of a zero must not show as a sign.
     let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
-        Some(c) => format!("rotation about {}", COMPONENTS[c]),
-        None => format!("rotation about the direction ({:.3}, {:.3}, {:.3})", axis.x, axis.y, axis.z),
+        Some(c) => format!("{} {}", what[0], COMPONENTS[c]),
+        None => format!("{} the direction ({:.3}, {:.3}, {:.3})", what[1], axis.x, axis.y, axis.z),
     }
 }

@@ -51,9 +51,11 @@ fn refuses_wrong_specs() {
     twice.regions =
         vec![(Some("body".into()), isotropic().into()), (Some("body".into()), isotropic().into())];
     assert_says(&refusal(twice), &["two regions"]);
-    let pull = Support { group: "x0".into(), components: ALL, value: [1.0, 0.0, 0.0] };
+    let pull =
+        Support { group: "x0".into(), components: ALL, value: [1.0, 0.0, 0.0], gradient: [[0.0; 3]; 3] };
     assert_says(&refusal(cube(vec![clamp("z0"), pull])), &["z0", "x0", "different displacements along x"]);
-    let nan = Support { group: "z0".into(), components: ALL, value: [f64::NAN, 0.0, 0.0] };
+    let nan =
+        Support { group: "z0".into(), components: ALL, value: [f64::NAN, 0.0, 0.0], gradient: [[0.0; 3]; 3] };
     assert_says(&refusal(cube(vec![nan])), &["z0", "NaN"]);
     assert_says(&refusal(cube(vec![clamp("body")])), &["all nodes are fixed"]);
     let mut infinite = cube(vec![clamp("z0")]);
@@ -90,7 +92,12 @@ fn free_names(spec: FeSpec) -> String {
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");
     let free = |components: [bool; 3]| {
-        free_names(cube(vec![Support { group: "z0".into(), components, value: [0.0; 3] }]))
+        free_names(cube(vec![Support {
+            group: "z0".into(),
+            components,
+            value: [0.0; 3],
+            gradient: [[0.0; 3]; 3],
+        }]))
     };
     assert_eq!(free([false, false, true]), "translation x, translation y, rotation about z");
     assert_eq!(

@@ -187,17 +187,17 @@ impl Balance {
 
     /// The endless direction and what is told of it.
     pub(super) fn failure(&self, cells: Cells, radii: &[f64], direction: &Values) -> (Values, Failure) {
-        let (mut resisted, mut opening, mut largest) = (0.0, 0.0f64, 0.0f64);
+        let (mut resisted, mut opening, mut sliding) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, direction);
-            let size = gap[0].hypot(gap[1]);
-            resisted += area * radii[cell] * size;
+            resisted += area * radii[cell] * gap[0].hypot(gap[1]);
             opening = opening.max(gap[2]);
-            largest = largest.max(size).max(gap[2].abs());
+            let slip = cells.hat.map_or([0.0; 2], |hat| hat.unslip([gap[0], gap[1]]));
+            sliding = sliding.max(slip[0].hypot(slip[1]));
         }
         let failure = Failure {
             motion: largest_one(self.motion(direction)),
-            opens: opening > 1e-6 * largest,
+            opens: opening > sliding,
             carried: resisted / -self.wanted.dot(direction),
         };
         (*direction, failure)

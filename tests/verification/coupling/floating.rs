@@ -184,6 +184,16 @@ fn a_floating_block_on_another() {
             assert!((pressure / p - 1.0).abs() < 1e-9, "{pressure}");
         }
         assert!((record.normal_force / (p * 12.0) - 1.0).abs() < 1e-12);
+        assert_eq!(
+            free > 3,
+            result.warnings.iter().any(|w| w.contains("nothing resists the")),
+            "{:?}",
+            result.warnings
+        );
+        if free < 6 {
+            // Guided at two corners, its mean motion turns with its contraction.
+            continue;
+        }
         let mean = p * (l1 / e1 + 0.5 * l2 / e2);
         assert!((record.approach / mean - 1.0).abs() < 1e-9, "{} {mean}", record.approach);
         let u = body2.recover(&result.state.tractions).expect("fields").displacement;
@@ -192,12 +202,6 @@ fn a_floating_block_on_another() {
             let lowering = record.approach - u[node][2];
             assert!((lowering / 0.001_380_952_381 - 1.0).abs() < 1e-9, "{lowering}");
         }
-        assert_eq!(
-            free > 3,
-            result.warnings.iter().any(|w| w.contains("nothing resists the")),
-            "{:?}",
-            result.warnings
-        );
     }
 }
 
