@@ -165,10 +165,14 @@ impl Prepared<'_> {
                 "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
             );
         }
+        let share = if sliding.carried > 0.0 && sliding.carried < 1.0 {
+            format!("; friction carries {:.4} of the load", sliding.carried)
+        } else {
+            String::new()
+        };
         format!(
             "step \"{step}\" ({number}): the tangential load exceeds what friction carries: gross sliding: {who} {how} \
-             (frame's axes); friction carries {:.4} of the load",
-            sliding.carried
+             (frame's axes){share}"
         )
     }
 }

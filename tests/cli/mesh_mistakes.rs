@@ -61,7 +61,8 @@ fn check(changes: &[(&str, &str)], options: &[&str]) -> (Option<i32>, String) {
         .args(options)
         .output()
         .unwrap();
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    let text = [output.stderr, output.stdout].concat();
+    (output.status.code(), String::from_utf8(text).unwrap())
 }
 
 #[track_caller]

@@ -240,11 +240,11 @@ impl Balance {
             };
             if let Some((direction, failure)) = failure {
                 // What is left to balance besides the motion that nothing stops.
-                let _ = self.minimise(cells, from, Friction::Slide(radii, direction), &mut rho);
-                self.write(cells, from, &rho, Some(direction), out);
-                if failure.opens {
-                    out.fill(0.0);
+                rho = Values::zeros();
+                if self.minimise(cells, from, Friction::Slide(radii, direction), &mut rho).is_err() {
+                    rho = Values::zeros();
                 }
+                self.write(cells, from, &rho, Some(direction), out);
                 return (self.motion(&rho), Some(failure));
             }
             let settled = self.write_pressures(from, &rho, &mut out[2 * n..]) && !stick;

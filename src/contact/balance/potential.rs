@@ -1,12 +1,15 @@
 //! The potential whose minimum is the motion that does the wanted works, and Newton's method on it.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SymmetricEigen};
 
 use super::{Balance, COMPONENTS, Cells, Failure, From, Values, largest_one};
 use crate::contact::projection::StepSizes;
 
 /// Newton steps for one set of radii.
 const STEPS: usize = 80;
+
+/// Share of the works wanted beyond which Newton's end is no rounding.
+const FAR: f64 = 1e-6;
 
 /// How tangential tractions follow from their predictors.
 #[derive(Clone, Copy)]
@@ -19,11 +22,13 @@ pub(super) enum Friction<'a> {
     Slide(&'a [f64], Values),
 }
 
+type Matrix = SMatrix<f64, COMPONENTS, COMPONENTS>;
+
 /// Potential, its gradient and second derivatives.
 struct Point {
     potential: f64,
     gradient: Values,
-    hessian: SMatrix<f64, COMPONENTS, COMPONENTS>,
+    hessian: Matrix,
     /// Σ A |column·P|: what the gradient is measured by.
     size: f64,
 }
@@ -32,7 +37,8 @@ impl Balance {
     /// Newton on the potential from `rho`; with sliding tractions only motions across theirs are moved.
     ///
     /// # Errors
-    /// A direction along which the potential falls for ever: no motion does the wanted works with these radii.
+    /// A direction along which the potential falls for ever: no motion does the wanted works with these radii. Or that
+    /// of the last step, if the works wanted are far from done after the last.
     pub(super) fn minimise(
         &self,
         cells: Cells,
@@ -40,16 +46,24 @@ impl Balance {
         friction: Friction,
         rho: &mut Values,
     ) -> Result<(), Values> {
-        let fixed = if let Friction::Slide(_, direction) = friction { Some(direction) } else { None };
-        let across = |v: Values| fixed.map_or(v, |d| v - d * d.dot(&v));
+        let fixed = if let Friction::Slide(_, d) = friction { Some((d, self.pressing(cells))) } else { None };
+        // What pressures balance besides the sliding motion.
+        let across = |v: Values| match fixed {
+            None => v,
+            Some((d, pressing)) => {
+                let v = pressing * v;
+                v - d * d.dot(&v)
+            }
+        };
         *rho = across(*rho);
         let stiffness = from.steps.normal * cells.areas.iter().sum::<f64>();
         let mut here = self.point(cells, from, friction, rho);
+        let mut last = None;
         for step in 0..STEPS {
             let gradient = across(here.gradient);
             let error = gradient.norm();
             if error <= 1e-14 * here.size {
-                break;
+                return Ok(());
             }
             // The floor keeps steps bounded where nothing touches, or all slips one way, and lets them grow tenfold.
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
@@ -57,6 +71,7 @@ impl Balance {
             (0..COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
             let Some(factor) = matrix.cholesky() else { break };
             let direction = across(-factor.solve(&gradient));
+            last = Some(direction.normalize());
             if fixed.is_none() && step > 4 && self.is_endless(cells, friction, &direction.normalize()) {
                 return Err(direction.normalize());
             }
@@ -80,7 +95,25 @@ impl Balance {
                 break;
             }
         }
-        Ok(())
+        let undone = across(here.gradient).norm() > FAR * here.size;
+        last.filter(|_| undone).map_or(Ok(()), Err)
+    }
+
+    /// Projector on the motions that change normal gaps.
+    fn pressing(&self, cells: Cells) -> Matrix {
+        let mut gram = Matrix::zeros();
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let row = self.row(cell);
+            for (j, c) in row.iter().enumerate() {
+                row.iter().enumerate().for_each(|(k, other)| gram[(j, k)] += area * c[2] * other[2]);
+            }
+        }
+        let eigen = SymmetricEigen::new(gram);
+        let least = FAR * eigen.eigenvalues.max();
+        (0..COMPONENTS).filter(|&i| eigen.eigenvalues[i] > least).fold(Matrix::zeros(), |sum, i| {
+            let v = eigen.eigenvectors.column(i);
+            sum + v * v.transpose()
+        })
     }
 
     fn point(&self, cells: Cells, from: From, friction: Friction, rho: &Values) -> Point {
@@ -89,7 +122,7 @@ impl Balance {
         let mut point = Point {
             potential: self.wanted.dot(rho),
             gradient: self.wanted,
-            hessian: SMatrix::zeros(),
+            hessian: Matrix::zeros(),
             size: self.wanted.norm(),
         };
         for (cell, &area) in cells.areas.iter().enumerate() {

@@ -168,7 +168,7 @@ fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Su
                 &format!("{key}.{name}"),
                 format!("{found} {name}s for {wanted} components"),
                 &format!("one {name} per component"),
-                &format!("give one {name} for each of `components`, in their order"),
+                format!("give one {name} for each of `components`, in their order"),
             );
             sound = false;
         }
