@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use super::dofs::Dofs;
 use super::element::{packed_len, stiffness};
-use super::integration::{Inverted, Rules};
+use super::integration::Inverted;
 use super::regions::Regions;
+use super::solids::Rules;
 use super::spec::HexFormulation;
 use crate::error::{Error, Result};
 use crate::linalg::sparse::{SymmetricSparse, SymmetricTriplets};

@@ -8,6 +8,7 @@
 
 mod assembly;
 mod condensed;
+mod dilatation;
 mod dofs;
 mod element;
 mod enhanced;
@@ -17,6 +18,7 @@ mod model;
 mod recovery;
 mod regions;
 mod rigid;
+mod solids;
 mod spec;
 
 pub use condensed::{Analysis, CondensedBody};

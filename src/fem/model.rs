@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::assembly::{Elements, assemble};
 use super::condensed::{Analysis, CondensedBody};
 use super::dofs::{COMPONENTS, Dofs};
-use super::integration::Rules;
 use super::loads::{NodalForces, add_body_force, external_forces};
 use super::regions::Regions;
 use super::rigid::refuse_free_motions;
+use super::solids::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
@@ -33,7 +33,7 @@ impl FeModel {
     /// Assembles the body.
     ///
     /// # Errors
-    /// If the mesh has solids that are no finite elements here, an element is inverted or has no material, a group
+    /// If an element is inverted or has no material, a group
     /// is missing, supports contradict one another or leave rigid motions free (which are named).
     pub fn new(spec: FeSpec) -> Result<Self> {
         let name = spec.name.clone();
