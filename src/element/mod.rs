@@ -1,22 +1,41 @@
 //! Element kinds: node counts, faces, reference node order (gmsh's), shape functions; one file per finite element.
 
+mod dual;
+mod hex20;
+mod hex27;
 mod hex8;
 mod kind;
+mod pyramid13;
+mod pyramid14;
+mod pyramid5;
 mod quad4;
 mod quad8;
 mod quad9;
 mod shape;
 mod tables;
+mod tet10;
 mod tet4;
 mod tri3;
 mod tri6;
+mod wedge15;
+mod wedge18;
+mod wedge6;
 
 pub use hex8::Hex8;
+pub use hex20::Hex20;
+pub use hex27::Hex27;
 pub use kind::ElementKind;
+pub use pyramid5::Pyramid5;
+pub use pyramid13::Pyramid13;
+pub use pyramid14::Pyramid14;
 pub use quad4::Quad4;
 pub use quad8::Quad8;
 pub use quad9::Quad9;
 pub use shape::ShapeFunctions;
 pub use tet4::Tet4;
+pub use tet10::Tet10;
 pub use tri3::Tri3;
 pub use tri6::Tri6;
+pub use wedge6::Wedge6;
+pub use wedge15::Wedge15;
+pub use wedge18::Wedge18;

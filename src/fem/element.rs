@@ -2,10 +2,12 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use super::dilatation::MeanDilatation;
 use super::enhanced::{Enhanced, map_all};
-use super::integration::{Inverted, Mapped, Rules, Sample, map};
+use super::integration::{Inverted, Mapped, Sample, map};
+use super::solids::{Rules, Solid, SolidRules, SolidVisitor, visit};
 use super::spec::HexFormulation;
-use crate::element::{ElementKind, Hex8, ShapeFunctions};
+use crate::element::{ElementKind, Hex8};
 
 /// Number of entries of the packed lower triangle of an element's stiffness, `[3 N (3 N + 1) / 2]`.
 pub(super) fn packed_len(kind: ElementKind) -> usize {
@@ -88,7 +90,7 @@ fn add_stiffness<const N: usize>(point: &Mapped<N>, c: &Matrix6<f64>, packed: &m
 /// Stiffness of an element, packed lower triangle row by row; overwrites `packed`. Does not allocate.
 ///
 /// # Panics
-/// If the kind is no finite element here (checked when the model is made).
+/// If the kind is no solid (a body has solid cells only).
 pub(super) fn stiffness(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -98,22 +100,53 @@ pub(super) fn stiffness(
     packed: &mut [f64],
 ) -> Result<(), Inverted> {
     packed.fill(0.0);
-    match kind {
-        ElementKind::Hex8 => {
-            let nodes: &[[f64; 3]; 8] = nodes.try_into().expect("eight nodes");
-            let mapped = map_all(nodes, &rules.hex8)?;
-            mapped.iter().for_each(|point| add_stiffness(point, c, packed));
-            if formulation == HexFormulation::Enhanced {
-                Enhanced::new(nodes, &rules.hex8, &mapped, c)?.condense(packed);
-            }
+    if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
+        return mixed_stiffness(nodes, c, formulation, rules, packed);
+    }
+    visit(kind, StiffnessOf { nodes, c, rules, packed })
+}
+
+/// The stiffness from the displacement interpolation alone.
+struct StiffnessOf<'a> {
+    nodes: &'a [[f64; 3]],
+    c: &'a Matrix6<f64>,
+    rules: &'a Rules,
+    packed: &'a mut [f64],
+}
+
+impl SolidVisitor for StiffnessOf<'_> {
+    type Output = Result<(), Inverted>;
+
+    fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
+        let nodes = fixed::<N>(self.nodes);
+        for sample in &S::rules(self.rules).stiffness {
+            add_stiffness(&map(nodes, sample)?, self.c, self.packed);
         }
-        ElementKind::Tet4 => {
-            let nodes: &[[f64; 3]; 4] = nodes.try_into().expect("four nodes");
-            add_stiffness(&map(nodes, &rules.tet4[0])?, c, packed);
-        }
-        other => unreachable!("{} was refused", other.name()),
+        Ok(())
+    }
+}
+
+/// The stiffness of a hexahedron with enhanced strains or mean dilatation.
+fn mixed_stiffness(
+    nodes: &[[f64; 3]],
+    c: &Matrix6<f64>,
+    formulation: HexFormulation,
+    rules: &Rules,
+    packed: &mut [f64],
+) -> Result<(), Inverted> {
+    let (nodes, rule) = (fixed::<8>(nodes), &Hex8::rules(rules).stiffness);
+    let mapped = map_all(nodes, rule)?;
+    if formulation == HexFormulation::MeanDilatation {
+        MeanDilatation::new(&mapped).add_stiffness(&mapped, c, packed);
+    } else {
+        mapped.iter().for_each(|point| add_stiffness(point, c, packed));
+        Enhanced::new(nodes, rule, &mapped, c)?.condense(packed);
     }
     Ok(())
+}
+
+fn fixed<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
+    values.try_into().expect("as many nodes as the kind has")
 }
 
 fn forces_and_energy<const N: usize>(
@@ -153,23 +186,18 @@ fn point_states<const N: usize>(
         .collect()
 }
 
-/// Values at the nodes of a hexahedron from those at its 2 x 2 x 2 Gauss points (in the nodes' order), trilinear.
-fn extrapolate(samples: &[Sample<8>], values: &[Vector6<f64>]) -> Vec<[f64; 6]> {
-    let out = 1.0 / samples[6].xi[0];
-    Hex8::NODES
-        .iter()
-        .map(|node| {
-            let weights = Hex8::values(node.map(|x| x * out));
-            let sum = weights.iter().zip(values).fold(Vector6::zeros(), |sum, (w, v)| sum + v * *w);
-            sum.into()
-        })
-        .collect()
+/// Values at the nodes from those at the integration points.
+fn extrapolate<const N: usize>(rules: &SolidRules<N>, values: &[Vector6<f64>]) -> Vec<[f64; 6]> {
+    let weighted = |weights: &Vec<f64>| -> [f64; 6] {
+        weights.iter().zip(values).fold(Vector6::zeros(), |sum, (w, v)| sum + v * *w).into()
+    };
+    rules.extrapolation.iter().map(weighted).collect()
 }
 
 /// Stress, energy and forces of an element for nodal displacements `u`.
 ///
 /// # Panics
-/// If the kind is no finite element here (checked when the model is made).
+/// If the kind is no solid (a body has solid cells only).
 pub(super) fn state(
     kind: ElementKind,
     nodes: &[[f64; 3]],
@@ -178,38 +206,68 @@ pub(super) fn state(
     formulation: HexFormulation,
     rules: &Rules,
 ) -> Result<ElementState, Inverted> {
-    match kind {
-        ElementKind::Hex8 => {
-            let nodes: &[[f64; 3]; 8] = nodes.try_into().expect("eight nodes");
-            let u: &[[f64; 3]; 8] = u.try_into().expect("eight nodes");
-            let mapped = map_all(nodes, &rules.hex8)?;
-            let mut strains = mapped.map(|point| strain(&point, u));
-            if formulation == HexFormulation::Enhanced {
-                let enhanced = Enhanced::new(nodes, &rules.hex8, &mapped, c)?.strains(u);
-                strains.iter_mut().zip(enhanced).for_each(|(sum, part)| *sum += part);
-            }
-            let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, c);
-            let points = point_states(&rules.hex8, &mapped, &stresses);
-            Ok(ElementState { points, nodal_stress: extrapolate(&rules.hex8, &stresses), energy, forces })
-        }
-        ElementKind::Tet4 => {
-            let nodes: &[[f64; 3]; 4] = nodes.try_into().expect("four nodes");
-            let u: &[[f64; 3]; 4] = u.try_into().expect("four nodes");
-            let mapped = [map(nodes, &rules.tet4[0])?];
-            let (stresses, energy, forces) = forces_and_energy(&mapped, &[strain(&mapped[0], u)], c);
-            let points = point_states(&rules.tet4[..1], &mapped, &stresses);
-            Ok(ElementState { points, nodal_stress: vec![stresses[0].into(); 4], energy, forces })
-        }
-        other => unreachable!("{} was refused", other.name()),
+    if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
+        return mixed_state(nodes, u, c, formulation, rules);
     }
+    visit(kind, StateOf { nodes, u, c, rules })
+}
+
+/// The state from the displacement interpolation alone.
+struct StateOf<'a> {
+    nodes: &'a [[f64; 3]],
+    u: &'a [[f64; 3]],
+    c: &'a Matrix6<f64>,
+    rules: &'a Rules,
+}
+
+impl SolidVisitor for StateOf<'_> {
+    type Output = Result<ElementState, Inverted>;
+
+    fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
+        let (nodes, u, rules) = (fixed::<N>(self.nodes), fixed::<N>(self.u), S::rules(self.rules));
+        let mapped: Vec<Mapped<N>> =
+            rules.stiffness.iter().map(|sample| map(nodes, sample)).collect::<Result<_, _>>()?;
+        let strains: Vec<Vector6<f64>> = mapped.iter().map(|point| strain(point, u)).collect();
+        let (stresses, energy, forces) = forces_and_energy(&mapped, &strains, self.c);
+        let points = point_states(&rules.stiffness, &mapped, &stresses);
+        Ok(ElementState { points, nodal_stress: extrapolate(rules, &stresses), energy, forces })
+    }
+}
+
+/// The state of a hexahedron with enhanced strains or mean dilatation.
+fn mixed_state(
+    nodes: &[[f64; 3]],
+    u: &[[f64; 3]],
+    c: &Matrix6<f64>,
+    formulation: HexFormulation,
+    rules: &Rules,
+) -> Result<ElementState, Inverted> {
+    let (nodes, u, rules) = (fixed::<8>(nodes), fixed::<8>(u), Hex8::rules(rules));
+    let mapped = map_all(nodes, &rules.stiffness)?;
+    let mut strains = mapped.map(|point| strain(&point, u));
+    let mean = (formulation == HexFormulation::MeanDilatation).then(|| MeanDilatation::new(&mapped));
+    match &mean {
+        Some(mean) => mean.change_strains(u, &mut strains),
+        None => {
+            let enhanced = Enhanced::new(nodes, &rules.stiffness, &mapped, c)?.strains(u);
+            strains.iter_mut().zip(enhanced).for_each(|(sum, part)| *sum += part);
+        }
+    }
+    let (stresses, energy, mut forces) = forces_and_energy(&mapped, &strains, c);
+    if let Some(mean) = mean {
+        mean.change_forces(&mapped, &stresses, &mut forces);
+    }
+    let points = point_states(&rules.stiffness, &mapped, &stresses);
+    Ok(ElementState { points, nodal_stress: extrapolate(rules, &stresses), energy, forces })
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, SymmetricEigen};
 
+    use super::super::solids::ALL;
     use super::*;
-    use crate::element::Tet4;
+    use crate::element::ShapeFunctions;
     use crate::material::{Orthotropic, Stiffness};
 
     fn unpacked(packed: &[f64], n: usize) -> DMatrix<f64> {
@@ -256,7 +314,18 @@ mod tests {
             check(ElementKind::Hex8, Hex8::NODES.map(distort).to_vec(), formulation);
             check(ElementKind::Hex8, Hex8::NODES.map(slender).to_vec(), formulation);
         }
-        check(ElementKind::Tet4, Tet4::NODES.map(distort).to_vec(), HexFormulation::Enhanced);
+        struct Nodes;
+        impl SolidVisitor for Nodes {
+            type Output = Vec<[f64; 3]>;
+            fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
+                S::NODES.to_vec()
+            }
+        }
+        for &kind in ALL.iter().filter(|&&kind| kind != ElementKind::Hex8) {
+            let nodes = visit(kind, Nodes);
+            check(kind, nodes.iter().map(|&x| distort(x)).collect(), HexFormulation::Enhanced);
+            check(kind, nodes.iter().map(|&x| slender(x)).collect(), HexFormulation::Enhanced);
+        }
     }
 
     /// Truth: the forces are the stiffness times the displacements, and the energy half their product, two routes to

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use crate::element::{Hex8, ShapeFunctions, Tet4};
-use crate::quadrature::{RulePoint, gauss_legendre, hexahedron, tetrahedron};
+use crate::element::ShapeFunctions;
+use crate::quadrature::RulePoint;
 
 /// The least det J that still is a volume, relative to the cube of the longest column of J.
 const DEGENERATE: f64 = 1e-12;
@@ -32,31 +32,8 @@ pub(super) struct Mapped<const N: usize> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Inverted(pub f64);
 
-/// The rules of all elements.
-#[derive(Debug, Clone)]
-pub(super) struct Rules {
-    /// 2 x 2 x 2 Gauss points in the order of the nodes: exact for the stiffness of a parallelepiped.
-    pub hex8: Vec<Sample<8>>,
-    /// The centroid: exact for the stiffness.
-    pub tet4: Vec<Sample<4>>,
-    /// Rules for loads that vary in space.
-    pub hex8_loads: Vec<Sample<8>>,
-    pub tet4_loads: Vec<Sample<4>>,
-}
-
-impl Rules {
-    pub fn new() -> Self {
-        let gauss = gauss_legendre(2)[1].0;
-        Self {
-            hex8: samples::<Hex8, 8>(Hex8::NODES.map(|node| (node.map(|x| x * gauss), 1.0)).to_vec()),
-            tet4: samples::<Tet4, 4>(tetrahedron(1)),
-            hex8_loads: samples::<Hex8, 8>(hexahedron(4)),
-            tet4_loads: samples::<Tet4, 4>(tetrahedron(5)),
-        }
-    }
-}
-
-fn samples<S: ShapeFunctions<N, 3>, const N: usize>(rule: Vec<RulePoint<3>>) -> Vec<Sample<N>> {
+/// The shape functions at the points of a rule.
+pub(super) fn samples<S: ShapeFunctions<N, 3>, const N: usize>(rule: Vec<RulePoint<3>>) -> Vec<Sample<N>> {
     rule.into_iter()
         .map(|(xi, weight)| Sample { xi, weight, values: S::values(xi), gradients: S::gradients(xi) })
         .collect()

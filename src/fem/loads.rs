@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::integration::{Rules, Sample, map};
+use super::integration::{Sample, map};
 use super::regions::Regions;
+use super::solids::{Rules, Solid, SolidVisitor, visit};
 use super::spec::FeSpec;
-use crate::element::{ElementKind, Quad4, ShapeFunctions, Tri3};
+use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
@@ -52,18 +53,23 @@ fn finite(values: &[f64]) -> Result<()> {
 }
 
 fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, forces: &mut NodalForces) -> Result<()> {
+    // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
     let (square, corner) = (quadrilateral(2), triangle(1));
+    let (square2, corner2) = (quadrilateral(4), triangle(5));
     for face in group_faces(mesh, group)? {
         match face.kind {
             ElementKind::Quad4 => load_face::<Quad4, 4>(mesh, &face, load, &square, forces),
             ElementKind::Tri3 => load_face::<Tri3, 3>(mesh, &face, load, &corner, forces),
+            ElementKind::Quad8 => load_face::<Quad8, 8>(mesh, &face, load, &square2, forces),
+            ElementKind::Quad9 => load_face::<Quad9, 9>(mesh, &face, load, &square2, forces),
+            ElementKind::Tri6 => load_face::<Tri6, 6>(mesh, &face, load, &corner2, forces),
             other => unreachable!("solids with {} faces were refused", other.name()),
         }
     }
     Ok(())
 }
 
-/// Adds the forces of one face: N_a times a bilinear area vector, which both rules integrate exactly.
+/// Adds the forces of one face, ∫ N_a t dS.
 fn load_face<S: ShapeFunctions<N, 2>, const N: usize>(
     mesh: &Mesh,
     face: &SurfaceFace,
@@ -99,12 +105,26 @@ pub(super) fn add_body_force(
     forces: &mut NodalForces,
 ) {
     for &cell in cells {
-        let nodes = mesh.cell_nodes(cell);
-        match mesh.kind(cell) {
-            ElementKind::Hex8 => load_cell(mesh, nodes, &rules.hex8_loads, &b, forces),
-            ElementKind::Tet4 => load_cell(mesh, nodes, &rules.tet4_loads, &b, forces),
-            other => unreachable!("{} was refused", other.name()),
-        }
+        visit(
+            mesh.kind(cell),
+            LoadOf { mesh, nodes: mesh.cell_nodes(cell), rules, b: &b, forces: &mut *forces },
+        );
+    }
+}
+
+struct LoadOf<'a, B> {
+    mesh: &'a Mesh,
+    nodes: &'a [usize],
+    rules: &'a Rules,
+    b: &'a B,
+    forces: &'a mut NodalForces,
+}
+
+impl<B: Fn([f64; 3]) -> [f64; 3]> SolidVisitor for LoadOf<'_, B> {
+    type Output = ();
+
+    fn visit<S: Solid<N>, const N: usize>(self) {
+        load_cell(self.mesh, self.nodes, &S::rules(self.rules).loads, self.b, self.forces);
     }
 }
 

@@ -9,6 +9,7 @@
 mod assembly;
 mod cache;
 mod condensed;
+mod dilatation;
 mod dofs;
 mod element;
 mod enhanced;
@@ -20,6 +21,7 @@ mod model;
 mod recovery;
 mod regions;
 mod rigid;
+mod solids;
 mod spec;
 mod symmetry;
 

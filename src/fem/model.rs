@@ -8,10 +8,10 @@ use super::condensed::{Analysis, CondensedBody};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
 use super::foundation;
-use super::integration::Rules;
 use super::loads::{NodalForces, add_body_force, external_forces};
 use super::regions::Regions;
 use super::rigid::{self, FreeMotions};
+use super::solids::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
@@ -37,8 +37,7 @@ impl FeModel {
     /// Assembles the body.
     ///
     /// # Errors
-    /// If the mesh has solids that are no finite elements here, an element is inverted or has no material, a group
-    /// is missing, supports contradict one another, or leave rigid motions of one of several parts free (which are
+    /// If an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid motions of one of several parts free (which are
     /// named).
     pub fn new(spec: FeSpec) -> Result<Self> {
         let name = spec.name.clone();

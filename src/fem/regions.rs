@@ -1,18 +1,14 @@
 //! Which solid cells the body has, and the material of each with its axes.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Matrix6};
 
 use super::spec::FeSpec;
-use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::material::{Placed, Placement, centroid};
 use crate::mesh::{CellRef, Mesh};
-
-/// The kinds that are finite elements here.
-const SUPPORTED: [ElementKind; 2] = [ElementKind::Hex8, ElementKind::Tet4];
 
 /// Axes that turn by less than this from an element to its neighbour belong to one winding, by more to two plies; radians.
 const SMALL_TURN: f64 = 0.26;
@@ -35,7 +31,7 @@ impl Regions {
     /// Gives each solid cell of the mesh its material.
     ///
     /// # Errors
-    /// If there is no solid cell, one is no finite element here, has no region or several; if a group is missing; if an
+    /// If there is no solid cell, one has no region or several; if a group is missing; if an
     /// element has no material or no axes in its region.
     pub fn new(spec: &FeSpec) -> Result<Self> {
         let (cells, region) = cells_and_regions(spec)?;
@@ -168,7 +164,6 @@ fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
             mesh.source
         )));
     }
-    refuse_unsupported(mesh)?;
     let mut by_block: Vec<Vec<Option<usize>>> =
         mesh.blocks.iter().map(|block| vec![None; block.n_cells()]).collect();
     for (index, (group, _)) in spec.regions.iter().enumerate() {
@@ -227,24 +222,4 @@ fn no_region(mesh: &Mesh, cell: CellRef) -> Error {
         mesh.tag(cell),
         mesh.source
     ))
-}
-
-fn refuse_unsupported(mesh: &Mesh) -> Result<()> {
-    let kinds: BTreeSet<&str> = mesh
-        .blocks
-        .iter()
-        .filter(|block| block.kind.dim() == 3 && block.n_cells() > 0 && !SUPPORTED.contains(&block.kind))
-        .map(|block| block.kind.name())
-        .collect();
-    if kinds.is_empty() {
-        return Ok(());
-    }
-    let list = |names: Vec<&str>| names.join(", ");
-    Err(Error::input(format!(
-        "{} has solid elements of kind {}, which can be read but not computed with; finite elements are {}: mesh \
-         with first order, in hexahedra (transfinite, extruded and recombined) or tetrahedra",
-        mesh.source,
-        list(kinds.into_iter().collect()),
-        list(SUPPORTED.map(ElementKind::name).to_vec()),
-    )))
 }

@@ -13,17 +13,20 @@ pub enum HexFormulation {
     Enhanced,
     /// Displacement interpolation only ("hex8"): far too stiff in bending; a baseline.
     Standard,
+    /// The volume change of the element's mean ("hex8-bbar"): does not lock in nearly incompressible material.
+    MeanDilatation,
 }
 
 impl HexFormulation {
     /// Every formulation.
-    pub const ALL: [Self; 2] = [Self::Enhanced, Self::Standard];
+    pub const ALL: [Self; 3] = [Self::Enhanced, Self::Standard, Self::MeanDilatation];
 
     /// Its name in scenes.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Enhanced => "hex8-eas",
             Self::Standard => "hex8",
+            Self::MeanDilatation => "hex8-bbar",
         }
     }
 

@@ -30,10 +30,16 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// A rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 1 is the centroid, above that the collapsed cube.
+/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), above that the
+/// collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
+    }
+    if degree == 2 {
+        let [near, far] = [3.0, -1.0].map(|s| (5.0 + s * 5f64.sqrt()) / 20.0);
+        let points = [[far; 3], [near, far, far], [far, near, far], [far, far, near]];
+        return points.map(|x| (x, 1.0 / 24.0)).to_vec();
     }
     // The Jacobian (1 - u)^2 (1 - v) adds two degrees in u.
     let line = unit_line(degree.div_ceil(2) + 2);

@@ -26,11 +26,6 @@ pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
         ("kind", "be") => "finite boundary-element body",
         ("near_field", "half-space") => "half-space near field",
         ("path", "ellipse") => "elliptic cycles",
-        ("element", "hex8-bbar") => "selective integration",
-        (
-            "element",
-            "hex20" | "hex27" | "tet10" | "wedge6" | "wedge15" | "wedge18" | "pyramid5" | "pyramid13",
-        ) => "finite element of this kind",
         ("method", "newton") => "semismooth Newton",
         ("method", "gauss-seidel") => "block Gauss-Seidel",
         ("method", "cg") => "projected conjugate gradients",

@@ -200,6 +200,7 @@ impl FeSpec {
             regions: self.regions.clone(),
             formulation: match self.element {
                 Some(Element::Hex8) => HexFormulation::Standard,
+                Some(Element::Hex8Bbar) => HexFormulation::MeanDilatation,
                 _ => HexFormulation::Enhanced,
             },
             supports: supports.collect(),

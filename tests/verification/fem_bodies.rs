@@ -11,8 +11,26 @@ use orthowear::mesh::Mesh;
 /// All components.
 pub const ALL: [bool; 3] = [true; 3];
 /// The elements: kind and formulation.
-pub const ELEMENTS: [(ElementKind, HexFormulation); 3] =
-    [(Hex8, HexFormulation::Enhanced), (Hex8, HexFormulation::Standard), (Tet4, HexFormulation::Enhanced)];
+pub const ELEMENTS: [(ElementKind, HexFormulation); 13] = [
+    (Hex8, HexFormulation::Enhanced),
+    (Hex8, HexFormulation::Standard),
+    (Hex8, HexFormulation::MeanDilatation),
+    (Tet4, HexFormulation::Enhanced),
+    (ElementKind::Wedge6, HexFormulation::Enhanced),
+    (ElementKind::Pyramid5, HexFormulation::Enhanced),
+    (ElementKind::Hex20, HexFormulation::Enhanced),
+    (ElementKind::Hex27, HexFormulation::Enhanced),
+    (ElementKind::Tet10, HexFormulation::Enhanced),
+    (ElementKind::Wedge15, HexFormulation::Enhanced),
+    (ElementKind::Wedge18, HexFormulation::Enhanced),
+    (ElementKind::Pyramid13, HexFormulation::Enhanced),
+    (ElementKind::Pyramid14, HexFormulation::Enhanced),
+];
+
+/// Degree of the displacement of an element.
+pub fn degree(kind: ElementKind) -> usize {
+    if kind.n_nodes() == kind.n_corners() { 1 } else { 2 }
+}
 
 /// A body of one material without loads.
 pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, supports: Vec<Support>) -> FeSpec {

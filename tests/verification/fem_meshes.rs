@@ -1,6 +1,9 @@
 //! Meshes for the finite-element tests: mapped boxes of hexahedra or tetrahedra, with named faces and nodes.
 
-use orthowear::element::ElementKind::{self, Hex8, Point1, Quad4, Tet4, Tri3};
+use std::collections::HashMap;
+
+use orthowear::element::ElementKind::{self, Hex8, Point1, Tet4};
+use orthowear::element::ShapeFunctions;
 use orthowear::fem::Support;
 use orthowear::mesh::faces::outer_faces;
 use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
@@ -22,45 +25,111 @@ const HEX_STEPS: [[usize; 3]; 8] =
 const KUHN: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 5, 1, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 4, 5, 6], [0, 7, 4, 6]];
 
-/// The box 0..size in `cells` cells moved by `map`, with the volume group "body" and surface groups "x0", "x1", .. "z1".
+/// Calls a function generic in an element's shape functions and number of nodes for an element kind.
+#[macro_export]
+macro_rules! by_kind {
+    ($kind:expr, $function:ident($($argument:expr),*)) => {{
+        use orthowear::element;
+        match $kind {
+            ElementKind::Hex8 => $function::<element::Hex8, 8>($($argument),*),
+            ElementKind::Hex20 => $function::<element::Hex20, 20>($($argument),*),
+            ElementKind::Hex27 => $function::<element::Hex27, 27>($($argument),*),
+            ElementKind::Tet4 => $function::<element::Tet4, 4>($($argument),*),
+            ElementKind::Tet10 => $function::<element::Tet10, 10>($($argument),*),
+            ElementKind::Wedge6 => $function::<element::Wedge6, 6>($($argument),*),
+            ElementKind::Wedge15 => $function::<element::Wedge15, 15>($($argument),*),
+            ElementKind::Wedge18 => $function::<element::Wedge18, 18>($($argument),*),
+            ElementKind::Pyramid5 => $function::<element::Pyramid5, 5>($($argument),*),
+            ElementKind::Pyramid13 => $function::<element::Pyramid13, 13>($($argument),*),
+            ElementKind::Pyramid14 => $function::<element::Pyramid14, 14>($($argument),*),
+            other => panic!("{} is no solid", other.name()),
+        }
+    }};
+}
+
+/// Reference coordinates of the nodes of an element.
+pub fn reference_nodes<S: ShapeFunctions<N, 3>, const N: usize>() -> Vec<[f64; 3]> {
+    S::NODES.to_vec()
+}
+
+fn values<S: ShapeFunctions<N, 3>, const N: usize>(xi: [f64; 3]) -> Vec<f64> {
+    S::values(xi).to_vec()
+}
+
+/// The linear element with the same corners.
+pub fn linear(kind: ElementKind) -> ElementKind {
+    match kind {
+        ElementKind::Hex20 | ElementKind::Hex27 => Hex8,
+        ElementKind::Tet10 => Tet4,
+        ElementKind::Wedge15 | ElementKind::Wedge18 => ElementKind::Wedge6,
+        ElementKind::Pyramid13 | ElementKind::Pyramid14 => ElementKind::Pyramid5,
+        other => other,
+    }
+}
+
+/// Corners of the elements of kind `kind` that fill the unit cube.
+fn parts_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
+    let corner = |i: usize| HEX_STEPS[i].map(|x| x as f64);
+    let corners = |list: &[usize]| list.iter().map(|&i| corner(i)).collect::<Vec<_>>();
+    match linear(kind) {
+        Hex8 => vec![corners(&[0, 1, 2, 3, 4, 5, 6, 7])],
+        Tet4 => KUHN.iter().map(|list| corners(list)).collect(),
+        ElementKind::Wedge6 => vec![corners(&[0, 1, 2, 4, 5, 6]), corners(&[0, 2, 3, 4, 6, 7])],
+        _ => {
+            let pyramid = |face: &[usize]| {
+                let mut points = corners(face);
+                points.reverse();
+                points.push([0.5; 3]);
+                points
+            };
+            Hex8.local_faces().iter().map(|(_, face)| pyramid(face)).collect()
+        }
+    }
+}
+
+/// Nodes of the elements of kind `kind` that fill the unit cube.
+fn nodes_of_cube(kind: ElementKind) -> Vec<Vec<[f64; 3]>> {
+    let nodes = by_kind!(kind, reference_nodes());
+    let place = |corners: &Vec<[f64; 3]>, xi: [f64; 3]| {
+        let weights = by_kind!(linear(kind), values(xi));
+        std::array::from_fn(|d| corners.iter().zip(&weights).map(|(x, w)| x[d] * w).sum())
+    };
+    parts_of_cube(kind).iter().map(|corners| nodes.iter().map(|&xi| place(corners, xi)).collect()).collect()
+}
+
+/// The box 0..size in `cells` cells of elements of kind `kind`, all nodes moved by `map`, with the volume group "body" and
+/// surface groups "x0", "x1", .. "z1".
 pub fn block(
     kind: ElementKind,
     cells: [usize; 3],
     size: [f64; 3],
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Mesh {
-    let at = |i: usize, j: usize, k: usize| (i * (cells[1] + 1) + j) * (cells[2] + 1) + k;
-    let mut straight = Vec::new();
-    for i in 0..=cells[0] {
-        for j in 0..=cells[1] {
-            for k in 0..=cells[2] {
-                let s = [i, j, k];
-                straight.push(std::array::from_fn(|d| size[d] * s[d] as f64 / cells[d] as f64));
-            }
-        }
-    }
+    let parts = nodes_of_cube(kind);
+    // Nodes lie on quarters of a cell.
+    let mut known: HashMap<[usize; 3], usize> = HashMap::new();
+    let mut straight: Vec<[f64; 3]> = Vec::new();
     let mut nodes = Vec::new();
-    for i in 0..cells[0] {
-        for j in 0..cells[1] {
-            for k in 0..cells[2] {
-                let corner = HEX_STEPS.map(|s| at(i + s[0], j + s[1], k + s[2]));
-                match kind {
-                    Tet4 => nodes.extend(KUHN.iter().flatten().map(|&c| corner[c])),
-                    _ => nodes.extend(corner),
-                }
-            }
+    for cell in 0..cells.iter().product() {
+        let first = [cell / (cells[1] * cells[2]), cell / cells[2] % cells[1], cell % cells[2]];
+        for x in parts.iter().flatten() {
+            let quarters: [usize; 3] = std::array::from_fn(|d| 4 * first[d] + (4.0 * x[d]).round() as usize);
+            nodes.push(*known.entry(quarters).or_insert_with(|| {
+                straight.push(std::array::from_fn(|d| size[d] * quarters[d] as f64 / (4 * cells[d]) as f64));
+                straight.len() - 1
+            }));
         }
     }
     let mut mesh = Mesh { source: "box".into(), points: straight.clone(), ..Default::default() };
-    add_cells(&mut mesh, if kind == Tet4 { Tet4 } else { Hex8 }, "body", nodes);
+    add_cells(&mut mesh, kind, "body", nodes);
     let faces = outer_faces(&mesh);
     for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
         for side in 0..2 {
             let plane = size[axis] * side as f64;
             let on = |node: &usize| (straight[*node][axis] - plane).abs() < 1e-12 * size[axis];
-            let chosen = faces.iter().filter(|face| face.nodes.iter().all(on));
-            let nodes = chosen.flat_map(|face| face.nodes.clone()).collect();
-            add_cells(&mut mesh, if kind == Tet4 { Tri3 } else { Quad4 }, &format!("{letter}{side}"), nodes);
+            let chosen: Vec<_> = faces.iter().filter(|face| face.nodes.iter().all(on)).collect();
+            let nodes = chosen.iter().flat_map(|face| face.nodes.clone()).collect();
+            add_cells(&mut mesh, chosen[0].kind, &format!("{letter}{side}"), nodes);
         }
     }
     mesh.points.iter_mut().for_each(|x| *x = map(*x));

@@ -69,7 +69,7 @@ pub struct FeBody {
     /// Volume groups with a material or a fibre of their own.
     #[serde(default)]
     pub regions: BTreeMap<String, Region>,
-    /// Element formulation; the default suits the mesh ("hex8-eas" for hexahedra, "tet4" for tetrahedra).
+    /// Formulation of 8-node hexahedra ("hex8-eas" by default), or a kind of element that the mesh must contain.
     #[serde(default)]
     #[schemars(with = "Element")]
     pub element: Option<Element>,
@@ -190,7 +190,7 @@ pub struct Region {
     pub layup: Option<Layup>,
 }
 
-/// Finite elements.
+/// Finite elements: a formulation of hexahedra, or a kind that the mesh must contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Element {
@@ -198,8 +198,28 @@ pub enum Element {
     Hex8Eas,
     /// Hexahedron with 2 x 2 x 2 integration.
     Hex8,
+    /// Hexahedron with the mean dilatation: good for nearly incompressible material.
+    Hex8Bbar,
+    /// Serendipity hexahedron.
+    Hex20,
+    /// Triquadratic hexahedron.
+    Hex27,
     /// Tetrahedron of constant strain.
     Tet4,
+    /// Quadratic tetrahedron.
+    Tet10,
+    /// Linear wedge.
+    Wedge6,
+    /// Serendipity wedge.
+    Wedge15,
+    /// Quadratic wedge.
+    Wedge18,
+    /// Linear pyramid.
+    Pyramid5,
+    /// Serendipity pyramid.
+    Pyramid13,
+    /// Quadratic pyramid.
+    Pyramid14,
 }
 
 /// Where the near field of the contact is computed.

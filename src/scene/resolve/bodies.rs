@@ -1,5 +1,6 @@
 //! Bodies: materials, meshes, groups, supports and loads.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -323,16 +324,35 @@ fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
 
 /// Reports an element formulation for cells that the mesh does not have.
 fn check_element(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
-    let (name, kind) = match body.element {
-        None => return,
-        Some(Element::Hex8Eas) => ("hex8-eas", ElementKind::Hex8),
-        Some(Element::Hex8) => ("hex8", ElementKind::Hex8),
-        Some(Element::Tet4) => ("tet4", ElementKind::Tet4),
+    let Some(element) = body.element else { return };
+    let (name, kind) = match element {
+        Element::Hex8Eas => ("hex8-eas", ElementKind::Hex8),
+        Element::Hex8Bbar => ("hex8-bbar", ElementKind::Hex8),
+        other => (kind_of(other).name(), kind_of(other)),
     };
     if mesh.volume_cells().any(|cell| mesh.kind(cell) == kind) {
         return;
     }
     let message = format!("`element` is \"{name}\", but {} has no solid cells of that kind", mesh.source);
-    let mend = "leave `element` out: the default suits the mesh";
+    let kinds: BTreeSet<&str> = mesh.volume_cells().map(|cell| mesh.kind(cell).name()).collect();
+    let kinds: Vec<&str> = kinds.into_iter().collect();
+    let mend = format!("leave `element` out: the default suits the mesh, which has {}", kinds.join(", "));
     r.wrong(&format!("{key}.element"), message, "not in the mesh", mend);
+}
+
+/// The kind of cell an element is made on.
+const fn kind_of(element: Element) -> ElementKind {
+    match element {
+        Element::Hex8Eas | Element::Hex8 | Element::Hex8Bbar => ElementKind::Hex8,
+        Element::Hex20 => ElementKind::Hex20,
+        Element::Hex27 => ElementKind::Hex27,
+        Element::Tet4 => ElementKind::Tet4,
+        Element::Tet10 => ElementKind::Tet10,
+        Element::Wedge6 => ElementKind::Wedge6,
+        Element::Wedge15 => ElementKind::Wedge15,
+        Element::Wedge18 => ElementKind::Wedge18,
+        Element::Pyramid5 => ElementKind::Pyramid5,
+        Element::Pyramid13 => ElementKind::Pyramid13,
+        Element::Pyramid14 => ElementKind::Pyramid14,
+    }
 }

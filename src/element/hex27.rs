@@ -1,0 +1,64 @@
+//! The 27-node hexahedron on [-1, 1]^3, triquadratic.
+
+use super::dual::{Dual, quadratic};
+use super::shape::ShapeFunctions;
+
+/// The 27-node hexahedron.
+pub struct Hex27;
+
+impl Hex27 {
+    fn functions(xi: [Dual; 3]) -> [Dual; 27] {
+        Self::NODES.map(|n| quadratic(xi[0], n[0]) * quadratic(xi[1], n[1]) * quadratic(xi[2], n[2]))
+    }
+}
+
+impl ShapeFunctions<27, 3> for Hex27 {
+    const NODES: [[f64; 3]; 27] = [
+        [-1.0, -1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [1.0, 1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [-1.0, 1.0, 1.0],
+        [0.0, -1.0, -1.0],
+        [-1.0, 0.0, -1.0],
+        [-1.0, -1.0, 0.0],
+        [1.0, 0.0, -1.0],
+        [1.0, -1.0, 0.0],
+        [0.0, 1.0, -1.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+        [0.0, -1.0, 1.0],
+        [-1.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.0, 0.0, -1.0],
+        [0.0, -1.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 0.0, 0.0],
+    ];
+
+    fn values(xi: [f64; 3]) -> [f64; 27] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 27] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Hex27, 27, 3>([0.3, -0.6, 0.2]);
+    }
+}

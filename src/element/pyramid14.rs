@@ -1,0 +1,60 @@
+//! The 14-node pyramid on the base [-1, 1]^2 at z = 0 with its tip at (0, 0, 1).
+//!
+//! The 13-node pyramid with a bubble on the base: quadratic on the triangles, biquadratic on the base.
+
+use super::Pyramid13;
+use super::dual::{Dual, one_minus};
+use super::shape::ShapeFunctions;
+
+/// The 14-node pyramid.
+pub struct Pyramid14;
+
+impl Pyramid14 {
+    fn functions(xi: [Dual; 3]) -> [Dual; 14] {
+        let [x, y, z] = xi;
+        let side = one_minus(z).at_least(f64::MIN_POSITIVE);
+        let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
+        let thirteen = Pyramid13::functions(xi);
+        // The functions of the base at its middle: -1/4 of the corners, 1/2 of the middles of the edges.
+        let at_middle = Pyramid13::values([0.0; 3]);
+        std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })
+    }
+}
+
+impl ShapeFunctions<14, 3> for Pyramid14 {
+    const NODES: [[f64; 3]; 14] = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, -1.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [-0.5, -0.5, 0.5],
+        [1.0, 0.0, 0.0],
+        [0.5, -0.5, 0.5],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.5, 0.5],
+        [-0.5, 0.5, 0.5],
+        [0.0, 0.0, 0.0],
+    ];
+
+    fn values(xi: [f64; 3]) -> [f64; 14] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 14] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Pyramid14, 14, 3>([0.2, -0.3, 0.1]);
+    }
+}

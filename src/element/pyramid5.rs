@@ -1,0 +1,47 @@
+//! The 5-node pyramid on the base [-1, 1]^2 at z = 0 with its tip at (0, 0, 1).
+//!
+//! Rational: linear on every face, bilinear on the base.
+//!
+//! # Source
+//! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
+
+use super::dual::{Dual, one_minus};
+use super::shape::ShapeFunctions;
+
+/// The 5-node pyramid.
+pub struct Pyramid5;
+
+impl Pyramid5 {
+    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 5] {
+        // The side of the section at height z; the tip itself is the limit.
+        let side = one_minus(z).at_least(f64::MIN_POSITIVE);
+        Self::NODES.map(|[a, b, tip]| match tip == 1.0 {
+            true => z,
+            false => (side + x * a) * ((side + y * b) / side) * 0.25,
+        })
+    }
+}
+
+impl ShapeFunctions<5, 3> for Pyramid5 {
+    const NODES: [[f64; 3]; 5] =
+        [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn values(xi: [f64; 3]) -> [f64; 5] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 5] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Pyramid5, 5, 3>([0.2, -0.3, 0.1]);
+    }
+}

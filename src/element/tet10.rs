@@ -1,0 +1,61 @@
+//! The 10-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), quadratic.
+
+use super::dual::{Dual, one_minus};
+use super::shape::ShapeFunctions;
+
+/// The 10-node tetrahedron.
+pub struct Tet10;
+
+impl Tet10 {
+    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 10] {
+        let o = one_minus(x + y + z);
+        let corner = |l: Dual| l * (l * 2.0 - 1.0);
+        let middle = |a: Dual, b: Dual| a * b * 4.0;
+        [
+            corner(o),
+            corner(x),
+            corner(y),
+            corner(z),
+            middle(o, x),
+            middle(x, y),
+            middle(o, y),
+            middle(o, z),
+            middle(y, z),
+            middle(x, z),
+        ]
+    }
+}
+
+impl ShapeFunctions<10, 3> for Tet10 {
+    const NODES: [[f64; 3]; 10] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.5, 0.0, 0.0],
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.0],
+        [0.0, 0.0, 0.5],
+        [0.0, 0.5, 0.5],
+        [0.5, 0.0, 0.5],
+    ];
+
+    fn values(xi: [f64; 3]) -> [f64; 10] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 10] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Tet10, 10, 3>([0.2, 0.3, 0.1]);
+    }
+}

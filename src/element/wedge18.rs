@@ -1,0 +1,78 @@
+//! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic in each.
+
+use super::dual::{Dual, quadratic, triangle6};
+use super::shape::ShapeFunctions;
+
+/// The 18-node wedge.
+pub struct Wedge18;
+
+impl Wedge18 {
+    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 18] {
+        let t = triangle6(x, y);
+        let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
+        // (function of the triangle, function of the line) of each node.
+        const PARTS: [(usize, usize); 18] = [
+            (0, 0),
+            (1, 0),
+            (2, 0),
+            (0, 2),
+            (1, 2),
+            (2, 2),
+            (3, 0),
+            (5, 0),
+            (0, 1),
+            (4, 0),
+            (1, 1),
+            (2, 1),
+            (3, 2),
+            (5, 2),
+            (4, 2),
+            (3, 1),
+            (5, 1),
+            (4, 1),
+        ];
+        PARTS.map(|(i, j)| t[i] * line[j])
+    }
+}
+
+impl ShapeFunctions<18, 3> for Wedge18 {
+    const NODES: [[f64; 3]; 18] = [
+        [0.0, 0.0, -1.0],
+        [1.0, 0.0, -1.0],
+        [0.0, 1.0, -1.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.5, 0.0, -1.0],
+        [0.0, 0.5, -1.0],
+        [0.0, 0.0, 0.0],
+        [0.5, 0.5, -1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.0, 1.0],
+        [0.0, 0.5, 1.0],
+        [0.5, 0.5, 1.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.5, 0.0],
+        [0.5, 0.5, 0.0],
+    ];
+
+    fn values(xi: [f64; 3]) -> [f64; 18] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 18] {
+        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: see [`super::super::shape::checks::check`].
+    #[test]
+    fn shape_functions() {
+        super::super::shape::checks::check::<Wedge18, 18, 3>([0.2, 0.3, 0.1]);
+    }
+}
