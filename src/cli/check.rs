@@ -83,8 +83,9 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
             2.0 * half_width[0],
             2.0 * half_width[1]
         ),
-        FrameSpec::Mesh { body, .. } => {
-            format!("{} faces of the contact group of body {}", forecast.n_cells, body + 1)
+        FrameSpec::Mesh { body, points, .. } => {
+            let what = if points == FramePoints::Faces { "faces" } else { "cells around the nodes" };
+            format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
     let mib = forecast.memory_bytes / f64::from(1 << 20);

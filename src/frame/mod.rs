@@ -10,6 +10,7 @@ pub mod gap;
 pub mod grid;
 pub mod heights;
 pub mod map;
+mod nodes;
 mod search;
 mod shape_integrals;
 

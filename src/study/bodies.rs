@@ -6,6 +6,7 @@ use crate::error::{Context, Error};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::memory::ensure;
 use crate::mesh::faces::group_faces;
+use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
 /// Keys of the two bodies in the scene.
@@ -24,12 +25,16 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
             ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
-        FrameSpec::Mesh { body, center, azimuth } => {
+        FrameSpec::Mesh { body, points, center, azimuth } => {
             let fe = plan.bodies[body].fe().ok_or_else(|| Failure {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
-            ContactFrame::from_faces(&fe.mesh, &fe.contact, SIDES[body], center, azimuth).at(KEYS[body])
+            let cells = match points {
+                FramePoints::Faces => ContactFrame::from_faces,
+                FramePoints::Nodes => ContactFrame::from_nodes,
+            };
+            cells(&fe.mesh, &fe.contact, SIDES[body], center, azimuth).at(KEYS[body])
         }
     }
 }

@@ -7,7 +7,8 @@ use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
-use crate::scene::plan::{BodySpec, FeSpec, Plan};
+use crate::scene::keys::frame::FramePoints;
+use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
 use crate::wear::WearLaw;
 
 /// Cells smaller than this share of the finest body's faces are refused.
@@ -44,7 +45,9 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         finest = Some(finest.map_or(area, |least| least.min(area)));
     }
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
-    if let (Some(face), false) = (finest, half_space) {
+    // A cell per node is as many as the nodes can feel.
+    let nodal = matches!(plan.frame, FrameSpec::Mesh { points: FramePoints::Nodes, .. });
+    if let (Some(face), false, false) = (finest, half_space, nodal) {
         notes.extend(cells_against_faces(frame, face)?);
     }
     Ok(notes)

@@ -7,6 +7,7 @@ mod finite_block;
 mod finite_elements;
 mod half_spaces;
 mod maps;
+mod nodes;
 mod states;
 
 /// Values in [-1, 1), the same in every run (linear congruence).
