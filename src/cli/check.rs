@@ -7,6 +7,7 @@ use super::{SceneArgs, exit, refuse, to_stdout, use_threads};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{Normal, Step, Tangential};
+use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::scene::{self, Document};
 use crate::study::{self, Forecast};
@@ -88,8 +89,9 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
             2.0 * half_width[0],
             2.0 * half_width[1]
         ),
-        FrameSpec::Mesh { body, .. } => {
-            format!("{} faces of the contact group of body {}", forecast.n_cells, body + 1)
+        FrameSpec::Mesh { body, points, .. } => {
+            let what = if points == FramePoints::Faces { "faces" } else { "cells around the nodes" };
+            format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
     let mib = forecast.memory_bytes / f64::from(1 << 20);

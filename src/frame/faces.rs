@@ -6,7 +6,7 @@ use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad};
 use crate::mesh::Mesh;
-use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::mesh::faces::group_faces;
 
 impl ContactFrame {
     /// One cell per face of the physical group `group` of the mesh of body `side`, in the group's order.
@@ -21,23 +21,19 @@ impl ContactFrame {
     /// If the group is missing or not made of outer faces, a face has no area, or none is there.
     pub fn from_faces(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
-        let mut frame = Self {
-            centers: Vec::with_capacity(faces.len()),
-            corners: Vec::with_capacity(faces.len()),
-            areas: Vec::with_capacity(faces.len()),
-            triads: Vec::with_capacity(faces.len()),
-            origin: Point::new(center[0], center[1], 0.0),
-            azimuth,
-            axes: Triad::horizontal(azimuth),
-            grid: None,
-        };
+        let mut frame = Self::without_cells(center, azimuth);
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
         for face in &faces {
-            frame.push_face(mesh, face, side, toward)?;
+            frame.push_cell(outline(mesh, face, side), toward).ok_or_else(|| {
+                Error::input(format!(
+                    "element {} ({}) of {} has no area: mend the mesh there",
+                    face.tag,
+                    face.kind.name(),
+                    mesh.source
+                ))
+            })?;
         }
-        let total: f64 = frame.areas.iter().sum();
-        let height: f64 = frame.areas.iter().zip(&frame.centers).map(|(area, x)| area * x.z).sum();
-        frame.origin.z = height / total;
+        frame.level_origin();
         Ok(frame)
     }
 
@@ -63,17 +59,33 @@ impl ContactFrame {
         self
     }
 
-    fn push_face(&mut self, mesh: &Mesh, face: &SurfaceFace, side: Side, toward: Point) -> Result<()> {
-        let corners = outline(mesh, face, side);
+    /// A frame without cells, its origin in the plane z = 0.
+    pub(super) fn without_cells(center: [f64; 2], azimuth: f64) -> Self {
+        Self {
+            centers: Vec::new(),
+            corners: Vec::new(),
+            areas: Vec::new(),
+            triads: Vec::new(),
+            origin: Point::new(center[0], center[1], 0.0),
+            azimuth,
+            axes: Triad::horizontal(azimuth),
+            grid: None,
+        }
+    }
+
+    /// Lifts the origin to the mean height of the cells.
+    pub(super) fn level_origin(&mut self) {
+        let total: f64 = self.areas.iter().sum();
+        let height: f64 = self.areas.iter().zip(&self.centers).map(|(area, x)| area * x.z).sum();
+        self.origin.z = height / total;
+    }
+
+    /// Adds the cell with `corners`, counter-clockwise seen against its normal; `None` if it has no area.
+    pub(super) fn push_cell(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         let vector_area = vector_area(&corners);
         let size = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {
-            return Err(Error::input(format!(
-                "element {} ({}) of {} has no area: mend the mesh there",
-                face.tag,
-                face.kind.name(),
-                mesh.source
-            )));
+            return None;
         }
         let triad = Triad::from_normal(vector_area, toward);
         let mean = corners.iter().sum::<Point>() / corners.len() as f64;
@@ -89,7 +101,7 @@ impl ContactFrame {
         self.corners.push(corners);
         self.areas.push(area);
         self.triads.push(triad);
-        Ok(())
+        Some(())
     }
 }
 

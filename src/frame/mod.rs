@@ -11,6 +11,7 @@ pub mod gap;
 pub mod grid;
 pub mod heights;
 pub mod map;
+mod nodes;
 mod search;
 mod shape_integrals;
 

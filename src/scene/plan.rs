@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 use super::document::Document;
 use super::keys::Units;
 use super::keys::body::{Element, Fibre};
+use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
 use crate::fem::{self, HexFormulation};
@@ -144,10 +145,12 @@ pub enum FrameSpec {
         /// Angle of the frame's x from global x.
         azimuth: f64,
     },
-    /// The faces of a body's contact group.
+    /// The contact group of a meshed body.
     Mesh {
         /// Index of the body, 0 or 1.
         body: usize,
+        /// Whether faces or nodes have a cell each.
+        points: FramePoints,
         /// Origin in global x, y.
         center: [f64; 2],
         /// Angle of the cells' x from global x.

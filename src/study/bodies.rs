@@ -7,6 +7,7 @@ use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::linalg::memory::ensure;
 use crate::mesh::faces::group_faces;
+use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
 /// Keys of the two bodies in the scene.
@@ -25,12 +26,16 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
             ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
-        FrameSpec::Mesh { body, center, azimuth, normal } => {
+        FrameSpec::Mesh { body, points, center, azimuth, normal } => {
             let fe = plan.bodies[body].fe().ok_or_else(|| Failure {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
-            let frame = ContactFrame::from_faces(&fe.mesh, &fe.contact, SIDES[body], center, azimuth);
+            let cells = match points {
+                FramePoints::Faces => ContactFrame::from_faces,
+                FramePoints::Nodes => ContactFrame::from_nodes,
+            };
+            let frame = cells(&fe.mesh, &fe.contact, SIDES[body], center, azimuth);
             opposite_cells(plan, frame.at(KEYS[body])?.with_normal(normal.into()), body)
         }
     }

@@ -13,6 +13,7 @@ use crate::friction::FrictionLaw;
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
 use crate::wear::WearLaw;
 
@@ -59,7 +60,9 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         mesh_distance(frame, [heights[0].as_deref(), heights[1].as_deref()]).at("gap")?;
     }
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
-    if let (Some(face), false) = (finest, half_space) {
+    // A cell per node is as many as the nodes can feel.
+    let nodal = matches!(plan.frame, FrameSpec::Mesh { points: FramePoints::Nodes, .. });
+    if let (Some(face), false, false) = (finest, half_space, nodal) {
         notes.extend(cells_against_faces(frame, face)?);
     }
     Ok(notes)

@@ -11,6 +11,7 @@ mod floating;
 mod grids;
 mod half_spaces;
 mod maps;
+mod nodes;
 mod pairs;
 mod quadratic;
 mod states;

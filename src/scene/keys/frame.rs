@@ -24,12 +24,17 @@ pub enum Frame {
         #[serde(default)]
         periodic: [bool; 2],
     },
-    /// The faces of a meshed body's contact group, one cell per face.
+    /// The contact group of a meshed body, divided into cells by its mesh.
     Mesh {
         /// Body whose faces are taken, 1 or 2; default the one with more faces.
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
+        /// One cell per face or per node; default "nodes" between two meshed bodies whose faces are of first order,
+        /// else "faces".
+        #[serde(default)]
+        #[schemars(with = "FramePoints")]
+        points: Option<FramePoints>,
         /// Origin of the gap's shape and of moments in global x, y.
         #[serde(default)]
         center: [f64; 2],
@@ -44,6 +49,16 @@ pub enum Frame {
 
 fn upward() -> [f64; 3] {
     [0.0, 0.0, 1.0]
+}
+
+/// What a cell of a mesh frame belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FramePoints {
+    /// A face of the contact group.
+    Faces,
+    /// A node: the parts of the faces around it that are nearest to it.
+    Nodes,
 }
 
 /// The initial gap; shapes are parabolic unless `exact = true`, and stand on body 2 above the plane z = 0.

@@ -2,7 +2,7 @@
 
 use crate::frame::heights::Heights;
 use crate::frame::{ContactFrame, GapShape, InitialGap, Side};
-use crate::scene::keys::frame::{Frame, Gap};
+use crate::scene::keys::frame::{Frame, FramePoints, Gap};
 use crate::scene::plan::{BodySpec, FeSpec, FrameSpec};
 
 use super::Resolver;
@@ -23,14 +23,16 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
                 azimuth: azimuth.to_radians(),
             })
         }
-        Frame::Mesh { body, center, azimuth, normal } => {
+        Frame::Mesh { body, points, center, azimuth, normal } => {
             let azimuth = azimuth.to_radians();
             if normal == [0.0; 3] {
                 let mend = "the direction from body 1 to body 2, e.g. [0.0, 0.0, 1.0]";
                 r.wrong("frame.normal", "the normal [0, 0, 0] has no direction", "no direction", mend);
                 return None;
             }
-            mesh_body(r, body, bodies).map(|body| FrameSpec::Mesh { body, center, azimuth, normal })
+            let body = mesh_body(r, body, bodies)?;
+            let points = points.unwrap_or_else(|| mesh_points(bodies));
+            Some(FrameSpec::Mesh { body, points, center, azimuth, normal })
         }
     }
 }
@@ -39,6 +41,19 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
 fn mean_face_area(fe: &FeSpec) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
+}
+
+/// One cell per node between two meshed bodies with faces of first order: a checkerboard of tractions on faces would
+/// move neither of them.
+fn mesh_points(bodies: &[Option<BodySpec>; 2]) -> FramePoints {
+    let linear = |fe: &FeSpec| {
+        let group = fe.mesh.group_of_dim(&fe.contact, 2);
+        group.is_ok_and(|group| {
+            group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
+        })
+    };
+    let both = bodies.iter().all(|body| body.as_ref().and_then(BodySpec::fe).is_some_and(linear));
+    if both { FramePoints::Nodes } else { FramePoints::Faces }
 }
 
 /// Index of the body whose faces are the cells; without a wish the finer one.

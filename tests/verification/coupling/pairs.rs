@@ -49,6 +49,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
         friction,
         wear: WearLaw::None,
         wear_share: 1.0,
+        floating: coupled.floating,
     }
 }
 

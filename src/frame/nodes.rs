@@ -1,0 +1,108 @@
+//! Frames whose cells are the parts of a body's contact faces nearest to each node: one cell per node.
+//!
+//! Two meshed bodies have no flexibility for tractions that alternate in sign from face to face (the bilinear
+//! displacement of a quadrangle averages them out), so that one traction per face of the finer mesh leaves a
+//! checkerboard undetermined. One traction per node does not: on a regular mesh a checkerboard of nodal cells keeps a
+//! quarter of its work.
+//!
+//! # Source
+//! formulation 3.1 (c): never locally more frame points than displacement nodes of the finer side.
+
+use std::collections::HashMap;
+
+use super::{ContactFrame, Side};
+use crate::error::{Context, Error, Result};
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces};
+
+/// A face around a node: the ends of the edges after and before the node, and the face's middle.
+struct Wedge {
+    after: usize,
+    before: usize,
+    middle: Point,
+}
+
+impl ContactFrame {
+    /// One cell per node of the physical group `group` of the mesh of body `side`, in the order of the nodes: the
+    /// polygon through the middles of the edges and faces around it (at the group's border through the node itself).
+    /// Axes, areas and the other arguments as in [`ContactFrame::from_faces`].
+    ///
+    /// # Errors
+    /// As [`ContactFrame::from_faces`], and if a face is of second order.
+    pub fn from_nodes(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
+        let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
+        let mut around = wedges(mesh, &faces, side)?;
+        let mut nodes: Vec<usize> = around.keys().copied().collect();
+        nodes.sort_unstable();
+        let mut frame = Self::without_cells(center, azimuth);
+        let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
+        for node in nodes {
+            let mut rest = around.remove(&node).unwrap_or_default();
+            while !rest.is_empty() {
+                let corners = next_fan(mesh, node, &mut rest);
+                frame.push_cell(corners, toward).ok_or_else(|| {
+                    Error::input(format!(
+                        "the contact faces around the node at {:?} of {} have no area: mend the mesh there",
+                        mesh.points[node], mesh.source
+                    ))
+                })?;
+            }
+        }
+        frame.level_origin();
+        Ok(frame)
+    }
+}
+
+/// The faces around each node, counter-clockwise seen against the frame's normal.
+fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<Wedge>>> {
+    let mut around: HashMap<usize, Vec<Wedge>> = HashMap::new();
+    for face in faces {
+        let n = face.kind.n_corners();
+        if face.nodes.len() != n {
+            return Err(Error::input(format!(
+                "the contact face {} of {} is a {}; cells around nodes need faces of first order: take \
+                 frame.points = \"faces\"",
+                face.tag,
+                mesh.source,
+                face.kind.name()
+            )));
+        }
+        let mut corners = face.nodes.clone();
+        if side == Side::Upper {
+            corners.reverse();
+        }
+        let middle = corners.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / n as f64;
+        for k in 0..n {
+            let wedge = Wedge { after: corners[(k + 1) % n], before: corners[(k + n - 1) % n], middle };
+            around.entry(corners[k]).or_default().push(wedge);
+        }
+    }
+    Ok(around)
+}
+
+/// Takes a connected fan of faces around `node` out of `rest`; the corners of its cell.
+fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<Wedge>) -> Vec<Point> {
+    let at = Point::from(mesh.points[node]);
+    let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));
+    // An open fan begins where no face lies before; a closed one anywhere.
+    let first = rest
+        .iter()
+        .position(|wedge| rest.iter().all(|other| other.before != wedge.after))
+        .map(|index| (index, true));
+    let (index, open) = first.unwrap_or((0, false));
+    let mut wedge = rest.swap_remove(index);
+    let start = wedge.after;
+    let mut corners = if open { vec![at, middle_to(start)] } else { vec![middle_to(start)] };
+    loop {
+        corners.push(wedge.middle);
+        if wedge.before == start {
+            return corners;
+        }
+        corners.push(middle_to(wedge.before));
+        match rest.iter().position(|other| other.after == wedge.before) {
+            Some(next) => wedge = rest.swap_remove(next),
+            None => return corners,
+        }
+    }
+}

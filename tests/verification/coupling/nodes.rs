@@ -1,0 +1,73 @@
+//! Mesh frames with one cell per node.
+
+use super::bricks::{Brick, straight, wavy};
+use orthowear::frame::{ContactFrame, FaceMap, Side};
+use orthowear::mesh::Mesh;
+use orthowear::mesh::faces::group_faces;
+
+fn mesh(distorted: bool, tetrahedra: bool) -> Mesh {
+    let distortion = if distorted { wavy } else { straight };
+    Brick {
+        width: [2.0, 1.5],
+        z: [-1.0, 0.0],
+        cells: [6, 5, 1],
+        contact_on_top: true,
+        distortion,
+        tetrahedra,
+    }
+    .mesh()
+}
+
+fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
+    let faces = group_faces(mesh, "contact").expect("a contact group");
+    FaceMap::new(frame, mesh, &faces, Side::Lower).expect("a covered frame")
+}
+
+/// Truth: the cells tile the plane contact face, 4 x 3, one to a node; those of the border nodes are its rim. 1e-12:
+/// rounding.
+#[test]
+fn cells_tile_the_faces() {
+    for (distorted, tetrahedra) in [(false, false), (true, false), (true, true)] {
+        let mesh = mesh(distorted, tetrahedra);
+        let frame = ContactFrame::from_nodes(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap();
+        assert_eq!(frame.n_cells(), 7 * 6);
+        assert!((frame.areas.iter().sum::<f64>() / 12.0 - 1.0).abs() < 1e-12);
+        assert_eq!(frame.rim().iter().filter(|&&rim| rim).count(), 2 * (6 + 5));
+        let moment: f64 = frame.areas.iter().zip(&frame.centers).map(|(area, x)| area * x.x).sum();
+        assert!(moment.abs() < 1e-11, "centroid of the cells: {moment:e}");
+    }
+}
+
+/// Truth: between two of its nodes N falls linearly, so that a cell of a regular mesh takes (1/8, 6/8, 1/8) of a row of
+/// nodes along each direction: tractions that alternate from node to node give inner nodes (6/8 - 2/8)² = 1/4 of
+/// traction times area, those that alternate from face to face give them nothing. 1e-13: rounding.
+#[test]
+fn a_checkerboard_of_nodal_cells_is_felt() {
+    let mesh = mesh(false, false);
+    let area = (4.0 / 6.0) * (3.0 / 5.0);
+    for (frame, share) in [
+        (ContactFrame::from_nodes(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.25),
+        (ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap(), 0.0),
+    ] {
+        let index = |x: f64, side: f64| (2.0 * x / side).round() as i64;
+        // The faces' centres stand half a cell from the nodes: odd multiples of half a side, on which parity works too.
+        let sign = |cell: usize| {
+            let x = &frame.centers[cell];
+            let [i, j] = [index(x.x + 2.0, 4.0 / 6.0), index(x.y + 1.5, 3.0 / 5.0)];
+            if (i.div_euclid(2) + j.div_euclid(2)) % 2 == 0 { 1.0 } else { -1.0 }
+        };
+        let map = map(&mesh, &frame);
+        let mut forces = vec![0.0; map.nodes().len()];
+        map.spread(&(0..frame.n_cells()).map(sign).collect::<Vec<f64>>(), &mut forces);
+        let mut inner = 0;
+        for (force, &node) in forces.iter().zip(map.nodes()) {
+            let [x, y, _] = mesh.points[node];
+            // The cells of border nodes are halves: keep one cell from them.
+            if x.abs() < 1.2 && y.abs() < 0.6 {
+                assert!((force.abs() - share * area).abs() < 1e-13, "{force:e} for {share}");
+                inner += 1;
+            }
+        }
+        assert!(inner >= 6);
+    }
+}
