@@ -79,7 +79,7 @@ solids! {
     Hex20, 20, hex20: hexahedron(3), hexahedron(4), TRILINEAR;
     Hex27, 27, hex27: hexahedron(3), hexahedron(4), TRILINEAR;
     Tet4, 4, tet4: tetrahedron(1), tetrahedron(5), CONSTANT;
-    Tet10, 10, tet10: tetrahedron(2), tetrahedron(5), LINEAR;
+    Tet10, 10, tet10: tetrahedron(3), tetrahedron(5), LINEAR;
     Wedge6, 6, wedge6: wedge(2, 2), wedge(5, 4), PRISMATIC;
     Wedge15, 15, wedge15: wedge(4, 3), wedge(5, 4), PRISMATIC;
     Wedge18, 18, wedge18: wedge(4, 3), wedge(5, 4), PRISMATIC;

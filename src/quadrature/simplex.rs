@@ -30,8 +30,8 @@ pub fn triangle(degree: usize) -> Vec<RulePoint<2>> {
 
 /// A rule on the reference tetrahedron (0,0,0), (1,0,0), (0,1,0), (0,0,1), exact to `degree`; weights sum to 1/6.
 ///
-/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), above that the
-/// collapsed cube.
+/// Degree 1 is the centroid, degree 2 the four-point rule of Hammer, Marlowe and Stroud (1956), degree 3 has twice four
+/// points, above that the collapsed cube.
 pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
     if degree <= 1 {
         return vec![([0.25; 3], 1.0 / 6.0)];
@@ -40,6 +40,9 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
         let [near, far] = [3.0, -1.0].map(|s| (5.0 + s * 5f64.sqrt()) / 20.0);
         let points = [[far; 3], [near, far, far], [far, near, far], [far, far, near]];
         return points.map(|x| (x, 1.0 / 24.0)).to_vec();
+    }
+    if degree == 3 {
+        return eight_points();
     }
     // The Jacobian (1 - u)^2 (1 - v) adds two degrees in u.
     let line = unit_line(degree.div_ceil(2) + 2);
@@ -53,6 +56,26 @@ pub fn tetrahedron(degree: usize) -> Vec<RulePoint<3>> {
         }
     }
     rule
+}
+
+/// Degree 3 with eight points of equal weight inside the tetrahedron, four each at the shares t and u of the way from the
+/// centroid to the corners.
+///
+/// Degree 2 wants t² + u² = 2/5, degree 3 t³ + u³ = 2/15; so s = t + u solves s³ - 6/5 s + 4/15 = 0, the root that leaves
+/// both points inside by Viète's formula.
+fn eight_points() -> Vec<RulePoint<3>> {
+    let radius = 2.0 * 0.4f64.sqrt();
+    let angle = (-(4.0 / 15.0) / (2.0 * 0.4f64.powf(1.5))).acos() / 3.0;
+    let s = radius * (angle - 2.0 * std::f64::consts::FRAC_PI_3).cos();
+    let root = (0.8 - s * s).sqrt();
+    [0.5 * (s + root), 0.5 * (s - root)]
+        .into_iter()
+        .flat_map(|share| {
+            let (far, near) = (0.25 * (1.0 - share), 0.25 * (1.0 + 3.0 * share));
+            [[far; 3], [near, far, far], [far, near, far], [far, far, near]]
+        })
+        .map(|x| (x, 1.0 / 48.0))
+        .collect()
 }
 
 #[cfg(test)]

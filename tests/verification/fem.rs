@@ -7,7 +7,7 @@ use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
-use super::fem_meshes::{block, boundary_nodes, macneal_harder, prescribe, rough, wavy};
+use super::fem_meshes::{block, boundary_nodes, bulging, macneal_harder, prescribe, rough, wavy};
 
 /// Displacement of a constant strain (Voigt, engineering shears), with a rotation added.
 fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
@@ -82,6 +82,9 @@ fn patch_orthotropic_rotated() {
     assert!((0.5 * sigma.dot(&Vector6::from(strain)) - 0.03919764).abs() < 1e-8);
     for (kind, formulation) in ELEMENTS {
         let mesh = block(kind, [3, 3, 3], [1.0, 1.0, 1.0], wavy);
+        patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
+        // Curved in all directions; the middle nodes of order 2 follow.
+        let mesh = block(kind, [2, 2, 2], [1.0, 1.0, 1.0], bulging);
         patch_test(mesh, stiffness.clone(), formulation, strain, 1.0, 1e-12);
     }
     for formulation in HexFormulation::ALL {

@@ -191,6 +191,13 @@ pub fn wavy([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x + 0.1 * bump, y, z]
 }
 
+/// A smooth distortion of the inside of the unit cube along all three directions, which keeps its boundary.
+pub fn bulging([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let bump = |c: f64| 4.0 * c * (1.0 - c);
+    let inside = bump(x) * bump(y) * bump(z);
+    [x + 0.06 * inside, y + 0.05 * inside * x, z - 0.04 * inside * (0.5 - y)]
+}
+
 /// A distortion of inner nodes that follows no pattern, and a curved boundary.
 pub fn rough(x: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = x;
