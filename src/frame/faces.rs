@@ -51,11 +51,13 @@ impl ContactFrame {
             let mut flags = kept.iter();
             values.retain(|_| flags.next().is_some_and(|&keep| keep));
         }
+        let all = self.n_cells();
         only(&mut self.centers, kept);
         only(&mut self.corners, kept);
         only(&mut self.areas, kept);
         only(&mut self.triads, kept);
         self.grid = None;
+        self.left_out += all - self.n_cells();
         self
     }
 
@@ -70,6 +72,7 @@ impl ContactFrame {
             azimuth,
             axes: Triad::horizontal(azimuth),
             grid: None,
+            left_out: 0,
         }
     }
 

@@ -34,7 +34,17 @@ impl ContactFrame {
         }
         let areas = vec![spacing[0] * spacing[1]; n];
         let triads = vec![triad; n];
-        Ok(Self { centers, corners, areas, triads, origin, azimuth, axes: triad, grid: Some(grid) })
+        Ok(Self {
+            centers,
+            corners,
+            areas,
+            triads,
+            origin,
+            azimuth,
+            axes: triad,
+            grid: Some(grid),
+            left_out: 0,
+        })
     }
 }
 

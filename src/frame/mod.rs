@@ -53,6 +53,8 @@ pub struct ContactFrame {
     pub axes: Triad,
     /// The grid, if the frame is one.
     pub grid: Option<Grid>,
+    /// Number of cells that were left out ([`ContactFrame::keep`]).
+    pub left_out: usize,
 }
 
 impl ContactFrame {

@@ -41,7 +41,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     let mut notes = Vec::new();
     let mut finest: Option<f64> = None;
     let mut heights = [None, None];
-    notes.extend(cells_left_out(plan, frame)?);
+    notes.extend(cells_left_out(plan, frame));
     for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
         let Some(fe) = body.fe() else { continue };
         let map = face_map(fe, index, frame)?;
@@ -68,20 +68,20 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     Ok(notes)
 }
 
-/// A note if faces of a mesh frame's body have no faces of the other body opposite.
-fn cells_left_out(plan: &Plan, frame: &ContactFrame) -> Result<Option<String>, Failure> {
-    let FrameSpec::Mesh { body, .. } = plan.frame else { return Ok(None) };
-    let Some(fe) = plan.bodies[body].fe() else { return Ok(None) };
-    let all = group_faces(&fe.mesh, &fe.contact).at(KEYS[body])?.len();
-    let left_out = all - frame.n_cells();
-    Ok((left_out > 0).then(|| {
+/// A note if cells of a mesh frame have no faces of the other body opposite.
+fn cells_left_out(plan: &Plan, frame: &ContactFrame) -> Option<String> {
+    let FrameSpec::Mesh { body, points, .. } = plan.frame else { return None };
+    let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
+    let group = plan.bodies[body].fe().map_or("", |fe| fe.contact.as_str());
+    (frame.left_out > 0).then(|| {
         format!(
-            "{left_out} of the {all} faces of `{}` do not lie over faces of {} with nine tenths of their area; they are \
-             left out of the frame and stay open",
-            fe.contact,
+            "{} of the {} {cells} of `{group}` do not lie over faces of {} with nine tenths of their area; they are left \
+             out of the frame and stay open",
+            frame.left_out,
+            frame.left_out + frame.n_cells(),
             KEYS[1 - body]
         )
-    }))
+    })
 }
 
 /// Refuses supports that leave no freedom along the normal to a node under the frame.

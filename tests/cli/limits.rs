@@ -168,7 +168,7 @@ fn from_repository(name: &str, from: &str, to: &str) -> (tempfile::TempDir, Path
 /// and where; so is a pin that no motion along the normal takes out of the plate, and a normal without direction.
 #[test]
 fn bodies_that_overlap_at_the_start() {
-    let plate = "body = 1 # the coarser faces\nnormal = [0.0, 0.0, 1.0]";
+    let plate = "normal = [0.0, 0.0, 1.0]";
     for (scene, from, to, words) in [
         (
             "cylinder-on-flat.toml",
@@ -176,7 +176,7 @@ fn bodies_that_overlap_at_the_start() {
             "ROLLER",
             &["gap", "overlap", "8 of 8 cells", "most by 1.99", "move the mesh of body 2"][..],
         ),
-        ("pin-in-hole.toml", plate, "body = 1\nnormal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
+        ("pin-in-hole.toml", plate, "normal = [0.0, 0.0, 0.0]", &["frame.normal", "no direction"]),
         (
             "pin-in-hole.toml",
             "../meshes/pin.msh",
@@ -231,7 +231,8 @@ fn moved_mesh(path: &Path, scale: [f64; 3], drop: f64) -> Vec<u8> {
 #[test]
 fn faces_left_out_of_the_frame() {
     let grid = "kind = \"grid\"\nhalf_width = [4.5, 0.5]\ncenter = [4.5, 0.5]\ncells = [8, 1]";
-    let (folder, path) = from_repository("cylinder-on-flat.toml", grid, "kind = \"mesh\"\nbody = 1");
+    let (folder, path) =
+        from_repository("cylinder-on-flat.toml", grid, "kind = \"mesh\"\nbody = 1\npoints = \"faces\"");
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/roller.msh");
     let narrow = folder.path().join("narrow.msh");
     fs::write(&narrow, moved_mesh(&mesh, [0.8, 1.0, 1.0], 0.0)).unwrap();

@@ -12,6 +12,7 @@ mod grids;
 mod half_spaces;
 mod maps;
 mod nodes;
+mod order_two;
 mod pairs;
 mod quadratic;
 mod states;

@@ -166,3 +166,35 @@ pub fn full(kind: ElementKind) -> ElementKind {
         other => serendipity(other),
     }
 }
+/// The mesh of hexahedra with each split into two wedges along a diagonal of the faces low2 and high2, and the
+/// surfaces that this splits.
+pub fn wedges(mesh: &Mesh) -> Mesh {
+    let mut split = mesh.clone();
+    let sets = |kind: ElementKind, name: Option<&str>| -> Vec<Vec<usize>> {
+        match (kind, name) {
+            (ElementKind::Hex8, _) => vec![vec![0, 1, 2, 4, 5, 6], vec![0, 2, 3, 4, 6, 7]],
+            (_, Some("low2" | "high2" | "contact" | "base")) => vec![vec![0, 1, 2], vec![0, 2, 3]],
+            _ => vec![(0..kind.n_nodes()).collect()],
+        }
+    };
+    for (index, block) in split.blocks.iter_mut().enumerate() {
+        let group = mesh.groups.iter().find(|g| g.cells.first().is_some_and(|cell| cell.block == index));
+        let parts = sets(block.kind, group.map(|g| g.name.as_str()));
+        let kind = match (block.kind, parts.len()) {
+            (ElementKind::Hex8, _) => ElementKind::Wedge6,
+            (_, 2) => ElementKind::Tri3,
+            (kind, _) => kind,
+        };
+        let old = block.nodes.chunks_exact(block.kind.n_nodes());
+        block.nodes =
+            old.flat_map(|c| parts.iter().flatten().map(|&i| c[i]).collect::<Vec<usize>>()).collect();
+        let n = (block.nodes.len() / kind.n_nodes()) as u64;
+        let first = block.tags[0];
+        block.tags = (first..first + n).collect();
+        block.kind = kind;
+        for group in split.groups.iter_mut().filter(|g| g.cells.first().is_some_and(|c| c.block == index)) {
+            group.cells = (0..n as usize).map(|cell| CellRef { block: index, cell }).collect();
+        }
+    }
+    split
+}
