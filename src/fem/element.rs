@@ -8,6 +8,7 @@ use super::integration::{Inverted, Mapped, Sample, map};
 use super::solids::{Rules, Solid, SolidRules, SolidVisitor, visit};
 use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
+use crate::quadrature::RulePoint;
 
 /// Number of entries of the packed lower triangle of an element's stiffness, `[3 N (3 N + 1) / 2]`.
 pub(super) fn packed_len(kind: ElementKind) -> usize {
@@ -259,6 +260,43 @@ fn mixed_state(
     }
     let points = point_states(&rules.stiffness, &mapped, &stresses);
     Ok(ElementState { points, nodal_stress: extrapolate(rules, &stresses), energy, forces })
+}
+
+/// Stress of the displacement interpolation alone at the points of a rule; not for hexahedra with enhanced strains or mean
+/// dilatation.
+///
+/// # Panics
+/// If the kind is no solid (a body has solid cells only).
+pub(super) fn states_at(
+    kind: ElementKind,
+    nodes: &[[f64; 3]],
+    u: &[[f64; 3]],
+    c: &Matrix6<f64>,
+    rule: &[RulePoint<3>],
+) -> Result<Vec<PointState>, Inverted> {
+    visit(kind, StatesAt { nodes, u, c, rule })
+}
+
+struct StatesAt<'a> {
+    nodes: &'a [[f64; 3]],
+    u: &'a [[f64; 3]],
+    c: &'a Matrix6<f64>,
+    rule: &'a [RulePoint<3>],
+}
+
+impl SolidVisitor for StatesAt<'_> {
+    type Output = Result<Vec<PointState>, Inverted>;
+
+    fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
+        let (nodes, u) = (fixed::<N>(self.nodes), fixed::<N>(self.u));
+        let state = |&(xi, weight): &RulePoint<3>| {
+            let (values, gradients) = (S::values(xi), S::gradients(xi));
+            let point = map(nodes, &Sample { xi, weight, values, gradients })?;
+            let stress = self.c * strain(&point, u);
+            Ok(PointState { values: values.to_vec(), volume: point.volume, stress })
+        };
+        self.rule.iter().map(state).collect()
+    }
 }
 
 #[cfg(test)]

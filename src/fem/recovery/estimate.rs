@@ -102,7 +102,7 @@ impl StressRecovery {
         let compliance = compliance(&elements.material(i));
         let points = self.points().of_cell(i);
         let mut cell = CellError::default();
-        for point in energy_points(elements, i, displacement)? {
+        for point in energy_points(elements, i, displacement, self.rules())? {
             let mut difference = -point.stress;
             for (&node, &value) in points.iter().zip(&point.values) {
                 difference += Vector6::from(stress[node]) * value;

@@ -1,12 +1,14 @@
 //! Stress inside the elements: at the points where it is most accurate, and at those of an integral of its square.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector6;
 
-use crate::element::{ElementKind, ShapeFunctions, Tet4};
+use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::assembly::Elements;
-use crate::fem::element::{PointState, state};
-use crate::quadrature::tetrahedron;
+use crate::fem::element::{PointState, state, states_at};
+use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
 /// Stress at a point of an element.
 #[derive(Debug, Clone)]
@@ -17,12 +19,29 @@ pub(super) struct Sample {
     pub stress: Vector6<f64>,
 }
 
-/// A point of the integral of a square over an element.
-pub(super) struct EnergyPoint {
-    /// Shape functions there, `[n_nodes]`.
-    pub values: Vec<f64>,
-    pub volume: f64,
-    pub stress: Vector6<f64>,
+/// Rules by kind, where they are not those of the stiffness.
+#[derive(Debug, Clone)]
+pub(super) struct SampleRules {
+    superconvergent: BTreeMap<ElementKind, Vec<RulePoint<3>>>,
+    energy: BTreeMap<ElementKind, Vec<RulePoint<3>>>,
+}
+
+impl SampleRules {
+    pub fn new() -> Self {
+        // Barlow's points of elements of second order; for wedges and pyramids the nearest there is to them.
+        let superconvergent = [
+            (ElementKind::Hex20, hexahedron(2)),
+            (ElementKind::Hex27, hexahedron(2)),
+            (ElementKind::Tet10, tetrahedron(2)),
+            (ElementKind::Wedge15, wedge(2, 2)),
+            (ElementKind::Wedge18, wedge(2, 2)),
+            (ElementKind::Pyramid13, pyramid(2)),
+            (ElementKind::Pyramid14, pyramid(2)),
+        ];
+        // The square of a polynomial of the element's degree; the stiffness rules of tetrahedra are too short for it.
+        let energy = [(ElementKind::Tet4, tetrahedron(2)), (ElementKind::Tet10, tetrahedron(4))];
+        Self { superconvergent: superconvergent.into(), energy: energy.into() }
+    }
 }
 
 /// Degree of the polynomials that an element's stress is recovered with: that of its displacement.
@@ -30,34 +49,50 @@ pub(super) fn degree(kind: ElementKind) -> usize {
     if kind.n_nodes() == kind.n_corners() { 1 } else { 2 }
 }
 
-fn point_states(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<PointState>> {
+/// Stress of element `i` at the points of `rule`, at those of its stiffness if there is none.
+fn point_states(
+    elements: Elements,
+    i: usize,
+    u: &[[f64; 3]],
+    rule: Option<&Vec<RulePoint<3>>>,
+) -> Result<Vec<PointState>> {
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
     let (kind, points) = (elements.mesh.kind(cell), elements.points(cell));
-    state(kind, &points, &nodal, &elements.material(i), elements.formulation, elements.rules)
-        .map(|state| state.points)
-        .map_err(|inverted| elements.inverted(cell, inverted))
+    let c = elements.material(i);
+    let states = match rule {
+        Some(rule) => states_at(kind, &points, &nodal, &c, rule),
+        None => state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points),
+    };
+    states.map_err(|inverted| elements.inverted(cell, inverted))
 }
 
-fn position(elements: Elements, i: usize, values: &[f64]) -> [f64; 3] {
+fn sample(elements: Elements, i: usize, point: PointState) -> Sample {
     let nodes = elements.mesh.cell_nodes(elements.regions.cells[i]);
     let points = &elements.mesh.points;
-    std::array::from_fn(|c| nodes.iter().zip(values).map(|(&node, value)| points[node][c] * value).sum())
+    let coordinate =
+        |c: usize| nodes.iter().zip(&point.values).map(|(&node, value)| points[node][c] * value).sum();
+    Sample { position: std::array::from_fn(coordinate), volume: point.volume, stress: point.stress }
 }
 
 /// Stress of element `i` at its integration points.
 pub(super) fn at_integration_points(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<Sample>> {
-    let sample = |point: PointState| Sample {
-        position: position(elements, i, &point.values),
-        volume: point.volume,
-        stress: point.stress,
-    };
-    Ok(point_states(elements, i, u)?.into_iter().map(sample).collect())
+    let states = point_states(elements, i, u, None)?;
+    Ok(states.into_iter().map(|point| sample(elements, i, point)).collect())
 }
 
-/// Stress of element `i` where it is one order more accurate than elsewhere: the mean, at the centre, of a linear
-/// element.
-pub(super) fn superconvergent(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<Sample>> {
+/// Stress of element `i` where it is one order more accurate than elsewhere: of a linear element the mean, at the
+/// centre.
+pub(super) fn superconvergent(
+    elements: Elements,
+    i: usize,
+    u: &[[f64; 3]],
+    rules: &SampleRules,
+) -> Result<Vec<Sample>> {
+    if let Some(rule) = rules.superconvergent.get(&elements.mesh.kind(elements.regions.cells[i])) {
+        let states = point_states(elements, i, u, Some(rule))?;
+        return Ok(states.into_iter().map(|point| sample(elements, i, point)).collect());
+    }
     let points = at_integration_points(elements, i, u)?;
     let volume: f64 = points.iter().map(|point| point.volume).sum();
     let mut mean = Sample { position: [0.0; 3], volume, stress: Vector6::zeros() };
@@ -70,18 +105,11 @@ pub(super) fn superconvergent(elements: Elements, i: usize, u: &[[f64; 3]]) -> R
 }
 
 /// Points of a rule that integrates the square of the difference of a recovered and the element's own stress.
-pub(super) fn energy_points(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<EnergyPoint>> {
-    let states = point_states(elements, i, u)?;
-    let energy_point = |p: PointState| EnergyPoint { values: p.values, volume: p.volume, stress: p.stress };
-    if elements.mesh.kind(elements.regions.cells[i]) != ElementKind::Tet4 {
-        return Ok(states.into_iter().map(energy_point).collect());
-    }
-    // Constant stress, linear recovered one: the square needs degree 2.
-    let (volume, stress) = (states[0].volume, states[0].stress);
-    let point = |(xi, weight): ([f64; 3], f64)| EnergyPoint {
-        values: Tet4::values(xi).to_vec(),
-        volume: 6.0 * weight * volume,
-        stress,
-    };
-    Ok(tetrahedron(2).into_iter().map(point).collect())
+pub(super) fn energy_points(
+    elements: Elements,
+    i: usize,
+    u: &[[f64; 3]],
+    rules: &SampleRules,
+) -> Result<Vec<PointState>> {
+    point_states(elements, i, u, rules.energy.get(&elements.mesh.kind(elements.regions.cells[i])))
 }

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::patch::Patch;
 use super::points::{RecoveryPoints, Topology, classes};
-use super::samples::{self, Sample};
+use super::samples::{self, Sample, SampleRules};
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::fem::assembly::Elements;
@@ -28,6 +28,7 @@ const TIE: f64 = 1e-6;
 /// How the stress at the points of a body follows from that in its elements.
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
+    rules: SampleRules,
     /// Elements whose integration points are samples too, `[n_cells]`.
     dense: Vec<bool>,
     /// Weights of the samples at each point: start of each point's entries, samples, values.
@@ -58,12 +59,14 @@ impl StressRecovery {
                 ring(&points, &topology, *vertex).into_iter().for_each(|cell| dense[cell] = true);
             }
         }
-        let layout = Layout::new(elements, &dense, &rest)?;
+        let rules = SampleRules::new();
+        let layout = Layout::new(elements, &dense, &rest, &rules)?;
         let builder = Builder { elements, points: &points, topology: &topology, layout: &layout };
         let rows: Vec<Vec<(u32, f64)>> =
             (0..points.n_points()).into_par_iter().map(|p| builder.row(p, &sources[p])).collect();
         let mut recovery = Self {
             points: Arc::new(points),
+            rules,
             dense,
             starts: vec![0],
             samples: Vec::new(),
@@ -77,6 +80,10 @@ impl StressRecovery {
         Ok(recovery)
     }
 
+    pub(super) fn rules(&self) -> &SampleRules {
+        &self.rules
+    }
+
     /// Where the stress is recovered.
     pub fn points(&self) -> &Arc<RecoveryPoints> {
         &self.points
@@ -88,7 +95,7 @@ impl StressRecovery {
     /// # Errors
     /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
-        let samples = all_samples(model.elements(), &self.dense, displacement)?;
+        let samples = all_samples(model.elements(), &self.dense, displacement, &self.rules)?;
         let value = |point: usize| {
             let range = self.starts[point]..self.starts[point + 1];
             let mut sum = nalgebra::Vector6::zeros();
@@ -111,9 +118,14 @@ enum Source {
 }
 
 /// The samples of all elements, superconvergent ones first, then those of `dense` elements.
-fn all_samples(elements: Elements, dense: &[bool], u: &[[f64; 3]]) -> Result<Vec<Sample>> {
+fn all_samples(
+    elements: Elements,
+    dense: &[bool],
+    u: &[[f64; 3]],
+    rules: &SampleRules,
+) -> Result<Vec<Sample>> {
     let of_element = |i: usize| -> Result<Vec<Sample>> {
-        let mut found = samples::superconvergent(elements, i, u)?;
+        let mut found = samples::superconvergent(elements, i, u, rules)?;
         if dense[i] {
             found.extend(samples::at_integration_points(elements, i, u)?);
         }
@@ -131,13 +143,13 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(elements: Elements, dense: &[bool], rest: &[[f64; 3]]) -> Result<Self> {
-        let samples = all_samples(elements, dense, rest)?;
+    fn new(elements: Elements, dense: &[bool], rest: &[[f64; 3]], rules: &SampleRules) -> Result<Self> {
+        let samples = all_samples(elements, dense, rest, rules)?;
         let mut starts = Vec::with_capacity(elements.n());
         let mut end = 0;
         for (i, &dense) in dense.iter().enumerate() {
             let first = end;
-            let inner = first + samples::superconvergent(elements, i, rest)?.len();
+            let inner = first + samples::superconvergent(elements, i, rest, rules)?.len();
             end = inner;
             if dense {
                 end += samples::at_integration_points(elements, i, rest)?.len();

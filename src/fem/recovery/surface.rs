@@ -11,7 +11,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::points::RecoveryPoints;
-use crate::element::{ElementKind, Quad4, ShapeFunctions, Tri3};
+use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::fem::FeModel;
 use crate::material::{Stiffness, VOIGT};
 use crate::mesh::Mesh;
@@ -113,8 +113,11 @@ impl Sum {
 fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     match face.kind {
         ElementKind::Tri3 => nodal_gradients::<Tri3, 3>(mesh, face, u),
+        ElementKind::Tri6 => nodal_gradients::<Tri6, 6>(mesh, face, u),
         ElementKind::Quad4 => nodal_gradients::<Quad4, 4>(mesh, face, u),
-        other => unreachable!("solids with {} faces were refused", other.name()),
+        ElementKind::Quad8 => nodal_gradients::<Quad8, 8>(mesh, face, u),
+        ElementKind::Quad9 => nodal_gradients::<Quad9, 9>(mesh, face, u),
+        other => unreachable!("no solid has a face of kind {}", other.name()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The error estimate against known errors.
 
-use orthowear::element::ElementKind::{Hex8, Tet4};
+use orthowear::element::ElementKind::{Hex8, Hex20, Hex27, Pyramid5, Tet4, Tet10, Wedge6};
 use orthowear::fem::{HexFormulation, StressRecovery};
 
 use super::manufactured::{ENERGY, body};
@@ -12,8 +12,16 @@ use crate::fem_meshes::wavy;
 #[test]
 fn effectivity_tends_to_one() {
     let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [|x| x, wavy];
-    for (kind, meshes) in [(Hex8, [8, 16]), (Tet4, [6, 12])] {
-        for (index, map) in maps.into_iter().enumerate() {
+    for (kind, meshes, maps) in [
+        (Hex8, [8, 16], &maps[..]),
+        (Tet4, [6, 12], &maps),
+        (Wedge6, [6, 12], &maps[..1]),
+        (Pyramid5, [5, 10], &maps[..1]),
+        (Hex20, [3, 6], &maps[..1]),
+        (Hex27, [3, 6], &maps[..1]),
+        (Tet10, [3, 6], &maps[..1]),
+    ] {
+        for (index, map) in maps.iter().copied().enumerate() {
             let effectivity = meshes.map(|n| {
                 let body = body(kind, HexFormulation::Standard, n, map);
                 let (model, u) = (body.model(), body.free_displacement());
