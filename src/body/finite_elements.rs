@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use super::condensed::CondensedFlexibility;
+use super::floating::{Floating, FloatingMotion};
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -11,6 +12,7 @@ use crate::fem::{
     CondensedBody, FeModel, FeSpec, FlexibilityCache, StressRecovery, contact_points, exposures,
 };
 use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::geometry::{Point, Triad};
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -22,6 +24,7 @@ pub struct FeBody {
     map: FaceMap,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
+    floating: Option<Floating>,
     taken: bool,
     faces: Vec<SurfaceFace>,
     limits: BTreeMap<String, Limit>,
@@ -71,7 +74,8 @@ impl FeBody {
         };
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-        Ok(Self { side, condensed, map, heights, free_gap, taken: false, faces, limits, recovery })
+        let floating = floating(&condensed, &map, side, frame);
+        Ok(Self { side, condensed, map, heights, free_gap, floating, taken: false, faces, limits, recovery })
     }
 
     /// Also judges the stress by the limits of the materials, by their names.
@@ -124,6 +128,24 @@ fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
     gap
 }
 
+/// The free motions as the frame sees them.
+fn floating(condensed: &CondensedBody, map: &FaceMap, side: Side, frame: &ContactFrame) -> Option<Floating> {
+    let model = condensed.model();
+    let free = model.free_motions()?;
+    let sign = side.gap_sign();
+    let axes = Triad::horizontal(frame.azimuth);
+    let motions = model.work_on_free_motions().into_iter().enumerate().map(|(j, load)| {
+        let [shift, turn] = free.about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
+        let points = map.nodes().iter().map(|&node| Point::from(model.mesh().points[node]));
+        let nodal: Vec<f64> =
+            points.flat_map(|x| <[f64; 3]>::from(free.displacement(&x, j) * sign)).collect();
+        let mut gap = vec![0.0; 3 * map.n_cells()];
+        map.apply(&nodal, &mut gap);
+        FloatingMotion { relative: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load }
+    });
+    Some(Floating { side, motions: motions.collect(), names: free.names.clone() })
+}
+
 impl ElasticBody for FeBody {
     fn describe(&self) -> String {
         format!(
@@ -147,6 +169,10 @@ impl ElasticBody for FeBody {
 
     fn free_gap(&self) -> Option<&[f64]> {
         self.free_gap.as_deref()
+    }
+
+    fn floating(&self) -> Option<&Floating> {
+        self.floating.as_ref()
     }
 
     fn heights(&self) -> Option<&[f64]> {

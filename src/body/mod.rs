@@ -2,6 +2,7 @@
 
 pub mod condensed;
 pub mod finite_elements;
+pub mod floating;
 pub mod half_space;
 pub mod rigid;
 pub mod stress;
@@ -11,6 +12,7 @@ use crate::error::Result;
 use crate::linalg::operator::Flexibility;
 
 pub use finite_elements::FeBody;
+pub use floating::{Floating, FloatingMotion};
 pub use half_space::HalfSpaceBody;
 pub use rigid::RigidBody;
 pub use stress::{Estimate, StressField};
@@ -57,6 +59,12 @@ pub trait ElasticBody: Send + Sync {
     /// The gap change that the body's own loads and prescribed displacements cause, `[3, N]` by planes, mm;
     /// `None` if there are none.
     fn free_gap(&self) -> Option<&[f64]> {
+        None
+    }
+
+    /// The rigid motions that its supports leave free; `None` if it is held. Its flexibility is then the generalised
+    /// inverse that leaves its mean motion at rest, and its free gap that of loads and contact in balance.
+    fn floating(&self) -> Option<&Floating> {
         None
     }
 

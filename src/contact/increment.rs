@@ -1,5 +1,6 @@
 //! The equations of one increment: gap, slip and wear for given tractions.
 
+use super::balance::{Balance, Cells, FLOATING};
 use super::scales::{Hat, Scales};
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::Flexibility;
@@ -48,6 +49,9 @@ pub struct End {
     pub normal: NormalControl,
     /// Tangential control.
     pub tangential: TangentialControl,
+    /// The rigid motions that a balance finds, in place of the forces of both controls; `None` where the controls say
+    /// all, forces along the common axes of a level frame included.
+    pub balance: Option<Balance>,
     /// Where its slip is measured from.
     pub reference: SlipReference,
 }
@@ -63,6 +67,8 @@ pub struct Increment<'a> {
     /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row:
     /// `[N]` of 3 x 3; `None` on flat frames, where they are the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
+    /// Gap per unit of each motion in which a body floats, `[3, N]` each.
+    pub floating: &'a [Vec<f64>],
     /// Friction ellipse, `None` without friction.
     pub friction: Option<FrictionEllipse>,
     /// Wear intensity, `None` without wear.
@@ -86,6 +92,8 @@ pub struct Iterate {
     pub hatted: Vec<f64>,
     /// Rigid motion of body 2 along the frame's (x, y, n), per end.
     pub rigid: Vec<[f64; 3]>,
+    /// Motion along each floating motion, per end; zero beyond their number.
+    pub floating: Vec<[f64; FLOATING]>,
     /// Physical tractions, per end `[3, N]`, MPa.
     pub tractions: Vec<f64>,
     /// S P, per end `[3, N]`, mm (tangential planes are not computed without friction).
@@ -110,6 +118,7 @@ impl Iterate {
         Self {
             hatted: zeros(),
             rigid,
+            floating: vec![[0.0; FLOATING]; ends],
             tractions: zeros(),
             elastic: zeros(),
             gap: zeros(),
@@ -198,16 +207,31 @@ impl Increment<'_> {
             let base = end * 3 * n;
             let motion = it.rigid[end];
             for i in 0..n {
-                let local = match self.rigid_axes {
-                    None => motion,
-                    Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),
-                };
+                let local = self.rigid_gap(i, motion, &it.floating[end]);
                 for (plane, shift) in local.iter().enumerate() {
                     let k = base + plane * n + i;
                     it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
                 }
             }
         }
+    }
+
+    /// Local gap in cell `i` by a rigid motion along x, y, n and along the floating motions.
+    pub(super) fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; FLOATING]) -> [f64; 3] {
+        let mut local = match self.rigid_axes {
+            None => motion,
+            Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),
+        };
+        let n = self.n();
+        for (gap, amount) in self.floating.iter().zip(floating) {
+            local.iter_mut().enumerate().for_each(|(plane, sum)| *sum += amount * gap[plane * n + i]);
+        }
+        local
+    }
+
+    /// What balances are computed on.
+    pub(super) fn cells(&self) -> Cells<'_> {
+        Cells { areas: self.areas, hat: self.hat() }
     }
 
     pub(super) fn fill_slip(&self, it: &mut Iterate) {
@@ -323,6 +347,9 @@ impl Increment<'_> {
     /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
     fn force_residuals(&self, it: &Iterate, end: usize) -> [f64; 2] {
         let n = self.n();
+        if let Some(balance) = &self.ends[end].balance {
+            return [0.0, balance.residual(self.areas, &it.hatted[end * 3 * n..(end + 1) * 3 * n])];
+        }
         let sum = |plane: usize| -> f64 {
             let start = end * 3 * n + plane * n;
             it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()

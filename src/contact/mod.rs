@@ -7,12 +7,14 @@
 //! An increment has one *end*, or two that are solved together: the two ends of a fretting stroke, coupled through
 //! the slip between them and through the wear that both cause.
 
+pub mod balance;
 pub mod certificate;
 pub mod increment;
 pub mod projection;
 pub mod scales;
 pub mod solver;
 
+pub use balance::{Balance, Wanted};
 pub use increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
 pub use scales::Scales;
 pub use solver::{Method, SolverOptions};

@@ -4,17 +4,37 @@
 //! A prescribed force enters as the multiplier of the projection: the rigid motion that makes the projected
 //! tractions carry it. So force control costs no more operator applications than displacement control.
 
+use super::balance::{self, Balance, FLOATING, From};
 use super::increment::{Increment, NormalControl, TangentialControl};
 use super::scales::Hat;
 
-/// Whether the tangential forces could be carried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whether the prescribed forces could be carried.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Equilibrium {
     /// Every prescribed force is carried.
     Held,
     /// A tangential force exceeds what friction can carry at the pressures of this iterate: every cell slips at its
-    /// limit along the force.
-    Sliding,
+    /// limit along the force. Or no motion at all carries the forces: they take the bodies apart.
+    Sliding(Sliding),
+}
+
+/// What cannot be held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sliding {
+    /// Direction of the motion of body 2 that nothing stops.
+    pub motion: balance::Motion,
+    /// Whether the bodies come apart.
+    pub opens: bool,
+    /// Share of the load along the motion that friction carries.
+    pub carried: f64,
+}
+
+/// Rigid motions of all ends.
+pub struct Motions<'a> {
+    /// Along x, y, n.
+    pub rigid: &'a mut [[f64; 3]],
+    /// Along the floating motions.
+    pub floating: &'a mut [[f64; FLOATING]],
 }
 
 /// Step sizes of the normal and the tangential block, MPa/mm.
@@ -26,15 +46,16 @@ pub struct StepSizes {
     pub tangential: f64,
 }
 
-/// `out = proj(hatted - step * gradient)` for every end; under force control `rigid` gets the motion that carries
-/// the force. Does not allocate.
+/// `out = proj(hatted - step * gradient)` for every end; under force control `motions` gets the motion that
+/// carries the force. Does not allocate.
 pub fn project(
     problem: &Increment,
     steps: StepSizes,
     from: (&[f64], &[f64]),
     out: &mut [f64],
-    rigid: &mut [[f64; 3]],
+    motions: Motions,
 ) -> Equilibrium {
+    let Motions { rigid, floating } = motions;
     let mut equilibrium = Equilibrium::Held;
     let n = problem.n();
     let (hatted, gradient) = from;
@@ -42,6 +63,13 @@ pub fn project(
         let range = k * 3 * n..(k + 1) * 3 * n;
         let (old, g) = (&hatted[range.clone()], &gradient[range.clone()]);
         let new = &mut out[range];
+        if let Some(balance) = &end.balance {
+            let from = From { hatted: old, gradient: g, steps };
+            if let Some(sliding) = balanced(problem, balance, from, new, (&mut rigid[k], &mut floating[k])) {
+                equilibrium = Equilibrium::Sliding(sliding);
+            }
+            continue;
+        }
         for j in 2 * n..3 * n {
             new[j] = old[j] - steps.normal * g[j];
         }
@@ -57,7 +85,7 @@ pub fn project(
             }
             if let TangentialControl::Force(force) = end.tangential {
                 let (carried, shift) = shift_for_force(new, problem.areas, &hat, force, steps.tangential);
-                if carried == Equilibrium::Sliding {
+                if let Equilibrium::Sliding(_) = carried {
                     equilibrium = carried;
                     slide(new, n, hat.untraction(force));
                     continue;
@@ -76,6 +104,20 @@ pub fn project(
         }
     }
     equilibrium
+}
+
+/// Projects the tractions of an end on those that its balance wants, and moves its bodies by what makes them.
+fn balanced(
+    problem: &Increment,
+    balance: &Balance,
+    from: From,
+    new: &mut [f64],
+    (rigid, floating): (&mut [f64; 3], &mut [f64; FLOATING]),
+) -> Option<Sliding> {
+    let (motion, failure) = balance.project(problem.cells(), from, new);
+    rigid.iter_mut().zip(&motion).for_each(|(r, m)| *r += m);
+    floating.iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += m);
+    failure.map(|failure| Sliding { motion: failure.motion, opens: failure.opens, carried: failure.carried })
 }
 
 /// Every tangential traction at its limit along `direction`.
@@ -150,7 +192,12 @@ fn shift_for_force(
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
-        return (if size == 0.0 { Equilibrium::Held } else { Equilibrium::Sliding }, [0.0; 2]);
+        let norm = force[0].hypot(force[1]);
+        let mut motion = [0.0; balance::COMPONENTS];
+        // Traction on body 2 is against its motion.
+        (motion[0], motion[1]) = (-force[0] / norm, -force[1] / norm);
+        let sliding = Sliding { motion, opens: false, carried: capacity / size };
+        return (if size == 0.0 { Equilibrium::Held } else { Equilibrium::Sliding(sliding) }, [0.0; 2]);
     }
     let scale = capacity / areas.iter().sum::<f64>();
     let mut y = [0.0; 2];

@@ -28,6 +28,12 @@ impl Hat {
         [(self.cos * q[0] + self.sin * q[1]) / self.mu[0], (-self.sin * q[0] + self.cos * q[1]) / self.mu[1]]
     }
 
+    /// Slip (x, y) of a hatted one: v = R M⁻¹ v̂.
+    pub fn unslip(&self, hatted: [f64; 2]) -> [f64; 2] {
+        let (a, b) = (hatted[0] / self.mu[0], hatted[1] / self.mu[1]);
+        [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
+    }
+
     /// Hatted slip: M Rᵀ v.
     pub fn slip(&self, v: [f64; 2]) -> [f64; 2] {
         [self.mu[0] * (self.cos * v[0] + self.sin * v[1]), self.mu[1] * (-self.sin * v[0] + self.cos * v[1])]

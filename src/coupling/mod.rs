@@ -6,8 +6,8 @@ pub mod distance;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
-use crate::body::ElasticBody;
 use crate::body::half_space::half_space_flexibility;
+use crate::body::{ElasticBody, Floating};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::operator::{Flexibility, SumFlexibility};
@@ -40,6 +40,8 @@ pub struct Coupled {
     pub flexibility: Box<dyn Flexibility>,
     /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
     pub free_gap: Vec<f64>,
+    /// Motions in which the bodies float.
+    pub floating: Vec<Floating>,
     /// What was skipped.
     pub skipped: Vec<Skipped>,
 }
@@ -84,11 +86,18 @@ fn block_of_bodies(
     body2: &dyn ElasticBody,
     frame: &ContactFrame,
 ) -> Result<Coupled> {
+    if let Some(floating) = body1.floating().or(body2.floating()) {
+        return Err(Error::input(format!(
+            "{} floats by {}; the block system takes held bodies only: use solver.coupling = \"schur\"",
+            floating.side.name(),
+            floating.names.join(", ")
+        )));
+    }
     let system = BlockSystem::new(body1, body2, frame)?;
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     let nothing = vec![0.0; frame.n_cells()];
     system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
-    Ok(Coupled { flexibility: Box::new(system), free_gap, skipped: Vec::new() })
+    Ok(Coupled { flexibility: Box::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
 }
 
 fn sum_of_bodies(
@@ -105,7 +114,8 @@ fn sum_of_bodies(
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
         free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
     }
-    Ok(Coupled { flexibility, free_gap, skipped })
+    let floating = [body1.floating(), body2.floating()].into_iter().flatten().cloned().collect();
+    Ok(Coupled { flexibility, free_gap, floating, skipped })
 }
 
 /// S = S_1 + S_2, and which bodies are rigid; two half-spaces go into one operator of their summed Green's function

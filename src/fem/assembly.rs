@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::dofs::Dofs;
 use super::element::{packed_len, stiffness};
+use super::foundation::FaceStiffness;
 use super::integration::{Inverted, Rules};
 use super::regions::Regions;
 use super::spec::HexFormulation;
@@ -62,13 +63,17 @@ impl Elements<'_> {
     }
 }
 
-/// K of the free dofs, and the right-hand side -K_fc ū of the prescribed ones, `[n_free]`.
+/// K of the free dofs, `foundations` included, and the right-hand side -K_fc ū of the prescribed ones, `[n_free]`.
 ///
 /// Elements are computed in parallel and added in their order: the same bits for any number of threads.
 ///
 /// # Errors
 /// If an element is inverted or degenerate.
-pub(super) fn assemble(elements: Elements, dofs: &Dofs) -> Result<(SymmetricSparse, Vec<f64>)> {
+pub(super) fn assemble(
+    elements: Elements,
+    foundations: &[FaceStiffness],
+    dofs: &Dofs,
+) -> Result<(SymmetricSparse, Vec<f64>)> {
     let entries: usize =
         elements.regions.cells.iter().map(|&cell| packed_len(elements.mesh.kind(cell))).sum();
     let mut triplets = SymmetricTriplets::new(dofs.n_free(), entries);
@@ -81,6 +86,9 @@ pub(super) fn assemble(elements: Elements, dofs: &Dofs) -> Result<(SymmetricSpar
             let nodes = elements.mesh.cell_nodes(elements.regions.cells[i]);
             scatter(nodes, &packed?, dofs, &mut triplets, &mut rhs);
         }
+    }
+    for face in foundations {
+        scatter(&face.nodes, &face.packed, dofs, &mut triplets, &mut rhs);
     }
     Ok((triplets.build(), rhs))
 }

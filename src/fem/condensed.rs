@@ -125,9 +125,17 @@ impl CondensedBody {
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
         let mut body =
             Self { model, contact_nodes, factor, residual, origin, flexibility, free_displacement };
+        if let Some(floating) = body.model.floating() {
+            let dofs = body.contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+            let rows: Vec<Option<usize>> = dofs.map(|dof| body.model.dofs().row(dof)).collect();
+            let mut flexibility = std::mem::take(&mut body.flexibility);
+            let factor = body.factor()?;
+            floating.centre(&mut flexibility, &rows, |rhs| factor.solve_in_place(rhs, 1))?;
+            body.flexibility = flexibility;
+        }
         if body.model.is_loaded() {
             let mut rhs = body.model.load_vector();
-            body.factor()?.solve_in_place(&mut rhs, 1)?;
+            solve_in_place(&body.model, body.factor()?, &mut rhs)?;
             body.free_displacement = body.model.expand(&rhs);
         }
         Ok(body)
@@ -181,7 +189,8 @@ impl CondensedBody {
     }
 
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
-    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution.
+    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution. A body that floats is
+    /// left where its mean motion is zero, without the share of the forces that would move it as a whole.
     ///
     /// # Errors
     /// If memory for the workspace does not suffice.
@@ -198,8 +207,17 @@ impl CondensedBody {
                 }
             }
         }
-        self.factor()?.solve_in_place(&mut rhs, 1)?;
+        solve_in_place(&self.model, self.factor()?, &mut rhs)?;
         Ok(self.model.expand(&rhs))
+    }
+}
+
+/// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
+/// inverse.
+fn solve_in_place(model: &FeModel, factor: &CholeskyFactor, rhs: &mut [f64]) -> Result<()> {
+    match model.floating() {
+        Some(floating) => floating.solve(rhs, |rhs| factor.solve_in_place(rhs, 1)),
+        None => factor.solve_in_place(rhs, 1),
     }
 }
 

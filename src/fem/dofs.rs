@@ -70,7 +70,9 @@ impl Dofs {
                 return Err(not_on_body(&spec.mesh, &support.group, node));
             }
             for component in (0..3).filter(|&c| support.components[c]) {
-                let (dof, value) = (3 * node + component, support.value[component]);
+                let far: f64 =
+                    support.gradient[component].iter().zip(&spec.mesh.points[node]).map(|(g, x)| g * x).sum();
+                let (dof, value) = (3 * node + component, support.value[component] + far);
                 if !value.is_finite() {
                     return Err(Error::input(format!(
                         "the displacement of group \"{}\" along {} is {value}; it must be a finite number",

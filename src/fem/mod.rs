@@ -12,6 +12,8 @@ mod condensed;
 mod dofs;
 mod element;
 mod enhanced;
+mod floating;
+mod foundation;
 mod integration;
 mod loads;
 mod model;
@@ -19,6 +21,7 @@ mod recovery;
 mod regions;
 mod rigid;
 mod spec;
+mod symmetry;
 
 pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
 pub use condensed::{Analysis, CondensedBody, Origin};
@@ -28,5 +31,6 @@ pub use recovery::{
 };
 pub(crate) use recovery::{contact_points, exposures};
 pub use regions::Regions;
-pub use rigid::check_supports;
-pub use spec::{FeSpec, HexFormulation, Support};
+pub use rigid::{FreeMotions, free_motions};
+pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
+pub use symmetry::symmetry_component;

@@ -6,10 +6,12 @@ use super::assembly::{Elements, assemble};
 use super::cache::{CacheKey, FlexibilityCache};
 use super::condensed::{Analysis, CondensedBody};
 use super::dofs::{COMPONENTS, Dofs};
+use super::floating::Floating;
+use super::foundation;
 use super::integration::Rules;
 use super::loads::{NodalForces, add_body_force, external_forces};
 use super::regions::Regions;
-use super::rigid::refuse_free_motions;
+use super::rigid::{self, FreeMotions};
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
@@ -28,6 +30,7 @@ pub struct FeModel {
     stiffness: SymmetricSparse,
     support_forces: Vec<f64>,
     external: NodalForces,
+    floating: Option<Floating>,
 }
 
 impl FeModel {
@@ -35,7 +38,8 @@ impl FeModel {
     ///
     /// # Errors
     /// If the mesh has solids that are no finite elements here, an element is inverted or has no material, a group
-    /// is missing, supports contradict one another or leave rigid motions free (which are named).
+    /// is missing, supports contradict one another, or leave rigid motions of one of several parts free (which are
+    /// named).
     pub fn new(spec: FeSpec) -> Result<Self> {
         let name = spec.name.clone();
         Self::build(spec).context(|| name)
@@ -49,13 +53,33 @@ impl FeModel {
             mesh.n_points(),
             regions.cells.iter().map(|&cell| mesh.cell_nodes(cell)),
         );
-        refuse_free_motions(&spec, &dofs, &graph)?;
+        let free = rigid::find(&spec, &dofs, &graph)?;
         let rules = Rules::new();
         let external = external_forces(&spec, &regions, &rules)?;
         let elements = Elements { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
-        let (stiffness, support_forces) = assemble(elements, &dofs)?;
+        let (mut stiffness, support_forces) = assemble(elements, &foundation::stiffnesses(&spec)?, &dofs)?;
+        let floating = free
+            .map(|motions| {
+                Floating::new(motions, &mesh.points, &node_volumes(&spec, &regions, &rules), &dofs)
+            })
+            .transpose()?;
+        if let Some(floating) = &floating {
+            floating.add_springs(&mut stiffness);
+        }
         let FeSpec { name, mesh, formulation, .. } = spec;
-        Ok(Self { name, mesh, formulation, regions, rules, dofs, graph, stiffness, support_forces, external })
+        Ok(Self {
+            name,
+            mesh,
+            formulation,
+            regions,
+            rules,
+            dofs,
+            graph,
+            stiffness,
+            support_forces,
+            external,
+            floating,
+        })
     }
 
     /// What messages call it.
@@ -89,7 +113,18 @@ impl FeModel {
         self.dofs.prescribed(3 * node + component)
     }
 
-    /// K of the free dofs, `[n_free, n_free]`, N/mm.
+    /// The rigid motions that the supports leave free, mean square displacement 1 each; `None` if the body is held.
+    pub fn free_motions(&self) -> Option<&FreeMotions> {
+        self.floating.as_ref().map(|floating| &floating.motions)
+    }
+
+    /// Work of the body's own loads on each of its free motions, N mm / mm.
+    pub fn work_on_free_motions(&self) -> Vec<f64> {
+        self.floating.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
+    }
+
+    /// K of the free dofs, `[n_free, n_free]`, N/mm, elastic foundations included; of a body that floats with springs to the ground at as many dofs as
+    /// it has free motions, which carry nothing under forces in equilibrium.
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
@@ -196,6 +231,10 @@ impl FeModel {
         format!("the node at {:?}, direction {}", self.mesh.points[dof / 3], COMPONENTS[dof % 3])
     }
 
+    pub(super) fn floating(&self) -> Option<&Floating> {
+        self.floating.as_ref()
+    }
+
     pub(super) fn dofs(&self) -> &Dofs {
         &self.dofs
     }
@@ -208,4 +247,11 @@ impl FeModel {
             formulation: self.formulation,
         }
     }
+}
+
+/// Volume of each node, ∫ N_a dV, mm3, `[n_points]`.
+fn node_volumes(spec: &FeSpec, regions: &Regions, rules: &Rules) -> Vec<f64> {
+    let mut volumes = vec![[0.0; 3]; spec.mesh.n_points()];
+    add_body_force(&spec.mesh, &regions.cells, rules, |_| [1.0, 0.0, 0.0], &mut volumes);
+    volumes.iter().map(|volume| volume[0]).collect()
 }

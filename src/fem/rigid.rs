@@ -1,8 +1,9 @@
-//! Rigid motions that the supports leave free: a body that can move without deforming has a singular stiffness.
+//! Rigid motions that the supports leave free: along them the contact must balance a body's loads.
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 use super::dofs::{COMPONENTS, Dofs};
+use super::foundation::{Resistance, resistances};
 use super::regions::Regions;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
@@ -12,44 +13,98 @@ use crate::linalg::ordering::NodeGraph;
 /// one another than a millionth of the body do not hold a rotation.
 const ZERO: f64 = 1e-12;
 
-/// Refuses supports that contradict one another or leave a body free to move, before anything is assembled.
-///
-/// # Errors
-/// Names the groups, or the free motions of the first part that has some. Cells that are no finite elements here
-/// are left to [`super::FeModel::new`].
-pub fn check_supports(spec: &FeSpec) -> Result<()> {
-    let Ok(regions) = Regions::new(spec) else { return Ok(()) };
-    let dofs = Dofs::new(spec, &regions)?;
-    let cells = regions.cells.iter().map(|&cell| spec.mesh.cell_nodes(cell));
-    refuse_free_motions(spec, &dofs, &NodeGraph::from_elements(spec.mesh.n_points(), cells))
+/// The rigid motions of a body that its supports leave free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeMotions {
+    /// Their names in the global axes: "translation x", "rotation about z".
+    pub names: Vec<String>,
+    centre: Vector3<f64>,
+    size: f64,
+    /// Translation and rotation (times the size) about the centre.
+    basis: Vec<Vector6<f64>>,
 }
 
-/// Refuses a body of which some connected part can move rigidly.
+impl FreeMotions {
+    /// Number of motions.
+    pub fn n(&self) -> usize {
+        self.basis.len()
+    }
+
+    /// Displacement at a point by a unit of motion `j`.
+    pub fn displacement(&self, x: &Vector3<f64>, j: usize) -> Vector3<f64> {
+        let [shift, turn] = self.parts(j);
+        shift + turn.cross(&((x - self.centre) / self.size))
+    }
+
+    /// Translation at the point `origin` and rotation (radians) of a unit of motion `j`, global axes.
+    pub fn about(&self, origin: &Vector3<f64>, j: usize) -> [Vector3<f64>; 2] {
+        [self.displacement(origin, j), self.parts(j)[1] / self.size]
+    }
+
+    fn parts(&self, j: usize) -> [Vector3<f64>; 2] {
+        [0, 3].map(|row| self.basis[j].fixed_view::<3, 1>(row, 0).into_owned())
+    }
+
+    /// The same motions, orthonormal in the mean over the points with the given weights; `None` if they are not
+    /// independent there.
+    pub(super) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
+        let n = self.n();
+        let mut gram = DMatrix::<f64>::zeros(n, n);
+        for (node, point) in points.iter().enumerate() {
+            let share = weight(node);
+            if share == 0.0 {
+                continue;
+            }
+            let moved: Vec<Vector3<f64>> = (0..n).map(|j| self.displacement(&(*point).into(), j)).collect();
+            for i in 0..n {
+                (0..n).for_each(|j| gram[(i, j)] += share * moved[i].dot(&moved[j]));
+            }
+        }
+        let inverse = gram.cholesky()?.l().try_inverse()?;
+        let combine = |i: usize| (0..=i).map(|j| self.basis[j] * inverse[(i, j)]).sum::<Vector6<f64>>();
+        let basis = (0..n).map(combine).collect();
+        self.basis = basis;
+        Some(self)
+    }
+}
+
+/// The rigid motions that the supports of a body leave free, before anything is assembled; `None` if it is held.
 ///
 /// # Errors
-/// Names the free motions of the first such part.
-pub(super) fn refuse_free_motions(spec: &FeSpec, dofs: &Dofs, graph: &NodeGraph) -> Result<()> {
+/// If supports contradict one another, or a body of several parts that share no node is not held in all of them. Cells
+/// that are no finite elements here are left to [`super::FeModel::new`].
+pub fn free_motions(spec: &FeSpec) -> Result<Option<FreeMotions>> {
+    let Ok(regions) = Regions::new(spec) else { return Ok(None) };
+    let dofs = Dofs::new(spec, &regions)?;
+    let cells = regions.cells.iter().map(|&cell| spec.mesh.cell_nodes(cell));
+    find(spec, &dofs, &NodeGraph::from_elements(spec.mesh.n_points(), cells))
+}
+
+/// As [`free_motions`], of numbered dofs.
+///
+/// # Errors
+/// As [`free_motions`].
+pub(super) fn find(spec: &FeSpec, dofs: &Dofs, graph: &NodeGraph) -> Result<Option<FreeMotions>> {
     let parts = connected_parts(graph, &dofs.nodes);
+    let resistances = resistances(spec)?;
     for part in &parts {
-        let free = free_motions(&spec.mesh.points, part, dofs);
-        if !free.is_empty() {
-            let which = if parts.len() == 1 {
-                "it".to_string()
-            } else {
-                format!(
-                    "its part of {} nodes around {:.4?} (of {} parts that share no node)",
-                    part.len(),
-                    <[f64; 3]>::from(centre(&spec.mesh.points, part)),
-                    parts.len()
-                )
-            };
-            return Err(Error::input(format!(
-                "the body is not held: {which} can move without force by {}; fix more components of its supports",
-                free.join(", ")
-            )));
+        let free = motions_of_part(&spec.mesh.points, part, dofs, &resistances);
+        if free.n() == 0 {
+            continue;
         }
+        if parts.len() == 1 {
+            return Ok(Some(free));
+        }
+        return Err(Error::input(format!(
+            "the body is not held: its part of {} nodes around {:.4?} (of {} parts that share no node) can move without \
+             force by {}; fix more components of its supports, or join the parts: only a body of one part may float",
+            part.len(),
+            <[f64; 3]>::from(free.centre),
+            parts.len(),
+            free.names.join(", ")
+        )));
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Nodes of each connected part, ascending.
@@ -92,8 +147,13 @@ fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
     row
 }
 
-/// Names of the rigid motions of `part` that move no prescribed dof.
-fn free_motions(points: &[[f64; 3]], part: &[usize], dofs: &Dofs) -> Vec<String> {
+/// The rigid motions of `part` that move no prescribed dof and work against no foundation.
+fn motions_of_part(
+    points: &[[f64; 3]],
+    part: &[usize],
+    dofs: &Dofs,
+    resistances: &[Resistance],
+) -> FreeMotions {
     let centre = centre(points, part);
     let size = part
         .iter()
@@ -107,21 +167,38 @@ fn free_motions(points: &[[f64; 3]], part: &[usize], dofs: &Dofs) -> Vec<String>
             gram += row * row.transpose();
         }
     }
+    for (node, direction) in resistances.iter().filter(|(node, _)| part.binary_search(node).is_ok()) {
+        let x = (Vector3::from(points[*node]) - centre) / size;
+        let row: Vector6<f64> = (0..3).map(|c| motion_row(&x, c) * direction[c]).sum();
+        gram += row * row.transpose();
+    }
     let eigen = SymmetricEigen::new(gram);
     let limit = ZERO * eigen.eigenvalues.amax();
-    let rotations: Vec<Vector3<f64>> = (0..6)
+    let basis: Vec<Vector6<f64>> = (0..6)
         .filter(|&i| eigen.eigenvalues[i] <= limit)
-        .map(|i| eigen.eigenvectors.fixed_view::<3, 1>(3, i).into_owned())
+        .map(|i| eigen.eigenvectors.column(i).into_owned())
         .collect();
-    // Supports act along the axes: a translation is free exactly where no dof of its component is prescribed.
-    let translations =
-        (0..3).filter(|&c| gram[(c, c)] == 0.0).map(|c| format!("translation {}", COMPONENTS[c]));
-    translations.chain(rotation_names(&rotations)).collect()
+    let rotations: Vec<Vector3<f64>> =
+        basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
+    let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
+    let names = translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
+    FreeMotions { names, centre, size, basis }
 }
 
-/// Names the space spanned by `rotations`: along the axes where it holds them, else by direction.
-fn rotation_names(rotations: &[Vector3<f64>]) -> Vec<String> {
-    let mut rows = DMatrix::from_fn(rotations.len(), 3, |i, j| rotations[i][j]);
+/// The translations, without rotation, in the space of some orthonormal motions.
+fn pure_translations(basis: &[Vector6<f64>]) -> Vec<Vector3<f64>> {
+    let projector = basis.iter().fold(Matrix6::zeros(), |sum, motion| sum + motion * motion.transpose());
+    let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
+    (0..3)
+        .filter(|&i| eigen.eigenvalues[i] > 1.0 - 1e-9)
+        .map(|i| eigen.eigenvectors.column(i).into_owned())
+        .collect()
+}
+
+/// Names the space spanned by `directions`: along the axes where it holds them, else by direction; `what` is said of an
+/// axis and of any other direction.
+fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
+    let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
     let mut rank = 0;
     for column in 0..3 {
         let pivot =
@@ -136,14 +213,14 @@ fn rotation_names(rotations: &[Vector3<f64>]) -> Vec<String> {
         }
         rank += 1;
     }
-    (0..rank).map(|i| axis_name(&Vector3::new(rows[(i, 0)], rows[(i, 1)], rows[(i, 2)]))).collect()
+    (0..rank).map(|i| axis_name(&Vector3::new(rows[(i, 0)], rows[(i, 1)], rows[(i, 2)]), what)).collect()
 }
 
-fn axis_name(axis: &Vector3<f64>) -> String {
+fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
     // Rounding of a zero must not show as a sign.
     let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
-        Some(c) => format!("rotation about {}", COMPONENTS[c]),
-        None => format!("rotation about the direction ({:.3}, {:.3}, {:.3})", axis.x, axis.y, axis.z),
+        Some(c) => format!("{} {}", what[0], COMPONENTS[c]),
+        None => format!("{} the direction ({:.3}, {:.3}, {:.3})", what[1], axis.x, axis.y, axis.z),
     }
 }

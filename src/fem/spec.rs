@@ -40,8 +40,28 @@ pub struct Support {
     pub group: String,
     /// Which of the components x, y, z are prescribed.
     pub components: [bool; 3],
-    /// Their values, mm; those of free components are not used.
+    /// Their values at the origin of the global axes, mm; those of free components are not used.
     pub value: [f64; 3],
+    /// Their change per length along x, y, z, a row for each component: a far field u = value + gradient x.
+    pub gradient: [[f64; 3]; 3],
+}
+
+/// How a foundation resists.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bedding {
+    /// Along the normal of the surface only, N/mm3.
+    Normal(f64),
+    /// Along x, y, z, N/mm3.
+    Components([f64; 3]),
+}
+
+/// An elastic foundation: a surface on springs to the ground, traction = -bedding · displacement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foundation {
+    /// Physical group of surfaces.
+    pub group: String,
+    /// Its stiffness per area.
+    pub bedding: Bedding,
 }
 
 /// A finite-element body.
@@ -57,6 +77,8 @@ pub struct FeSpec {
     pub formulation: HexFormulation,
     /// Supports and prescribed displacements.
     pub supports: Vec<Support>,
+    /// Elastic foundations.
+    pub foundations: Vec<Foundation>,
     /// Pressure on surface groups, MPa, positive into the body.
     pub pressures: Vec<(String, f64)>,
     /// Tractions on surface groups, global axes, MPa.

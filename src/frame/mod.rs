@@ -60,6 +60,11 @@ impl ContactFrame {
         self.areas.len()
     }
 
+    /// A length that measures it: the root of its area, mm.
+    pub fn size(&self) -> f64 {
+        self.areas.iter().sum::<f64>().sqrt()
+    }
+
     /// Coordinates of a cell's centre along the frame's x and y, measured from the origin, mm.
     pub fn plane_coordinates(&self, cell: usize) -> [f64; 2] {
         let local = self.axes.to_local(&(self.centers[cell] - self.origin));

@@ -1,7 +1,10 @@
 //! Controls along a step: totals at its end, reached linearly from the state before.
 
+use nalgebra::Vector3;
+
 use crate::contact::{NormalControl, TangentialControl};
 
+use super::model::Prepared;
 use super::step::{Normal, Step, Tangential};
 
 /// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
@@ -9,6 +12,15 @@ use super::step::{Normal, Step, Tangential};
 pub(super) struct Held {
     pub normal: Normal,
     pub tangential: Tangential,
+}
+
+impl Held {
+    /// Prescribed force on body 1, 0 along directions without.
+    fn force(&self) -> Vector3<f64> {
+        let [x, y] = if let Tangential::Force(force) = self.tangential { force } else { [0.0; 2] };
+        let n = if let Normal::Force(force) = self.normal { -force } else { 0.0 };
+        Vector3::new(x, y, n)
+    }
 }
 
 /// The controls of one increment and the rigid motion it starts from, (x, y, n).
@@ -24,7 +36,8 @@ pub(super) struct Controls {
 pub(super) struct Path {
     /// Rigid motion at the start.
     pub rigid: [f64; 3],
-    /// Force on body 1 at the start, (x, y, n).
+    /// Prescribed force on body 1 at the start, (x, y, n): what the contact carries, and along directions in which the
+    /// bodies float, where it carries their own loads too, what was prescribed before.
     pub force: [f64; 3],
     /// Approach at which the first cell closes.
     pub first_touch: f64,
@@ -33,13 +46,15 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The path of `step` from a start (rigid motion, force), with `held` in force before it.
-    pub fn new(step: &Step, held: Held, (rigid, force): ([f64; 3], [f64; 3]), first_touch: f64) -> Self {
+    /// The path of `step` from a start (rigid motion, force of the contact), with `held` in force before it.
+    pub fn new(step: &Step, held: Held, (rigid, carried): ([f64; 3], [f64; 3]), prepared: &Prepared) -> Self {
+        let carried = Vector3::from(carried);
+        let force = carried + prepared.free_part(held.force() - carried);
         let end = Held {
             normal: step.normal.unwrap_or(held.normal),
             tangential: step.tangential.unwrap_or(held.tangential),
         };
-        Self { rigid, force, first_touch, end }
+        Self { rigid, force: force.into(), first_touch: prepared.first_touch, end }
     }
 
     /// Controls at `fraction` of the path; `now` is the present rigid motion, the guess for what is free.

@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::contact::certificate::{self, StateChecks};
 use crate::contact::solver::{SolveReport, Stop};
 use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 use super::control::Held;
 use super::increments::{Laws, Stage, entry, problem, solve};
@@ -53,7 +53,13 @@ struct Jump {
 
 impl Default for Jump {
     fn default() -> Self {
-        let report = SolveReport { stop: Stop::Converged, residual: 0.0, iterations: 0, applications: 0 };
+        let report = SolveReport {
+            stop: Stop::Converged,
+            residual: 0.0,
+            iterations: 0,
+            applications: 0,
+            sliding: None,
+        };
         let checks = StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() };
         Self { report, checks, dissipation: 0.0, overshot: false }
     }
@@ -117,16 +123,10 @@ impl Run<'_> {
         center: [f64; 3],
         observer: &mut dyn Observer,
     ) -> Result<Stroke> {
-        if self.prepared.rigid_axes.is_some() && matches!(self.held.normal, Normal::Force(_)) {
-            return Err(Error::input(format!(
-                "step \"{}\" cycles under a prescribed normal force on a curved contact frame: prescribe an approach, \
-                 or use a grid frame",
-                step.name
-            )));
-        }
         let n = self.prepared.n();
         let along = [cycles.angle.cos() * cycles.amplitude, cycles.angle.sin() * cycles.amplitude];
         let mut pair = Iterate::new(n, vec![center; 2]);
+        pair.floating = vec![self.state.floating; 2];
         let mut stuck = vec![true; n];
         let mut at = vec![0.0; 2 * n];
         let mut spent = [0; 2];
@@ -139,6 +139,7 @@ impl Run<'_> {
             }
             pair.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
             pair.rigid[end] = it.rigid[0];
+            pair.floating[end] = it.floating[0];
             for (i, stuck) in stuck.iter_mut().enumerate() {
                 let slip = it.slip[i].hypot(it.slip[n + i]);
                 *stuck &= it.hatted[2 * n + i] > 0.0 && slip <= NO_SLIP * cycles.amplitude;
@@ -160,15 +161,13 @@ impl Run<'_> {
             Normal::Approach(_) => NormalControl::Approach,
             Normal::Force(force) => NormalControl::Force(force),
         };
-        let end = End {
-            normal,
-            tangential: TangentialControl::Shift,
-            reference: SlipReference::Previous(self.state.reference.clone()),
-        };
+        let reference = SlipReference::Previous(self.state.reference.clone());
+        let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
+        it.floating = vec![self.state.floating];
         if self.options.skip {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
@@ -179,7 +178,7 @@ impl Run<'_> {
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
         self.state.take(&it, 0);
-        let approach = self.prepared.approach(&it.rigid[0]);
+        let approach = self.prepared.approach(&it, 0);
         let mut record = entry(&step.name, 1, approach, &values);
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
@@ -295,11 +294,8 @@ impl Run<'_> {
         let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let before = jump.checks;
         for _ in 0..STICK_PASSES {
-            let end = End {
-                normal,
-                tangential: TangentialControl::Shift,
-                reference: SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() },
-            };
+            let reference = SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() };
+            let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
             let problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
             let report = solve(&problem, &mut stroke.it, &self.options, observer, stage)?;
             jump.report = SolveReport {
@@ -331,12 +327,13 @@ impl Run<'_> {
         let end = End {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
+            balance: None,
             reference: SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() },
         };
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end.clone(), end]);
         let ends = [0, 1].map(|end| state::resultants(&self.prepared, &problem, &stroke.it, end));
         let mean = |value: fn(&StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
-        let approach = 0.5 * stroke.it.rigid.iter().map(|rigid| self.prepared.approach(rigid)).sum::<f64>();
+        let approach = 0.5 * [0, 1].map(|end| self.prepared.approach(&stroke.it, end)).iter().sum::<f64>();
         let balance = state::energy_balance(&self.prepared, &self.state, &stroke.it, 1);
         let fields = state::frame_state(&problem, &stroke.it, 0, &worn);
         self.state.take(&stroke.it, 1);

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::contact::certificate::{self, StateChecks};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
-use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+use crate::contact::{End, Increment, Iterate, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 
 use super::control::{Controls, Path};
@@ -34,6 +34,7 @@ pub(super) fn problem<'b>(
         areas: &model.frame.areas,
         initial_gap: &prepared.initial_gap,
         rigid_axes: prepared.rigid_axes.as_deref(),
+        floating: &prepared.floating_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },
         wear: if laws.wear { prepared.intensity } else { None },
         scales: &prepared.scales,
@@ -100,7 +101,7 @@ impl Run<'_> {
     /// Runs all increments of a monotone step.
     pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
         let (force, _) = self.prepared.resultants(&self.state.tractions);
-        let path = Path::new(step, self.held, (self.state.rigid, force), self.prepared.first_touch);
+        let path = Path::new(step, self.held, (self.state.rigid, force), &self.prepared);
         self.held = path.end;
         for number in 1..=step.increments {
             let controls = path.at(number as f64 / step.increments as f64, self.state.rigid);
@@ -120,16 +121,15 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let clock = Instant::now();
-        self.check_controls(step, controls)?;
-        let end = End {
-            normal: controls.normal,
-            tangential: self.carried(step, controls.tangential),
-            reference: SlipReference::Previous(self.state.reference.clone()),
-        };
+        self.check_controls(step)?;
+        let tangential = self.carried(step, controls.tangential);
+        let reference = SlipReference::Previous(self.state.reference.clone());
+        let end = self.end(step, (controls.normal, tangential), reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: step.wear, repeats: 1.0 };
         let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
+        it.floating = vec![self.state.floating];
         if self.options.skip {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
@@ -143,7 +143,7 @@ impl Run<'_> {
         let fields = state::frame_state(&problem, &it, 0, &self.state.worn);
         self.state.take(&it, 0);
         self.state.dissipation += checks.dissipation;
-        let approach = self.prepared.approach(&it.rigid[0]);
+        let approach = self.prepared.approach(&it, 0);
         let mut record = entry(&step.name, number, approach, &values);
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
@@ -152,17 +152,8 @@ impl Run<'_> {
         self.deliver(record, fields, observer)
     }
 
-    /// Refuses what no increment can do: forces on a curved frame, a tangential force without friction.
-    fn check_controls(&self, step: &Step, controls: &Controls) -> Result<()> {
-        let tangential = matches!(controls.tangential, TangentialControl::Force(_));
-        let forced = tangential || matches!(controls.normal, NormalControl::Force(_));
-        if forced && self.prepared.rigid_axes.is_some() {
-            return Err(Error::input(format!(
-                "step \"{}\" prescribes a force, but the contact frame is curved: prescribe approach and shift, or \
-                 use a grid frame",
-                step.name
-            )));
-        }
+    /// Refuses what no increment can do: a tangential force without friction.
+    fn check_controls(&self, step: &Step) -> Result<()> {
         // On the way to zero the force falls to zero at once, since nothing carries it.
         let forced = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
         if forced && !self.has_friction(step) {
@@ -203,6 +194,10 @@ impl Run<'_> {
         record.operator_applications = report.applications;
         record.converged =
             report.stop == Stop::Converged && checks.natural_residual <= self.options.tolerance;
+        if let Some(sliding) = &report.sliding {
+            let note = self.prepared.sliding_note(&record.name, record.increment, sliding);
+            self.result.warnings.push(note);
+        }
         self.result.outcome = match report.stop {
             Stop::Interrupted => Outcome::Interrupted,
             Stop::GrossSliding => Outcome::NotConverged("gross-sliding"),

@@ -4,6 +4,7 @@
 //! measured from the end of the increment before (formulation 12), or a number of cycle jumps (see `cycles`).
 //! Progress, output and checkpoints hang on an [`step::Observer`].
 
+mod balance;
 mod control;
 mod cycles;
 mod increments;
@@ -77,7 +78,9 @@ pub fn run(
     if prepared.ellipse.is_some() {
         result.warnings.extend(path_dependence(&model.friction, steps));
     }
-    let held = Held { normal: Normal::Approach(0.0), tangential: Tangential::Shift([0.0; 2]) };
+    // A body that floats along n is pressed by its own loads until a force is prescribed.
+    let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
+    let held = Held { normal, tangential: Tangential::Shift([0.0; 2]) };
     let mut run = Run { prepared, options: *options, state, held, result };
     for (index, step) in steps.iter().enumerate() {
         let started = Instant::now();

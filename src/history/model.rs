@@ -2,7 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::Scales;
+use crate::body::Floating;
+use crate::body::floating::free_translations;
+use crate::contact::balance::FLOATING;
+use crate::contact::{Iterate, Scales};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::friction::{FrictionEllipse, FrictionLaw};
@@ -18,6 +21,8 @@ pub struct Model {
     pub flexibility: Box<dyn Flexibility>,
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
+    /// Motions in which the bodies float; empty if both are held.
+    pub floating: Vec<Floating>,
     /// Friction law.
     pub friction: FrictionLaw,
     /// Wear law.
@@ -41,6 +46,14 @@ pub(super) struct Prepared<'a> {
     pub initial_gap: Vec<f64>,
     /// Approach at which the first cell closes, mm; 0 on curved frames.
     pub first_touch: f64,
+    /// Gap per unit of each floating motion, `[3, N]`.
+    pub floating_gaps: Vec<Vec<f64>>,
+    /// Those motions: translation and rotation of body 2 relative to body 1 in the frame's axes.
+    pub floating_motions: Vec<[f64; 6]>,
+    /// Work of the bodies' own loads on each.
+    pub floating_loads: Vec<f64>,
+    /// Translations among them, orthonormal.
+    pub free_translations: Vec<Vector3<f64>>,
 }
 
 impl<'a> Prepared<'a> {
@@ -83,7 +96,18 @@ impl<'a> Prepared<'a> {
             Some(_) => 0.0,
         };
         initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
+        let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.motions).collect();
+        if motions.len() > FLOATING || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
+            return Err(Error::numerical(
+                "the floating motions do not belong to this frame and pair of bodies",
+            ));
+        }
+        let floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative).collect();
         Ok(Self {
+            floating_gaps: motions.iter().map(|motion| motion.gap.clone()).collect(),
+            floating_loads: motions.iter().map(|motion| motion.load).collect(),
+            free_translations: free_translations(&floating_motions, model.frame.size()),
+            floating_motions,
             model,
             ellipse,
             intensity,
@@ -96,9 +120,28 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// The approach of a rigid motion (x, y, n).
-    pub fn approach(&self, rigid: &[f64; 3]) -> f64 {
-        self.first_touch - rigid[2]
+    /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, the floating motions included.
+    pub fn motion(&self, rigid: &[f64; 3], floating: &[f64; FLOATING]) -> [f64; 3] {
+        let mut sum = *rigid;
+        for (motion, amount) in self.floating_motions.iter().zip(floating) {
+            (0..3).for_each(|k| sum[k] += amount * motion[k]);
+        }
+        sum
+    }
+
+    /// The approach of one end of an iterate.
+    pub fn approach(&self, it: &Iterate, end: usize) -> f64 {
+        self.first_touch - self.motion(&it.rigid[end], &it.floating[end])[2]
+    }
+
+    /// The part of a direction (x, y, n) along which the bodies float.
+    pub fn free_part(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.free_translations.iter().map(|free| free * free.dot(&direction)).sum()
+    }
+
+    /// Whether the bodies float along n.
+    pub fn normal_is_free(&self) -> bool {
+        (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
     }
 
     pub fn n(&self) -> usize {

@@ -1,5 +1,6 @@
 //! The state carried from increment to increment, and what is reported of it.
 
+use crate::contact::balance::FLOATING;
 use crate::contact::certificate::StateChecks;
 use crate::contact::{Increment, Iterate};
 
@@ -19,6 +20,8 @@ pub(super) struct State {
     pub worn: Vec<f64>,
     /// Rigid motion of body 2 along the frame's x, y, n (n = first touch - approach).
     pub rigid: [f64; 3],
+    /// Motion along the floating motions.
+    pub floating: [f64; FLOATING],
     /// Cumulative friction dissipation.
     pub dissipation: f64,
     /// Cumulative number of cycles.
@@ -34,7 +37,8 @@ impl State {
             elastic: vec![0.0; 3 * n],
             reference: prepared.initial_gap[..2 * n].to_vec(),
             worn: vec![0.0; n],
-            rigid: [0.0, 0.0, prepared.first_touch],
+            rigid: [0.0, 0.0, if prepared.normal_is_free() { 0.0 } else { prepared.first_touch }],
+            floating: [0.0; FLOATING],
             dissipation: 0.0,
             cycles_done: 0,
         }
@@ -48,6 +52,7 @@ impl State {
         self.elastic.copy_from_slice(&it.elastic[planes.clone()]);
         self.reference.copy_from_slice(&it.gap[planes.start..planes.start + 2 * n]);
         self.rigid = it.rigid[end];
+        self.floating = it.floating[end];
     }
 }
 
@@ -56,8 +61,9 @@ pub(super) fn resultants(prepared: &Prepared, problem: &Increment, it: &Iterate,
     let n = prepared.n();
     let base = end * 3 * n;
     let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
+    let motion = prepared.motion(&it.rigid[end], &it.floating[end]);
     let mut result = StrokeEnd {
-        shift: [it.rigid[end][0], it.rigid[end][1]],
+        shift: [motion[0], motion[1]],
         // Not -0 without contact.
         normal_force: 0.0 - force[2],
         tangential_force: [force[0] + 0.0, force[1] + 0.0],

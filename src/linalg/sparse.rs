@@ -76,6 +76,16 @@ impl SymmetricSparse {
             .collect()
     }
 
+    /// Adds `value` to the diagonal entry of a row, which must be stored.
+    ///
+    /// # Panics
+    /// If it is not.
+    pub fn add_to_diagonal(&mut self, row: usize, value: f64) {
+        let at = self.lower.col_offsets()[row];
+        assert!(self.lower.row_indices().get(at) == Some(&row), "a stored diagonal entry");
+        self.lower.values_mut()[at] += value;
+    }
+
     /// `y = A x`, both `[n]`; overwrites `y`. Does not allocate.
     ///
     /// # Panics

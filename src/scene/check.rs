@@ -14,6 +14,12 @@ pub fn check(document: &Document, schema: &Json) -> (Vec<Mistake>, Vec<String>) 
     (walk.mistakes, walk.unknown)
 }
 
+/// The branches of a value that is a number or a list of numbers.
+fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
+    let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
+    Some([of_type("number")?, of_type("array")?])
+}
+
 /// A walk over the tree and the schema side by side.
 struct Walk<'a> {
     document: &'a Document,
@@ -38,6 +44,11 @@ impl<'a> Walk<'a> {
         if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
             return match tag_of(branches) {
                 Some(tag) => self.tagged(node, branches, tag, key),
+                None if number_or_list(branches).is_some() => {
+                    let [number, list] = number_or_list(branches).expect("just found");
+                    let chosen = if matches!(node.value, Value::Array(_)) { list } else { number };
+                    self.node(node, chosen, key);
+                }
                 None => self.words(node, &branch_words(branches), key),
             };
         }

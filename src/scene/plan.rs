@@ -103,6 +103,8 @@ pub struct FeSpec {
     pub contact: String,
     /// Prescribed displacements.
     pub supports: Vec<Support>,
+    /// Elastic foundations.
+    pub foundations: Vec<fem::Foundation>,
     /// Pressures on surface groups, positive towards the body.
     pub pressures: Vec<(String, f64)>,
     /// Tractions on surface groups along x, y, z.
@@ -122,6 +124,8 @@ pub struct Support {
     pub group: String,
     /// Prescribed values along x, y, z.
     pub values: [Option<f64>; 3],
+    /// Their change per length along x, y, z, a row for each.
+    pub gradient: [[f64; 3]; 3],
 }
 
 /// The contact frame.
@@ -197,6 +201,7 @@ impl FeSpec {
             group: support.group.clone(),
             components: support.values.map(|value| value.is_some()),
             value: support.values.map(|value| value.unwrap_or(0.0)),
+            gradient: support.gradient,
         });
         fem::FeSpec {
             name: name.to_owned(),
@@ -207,6 +212,7 @@ impl FeSpec {
                 _ => HexFormulation::Enhanced,
             },
             supports: supports.collect(),
+            foundations: self.foundations.clone(),
             pressures: self.pressures.clone(),
             tractions: self.tractions.clone(),
             body_force: self.body_force,

@@ -1,33 +1,101 @@
-//! What the steps may prescribe on the frame they act on.
+//! What the steps may prescribe to bodies that float.
 
-use super::failure::Failure;
+use nalgebra::Vector3;
+
+use super::bodies::{KEYS, SIDES};
+use super::failure::{AtKey, Failure};
+use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
+use crate::fem::{self, FreeMotions};
 use crate::frame::ContactFrame;
-use crate::history::step::{Normal, Tangential};
+use crate::geometry::Triad;
+use crate::history::step::{Normal, Step, Tangential};
+use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::Plan;
 
-/// Refuses prescribed forces on a curved frame: its cells do not share the axes a force is balanced along.
+/// Share of a displacement along a free direction that is rounding.
+const NO_PART: f64 = 1e-9;
+
+/// Refuses displacements along directions in which a body floats, and bodies that float together.
 ///
-/// Forces held into later steps need no check of their own, since the step that prescribes them is refused.
+/// Displacements held into later steps need no check of their own, since the step that prescribes them is refused.
 ///
 /// # Errors
-/// At the key of the first such force.
-pub(super) fn refuse_forces_on_curved_frames(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
-    if frame.is_level() {
-        return Ok(());
+/// At the key of the first one.
+pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
+    let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
+    for (index, key) in KEYS.into_iter().enumerate() {
+        let Some(fe) = plan.bodies[index].fe() else { continue };
+        if let Some(motions) = fem::free_motions(&fe.inputs(key)).at(key)? {
+            let relative = relative(&motions, index, frame);
+            floating.push((index, motions, relative));
+        }
     }
-    for (index, step) in plan.steps.iter().enumerate() {
-        let (name, displacement) = match (step.normal, step.tangential) {
-            (Some(Normal::Force(_)), _) => ("normal_force", "approach"),
-            (_, Some(Tangential::Force(_))) => ("tangential_force", "shift"),
-            _ => continue,
-        };
+    let Some((first, motions, _)) = floating.first() else { return Ok(()) };
+    if plan.solver.coupling == Coupling::Block {
         let error = Error::input(format!(
-            "step \"{}\" prescribes a force, but the contact frame is curved: prescribe `{displacement}`, or use \
-             frame.kind = \"grid\"",
-            step.name
+            "{} floats by {}; the block system takes held bodies only: use \"schur\", or support it",
+            SIDES[*first].name(),
+            motions.names.join(", ")
         ));
-        return Err(Failure { error, key: format!("steps.{index}.{name}") });
+        return Err(Failure { error, key: "solver.coupling".to_owned() });
     }
-    Ok(())
+    if let [(_, lower, a), (_, upper, b)] = &floating[..]
+        && share_a_motion(a, b, frame.size())
+    {
+        let error = Error::input(format!(
+            "both bodies float and can move together without force: body 1 by {}, body 2 by {}; fix more components of \
+             the supports of one of them",
+            lower.names.join(", "),
+            upper.names.join(", ")
+        ));
+        return Err(Failure { error, key: KEYS[1].to_owned() });
+    }
+    let all: Vec<[f64; 6]> = floating.iter().flat_map(|(.., relative)| relative).copied().collect();
+    let free = free_translations(&all, frame.size());
+    let who: Vec<String> = floating
+        .iter()
+        .map(|(index, motions, _)| format!("{} floats by {}", SIDES[*index].name(), motions.names.join(", ")))
+        .collect();
+    plan.steps.iter().enumerate().try_for_each(|(index, step)| {
+        let Some((key, instead)) = displaced(step, &free) else { return Ok(()) };
+        let error = Error::input(format!(
+            "step \"{}\" prescribes a displacement along a direction in which nothing holds the body ({}): its place \
+             follows from its loads; {instead}, or support it along that direction",
+            step.name,
+            who.join("; ")
+        ));
+        Err(Failure { error, key: format!("steps.{index}.{key}") })
+    })
+}
+
+/// Motions of body 2 relative to body 1 in the frame's axes at its origin.
+fn relative(motions: &FreeMotions, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
+    let axes = Triad::horizontal(frame.azimuth);
+    (0..motions.n())
+        .map(|j| {
+            let [shift, turn] = motions
+                .about(&frame.origin, j)
+                .map(|global| axes.to_local(&global) * SIDES[index].gap_sign());
+            [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+        })
+        .collect()
+}
+
+/// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.
+fn displaced(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'static str)> {
+    let along = |direction: Vector3<f64>| {
+        free.iter().any(|free| free.dot(&direction).abs() > NO_PART * direction.norm())
+    };
+    if matches!(step.normal, Some(Normal::Approach(_))) && along(Vector3::z()) {
+        return Some(("approach", "prescribe `normal_force`, which is added to them, or leave it out"));
+    }
+    if let Some(Tangential::Shift([x, y])) = step.tangential
+        && along(Vector3::new(x, y, 0.0))
+    {
+        return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
+    }
+    let cycles = step.cycles.as_ref()?;
+    let (sin, cos) = cycles.angle.sin_cos();
+    along(Vector3::new(cos, sin, 0.0)).then_some(("cycles", "move the other body's supports"))
 }

@@ -1,7 +1,7 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
 use super::bodies::{KEYS, face_map, frame};
-use super::controls::refuse_forces_on_curved_frames;
+use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::skips::{cached, recovers, skips};
 use crate::fem::{FeModel, FlexibilityCache};
@@ -63,7 +63,7 @@ pub struct Forecast {
 /// If a mesh, support, material or frame of the plan is wrong.
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let frame = frame(plan)?;
-    refuse_forces_on_curved_frames(plan, &frame)?;
+    refuse_impossible_controls(plan, &frame)?;
     let bodies = [body(plan, 0, &frame)?, body(plan, 1, &frame)?];
     if plan.bodies.iter().all(|body| matches!(body, BodySpec::Rigid)) {
         let error = crate::error::Error::input(

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bodies::{KEYS, body, frame};
-use super::controls::refuse_forces_on_curved_frames;
+use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::skips::{cached, recovers, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
@@ -45,7 +45,7 @@ pub fn prepare<'p>(
     let mut timings = Timings::default();
     progress("frame", 0.0);
     let frame = timings.measure("frame", || frame(plan))?;
-    refuse_forces_on_curved_frames(plan, &frame)?;
+    refuse_impossible_controls(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame)?;
     let mut bodies = Vec::with_capacity(2);
     for (index, key) in KEYS.into_iter().enumerate() {
@@ -80,6 +80,7 @@ pub fn prepare<'p>(
         frame,
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: coupled.floating,
         friction: plan.friction,
         wear: plan.wear,
         wear_share: plan.wear_share,

@@ -83,6 +83,7 @@ pub fn rectangle(
         frame,
         flexibility: Box::new(flexibility),
         initial_gap,
+        floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,

@@ -7,6 +7,7 @@ mod curved;
 mod curved_pairs;
 mod finite_block;
 mod finite_elements;
+mod floating;
 mod grids;
 mod half_spaces;
 mod maps;

@@ -22,6 +22,7 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
         regions: vec![(None, stiffness.into())],
         formulation,
         supports,
+        foundations: vec![],
         pressures: vec![],
         tractions: vec![],
         body_force: [0.0; 3],
@@ -30,7 +31,7 @@ pub fn spec(mesh: Mesh, stiffness: Stiffness, formulation: HexFormulation, suppo
 
 /// All components of a group held.
 pub fn clamp(group: &str) -> Support {
-    Support { group: group.into(), components: ALL, value: [0.0; 3] }
+    Support { group: group.into(), components: ALL, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
 
 /// Orthotropic material of the catalogue, rotated by Rz(20) Ry(35) Rx(10).

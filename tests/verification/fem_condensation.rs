@@ -16,8 +16,18 @@ fn loaded_block(
 ) -> CondensedBody {
     let mesh = block(kind, cells, [1.0; 3], map);
     let top = mesh.group_nodes("z1").unwrap();
-    let roller = Support { group: "x0".into(), components: [true, false, false], value: [1e-3, 0.0, 0.0] };
-    let base = Support { group: "z0".into(), components: [false, true, true], value: [0.0; 3] };
+    let roller = Support {
+        group: "x0".into(),
+        components: [true, false, false],
+        value: [1e-3, 0.0, 0.0],
+        gradient: [[0.0; 3]; 3],
+    };
+    let base = Support {
+        group: "z0".into(),
+        components: [false, true, true],
+        value: [0.0; 3],
+        gradient: [[0.0; 3]; 3],
+    };
     let mut spec = spec(mesh, rotated_orthotropic(), formulation, vec![roller, base]);
     spec.pressures = vec![("y1".into(), 30.0)];
     spec.body_force = [0.0, 1.0, -2.0];

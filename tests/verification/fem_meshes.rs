@@ -111,7 +111,7 @@ pub fn prescribe(
         .map(|&node| {
             let group = format!("node {node} {components:?}");
             add_cells(mesh, Point1, &group, vec![node]);
-            Support { group, components, value: u(mesh.points[node]) }
+            Support { group, components, value: u(mesh.points[node]), gradient: [[0.0; 3]; 3] }
         })
         .collect()
 }

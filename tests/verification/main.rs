@@ -9,6 +9,7 @@ mod fem_condensation;
 mod fem_convergence;
 mod fem_meshes;
 mod fem_refusals;
+mod fem_supports;
 mod fields;
 mod laws;
 mod mesh;

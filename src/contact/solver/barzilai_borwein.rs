@@ -21,6 +21,10 @@ fn products(problem: &Increment, old: &Iterate, new: &Iterate, planes: std::ops:
     let n = problem.n();
     let mut sums = [0.0; 3];
     for end in 0..problem.ends.len() {
+        if problem.ends[end].balance.is_some() {
+            add_balanced(problem, (old, new), (end, planes.clone()), &mut sums);
+            continue;
+        }
         for plane in planes.clone() {
             // A uniform rigid shift of the gap is a multiplier, not curvature.
             let shift = if problem.rigid_axes.is_none() && plane == 2 {
@@ -39,6 +43,31 @@ fn products(problem: &Increment, old: &Iterate, new: &Iterate, planes: std::ops:
         }
     }
     sums
+}
+
+/// Adds the products of an end whose rigid motion is the multiplier of a balance: no curvature either, in any plane.
+fn add_balanced(
+    problem: &Increment,
+    (old, new): (&Iterate, &Iterate),
+    (end, planes): (usize, std::ops::Range<usize>),
+    sums: &mut [f64; 3],
+) {
+    let n = problem.n();
+    let rigid = std::array::from_fn(|k| new.rigid[end][k] - old.rigid[end][k]);
+    let floating = std::array::from_fn(|k| new.floating[end][k] - old.floating[end][k]);
+    for i in 0..n {
+        let mut shift = problem.rigid_gap(i, rigid, &floating);
+        let tangential = problem.hat().map_or([0.0; 2], |hat| hat.slip([shift[0], shift[1]]));
+        (shift[0], shift[1]) = (tangential[0], tangential[1]);
+        for plane in planes.clone() {
+            let k = end * 3 * n + plane * n + i;
+            let s = new.hatted[k] - old.hatted[k];
+            let y = new.gradient[k] - old.gradient[k] - shift[plane];
+            sums[0] += problem.areas[i] * s * s;
+            sums[1] += problem.areas[i] * s * y;
+            sums[2] += problem.areas[i] * y * y;
+        }
+    }
 }
 
 impl BarzilaiBorwein {

@@ -1,7 +1,7 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
 use super::super::increment::{Increment, Iterate};
-use super::super::projection::{Equilibrium, StepSizes, project};
+use super::super::projection::{Equilibrium, Motions, Sliding, StepSizes, project};
 use super::{SolverOptions, Watch};
 
 /// Why a solve ended.
@@ -32,6 +32,8 @@ pub struct SolveReport {
     pub iterations: usize,
     /// Operator applications.
     pub applications: usize,
+    /// What could not be held, where that is why it ended.
+    pub sliding: Option<Sliding>,
 }
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
@@ -43,6 +45,9 @@ pub(super) trait StepRule {
     /// Called when the iteration goes back to its best state because it stopped gaining.
     fn restart(&mut self) -> StepSizes;
 }
+
+/// Iterations in a row without equilibrium after which there is none, whatever the pressures do meanwhile.
+const HOPELESS: usize = 300;
 
 /// Iterations without a new best residual after which the loop goes back to the best state.
 const PATIENCE: usize = 400;
@@ -70,27 +75,34 @@ pub(super) fn iterate(
         residual: f64::INFINITY,
         iterations: 0,
         applications: problem.applications(),
+        sliding: None,
     };
     let mut steps = rule.first();
     let mut best = Best { it: it.clone(), measure: f64::INFINITY, at: 0 };
     let mut next = it.clone();
     let mut equilibrium = Equilibrium::Held;
+    let balances = problem.ends.iter().any(|end| end.balance.is_some());
+    let mut lost = 0;
     loop {
         let [normal, tangential] = problem.residuals(it);
         let residual = normal.max(tangential);
-        if (normal + tangential).is_nan() || !it.rigid.iter().flatten().all(|x| x.is_finite()) {
+        if (normal + tangential).is_nan() || !finite_motions(it) {
             report.stop = Stop::NotFinite;
             break;
         }
         // A sliding state is judged by its normal part, and comes after every state in equilibrium.
-        let sliding = equilibrium == Equilibrium::Sliding;
-        let measure = if sliding { 1.0 + normal } else { residual };
+        let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
+        let measure = if sliding.is_some() { 1.0 + normal } else { residual };
+        lost = if sliding.is_some() && balances { lost + 1 } else { 0 };
         if measure < best.measure {
             best.take(it, measure, report.iterations);
             report.residual = residual;
         }
-        if let Some(stop) = verdict(it, options.tolerance, (sliding, normal, residual)) {
-            report.stop = stop;
+        let normal = if lost > HOPELESS { 0.0 } else { normal };
+        if let Some(stop) = verdict(it, options.tolerance, (sliding.is_some(), normal, residual)) {
+            let opens = sliding.is_some_and(|sliding| sliding.opens);
+            report.stop = if opens { Stop::ContactLost } else { stop };
+            report.sliding = sliding;
             break;
         }
         if report.iterations >= options.max_iterations {
@@ -106,8 +118,10 @@ pub(super) fn iterate(
             steps = rule.restart();
         }
         next.rigid.clone_from(&it.rigid);
+        next.floating.clone_from(&it.floating);
+        let motions = Motions { rigid: &mut next.rigid, floating: &mut next.floating };
         let from = (it.hatted.as_slice(), it.gradient.as_slice());
-        equilibrium = project(problem, steps, from, &mut next.hatted, &mut next.rigid);
+        equilibrium = project(problem, steps, from, &mut next.hatted, motions);
         problem.evaluate(&mut next);
         report.applications += problem.applications();
         report.iterations += 1;
@@ -118,6 +132,10 @@ pub(super) fn iterate(
         it.clone_from(&best.it);
     }
     report
+}
+
+fn finite_motions(it: &Iterate) -> bool {
+    it.rigid.iter().flatten().chain(it.floating.iter().flatten()).all(|x| x.is_finite())
 }
 
 /// The best state so far.

@@ -45,6 +45,12 @@ pub struct FeBody {
     /// Groups with prescribed displacements.
     #[serde(default)]
     pub displaced: Vec<Displaced>,
+    /// Plane surface groups in planes of symmetry: no displacement along their normals, which lie along x, y or z.
+    #[serde(default)]
+    pub symmetry: Vec<String>,
+    /// Surface groups on elastic foundations.
+    #[serde(default)]
+    pub foundation: Vec<Foundation>,
     /// Surface groups under pressure.
     #[serde(default)]
     pub pressure: Vec<Pressure>,
@@ -111,8 +117,33 @@ pub struct Displaced {
     #[serde(default = "all_components")]
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
-    /// Their values, in the order of `components`.
-    pub value: Vec<f64>,
+    /// Their values, in the order of `components`; with a `gradient` those at the origin, default 0.
+    #[serde(default)]
+    #[schemars(with = "Vec<f64>")]
+    pub value: Option<Vec<f64>>,
+    /// Their change per length along x, y, z, a row for each of `components`: a far field that varies in space.
+    #[serde(default)]
+    pub gradient: Vec<[f64; 3]>,
+}
+
+/// A surface group on springs to the ground.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Foundation {
+    /// Physical group.
+    pub group: String,
+    /// Force per area and displacement: along the normal of the surface (a number), or along x, y, z (three).
+    pub stiffness: Bedding,
+}
+
+/// Stiffness of a foundation.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Bedding {
+    /// Along the normal of the surface.
+    Normal(f64),
+    /// Along x, y, z.
+    Components([f64; 3]),
 }
 
 /// A surface group under pressure.

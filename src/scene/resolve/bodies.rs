@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::fem;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh};
-use crate::scene::keys::body::{Body, Component, Element, FeBody, Fibre};
+use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
 use crate::scene::suggest::{closest, list};
 
@@ -58,18 +58,21 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     let elastic_body = elastic(r, key, &body.material, body.fibre, materials);
     let regions = regions(r, key, body, materials);
     let supports = supports(r, key, body);
+    let foundations = foundations(r, key, body);
     let mesh = read_mesh(r, key, &body.mesh)?;
     let before = r.mistakes.len();
     check_groups(r, key, body, &mesh);
     let groups_found = r.mistakes.len() == before;
     check_contact(r, key, body, &mesh);
     check_element(r, key, body, &mesh);
+    let symmetry = symmetry(r, key, body, &mesh);
     let spec = FeSpec {
         elastic: elastic_body?,
         mesh: Arc::new(mesh),
         mesh_name: body.mesh.clone(),
         contact: body.contact.clone(),
-        supports: supports?,
+        supports: [supports?, symmetry?].concat(),
+        foundations: foundations?,
         pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
         tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
         body_force: body.body_force,
@@ -94,12 +97,21 @@ fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     }
 }
 
-/// Reports supports that contradict one another or let the body float.
+/// Reports supports that contradict one another or let a part float, and notes that the body floats.
 fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
-    if let Err(error) = fem::check_supports(&spec.inputs(key)) {
-        let list = if body.fixed.is_empty() { "displaced" } else { "fixed" };
-        let mend = "a floating body has no unique displacement";
-        r.wrong(&format!("{key}.{list}"), error.message().to_owned(), "these supports", mend);
+    match fem::free_motions(&spec.inputs(key)) {
+        Ok(None) => {}
+        Ok(Some(free)) => r.notes.push(format!(
+            "{key} floats by {}: the contact has to balance its loads along these motions",
+            free.names.join(", ")
+        )),
+        Err(error) => {
+            let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
+            let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
+            let mend = "a body may float as a whole, but not in parts";
+            let place = list.unwrap_or_else(|| key.to_owned());
+            r.wrong(&place, error.message().to_owned(), "these supports", mend);
+        }
     }
 }
 
@@ -133,37 +145,91 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
             values[index(*component)] = Some(0.0);
             values
         });
-        supports.push(Support { group: fixed.group.clone(), values });
+        supports.push(Support { group: fixed.group.clone(), values, gradient: [[0.0; 3]; 3] });
     }
     let mut sound = true;
     for (i, displaced) in body.displaced.iter().enumerate() {
-        if displaced.value.len() != displaced.components.len() {
-            r.wrong(
-                &format!("{key}.displaced.{i}.value"),
-                format!("{} values for {} components", displaced.value.len(), displaced.components.len()),
-                "one value per component",
-                "give one value for each of `components`, in their order",
-            );
-            sound = false;
-            continue;
-        }
         repeated(r, &format!("{key}.displaced.{i}.components"), &displaced.components);
-        let mut values = [None; 3];
-        for (component, value) in displaced.components.iter().zip(&displaced.value) {
-            values[index(*component)] = Some(*value);
+        match displacement(r, &format!("{key}.displaced.{i}"), displaced) {
+            Some(support) => supports.push(support),
+            None => sound = false,
         }
-        supports.push(Support { group: displaced.group.clone(), values });
-    }
-    if supports.is_empty() {
-        r.wrong(
-            key,
-            format!("nothing holds `{key}`: it has neither `fixed` nor `displaced` groups"),
-            "floats",
-            "add e.g. fixed = [{ group = \"base\" }]; a floating body has no unique displacement",
-        );
-        sound = false;
     }
     sound.then_some(supports)
+}
+
+/// The values and the gradient of a prescribed displacement, one for each component.
+fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Support> {
+    let wanted = displaced.components.len();
+    let mut sound = true;
+    let mut count = |name: &str, found: usize| {
+        if found != wanted {
+            r.wrong(
+                &format!("{key}.{name}"),
+                format!("{found} {name}s for {wanted} components"),
+                &format!("one {name} per component"),
+                format!("give one {name} for each of `components`, in their order"),
+            );
+            sound = false;
+        }
+    };
+    let constant = displaced.gradient.is_empty();
+    let zeros = vec![0.0; wanted];
+    let value = displaced.value.as_ref().unwrap_or(&zeros);
+    count("value", value.len());
+    count("gradient", if constant { wanted } else { displaced.gradient.len() });
+    if constant && displaced.value.is_none() {
+        let message = "a prescribed displacement has neither `value` nor `gradient`";
+        r.wrong(key, message, "lacks `value`", "add `value`, or `gradient`, or use `fixed`");
+        sound = false;
+    }
+    let mut support = Support { group: displaced.group.clone(), values: [None; 3], gradient: [[0.0; 3]; 3] };
+    for (component, value) in displaced.components.iter().zip(value) {
+        support.values[index(*component)] = Some(*value);
+    }
+    for (component, row) in displaced.components.iter().zip(&displaced.gradient) {
+        support.gradient[index(*component)] = *row;
+    }
+    sound.then_some(support)
+}
+
+/// The foundations of a body.
+fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Foundation>> {
+    let mut sound = true;
+    let mut foundations = Vec::new();
+    for (i, foundation) in body.foundation.iter().enumerate() {
+        let (bedding, values) = match foundation.stiffness {
+            Bedding::Normal(k) => (fem::Bedding::Normal(k), vec![k]),
+            Bedding::Components(k) => (fem::Bedding::Components(k), k.to_vec()),
+        };
+        if values.iter().any(|k| *k < 0.0) || values.iter().all(|k| *k == 0.0) {
+            let message = format!("the stiffness {values:?} of a foundation is not positive");
+            let mend = "give a positive stiffness; of three components some may be 0";
+            r.wrong(&format!("{key}.foundation.{i}.stiffness"), message, "not positive", mend);
+            sound = false;
+        }
+        foundations.push(fem::Foundation { group: foundation.group.clone(), bedding });
+    }
+    sound.then_some(foundations)
+}
+
+/// The supports that planes of symmetry are.
+fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<Support>> {
+    let mut supports = Vec::new();
+    for (i, group) in body.symmetry.iter().enumerate() {
+        match fem::symmetry_component(mesh, group) {
+            Ok(component) => {
+                let mut values = [None; 3];
+                values[component] = Some(0.0);
+                supports.push(Support { group: group.clone(), values, gradient: [[0.0; 3]; 3] });
+            }
+            Err(error) => {
+                let mend = "name a group of surfaces of the mesh, plane and across x, y or z";
+                r.wrong(&format!("{key}.symmetry.{i}"), error.message().to_owned(), "this group", mend);
+            }
+        }
+    }
+    (supports.len() == body.symmetry.len()).then_some(supports)
 }
 
 /// A component named twice is a slip of the pen for another one.
@@ -242,6 +308,9 @@ fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     }
     for (i, displaced) in body.displaced.iter().enumerate() {
         check(format!("{key}.displaced.{i}.group"), mesh.group(&displaced.group).map(|_| ()));
+    }
+    for (i, foundation) in body.foundation.iter().enumerate() {
+        check(format!("{key}.foundation.{i}.group"), surface(&foundation.group));
     }
     for (i, load) in body.pressure.iter().enumerate() {
         check(format!("{key}.pressure.{i}.group"), surface(&load.group));

@@ -126,6 +126,7 @@ pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
         regions: vec![(None, stiffness.clone().into())],
         formulation: HexFormulation::Enhanced,
         supports: Vec::new(),
+        foundations: Vec::new(),
         pressures: Vec::new(),
         tractions: Vec::new(),
         body_force: [0.0; 3],
@@ -133,7 +134,7 @@ pub fn spec(mesh: Mesh, stiffness: &Stiffness) -> FeSpec {
 }
 
 pub fn support(group: &str, components: [bool; 3], value: [f64; 3]) -> Support {
-    Support { group: group.into(), components, value }
+    Support { group: group.into(), components, value, gradient: [[0.0; 3]; 3] }
 }
 
 /// Supports that leave a block free to strain uniformly: base on rollers, two pins against motion in the plane.

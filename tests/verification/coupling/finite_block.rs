@@ -29,6 +29,7 @@ fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f6
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,

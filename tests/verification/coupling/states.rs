@@ -19,6 +19,7 @@ fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResu
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: Vec::new(),
         friction: frp_friction(30.0),
         wear: frp_wear(30.0),
         wear_share: 1.0,

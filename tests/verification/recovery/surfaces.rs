@@ -45,7 +45,12 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let n = UNIFORM + GROWING;
     let size = [n as f64; 3];
     let mesh = block(Hex8, [n; 3], size, |[i, j, k]| [line(i), line(j), -line(n as f64 - k)]);
-    let plane = |group: &str, components| Support { group: group.into(), components, value: [0.0; 3] };
+    let plane = |group: &str, components| Support {
+        group: group.into(),
+        components,
+        value: [0.0; 3],
+        gradient: [[0.0; 3]; 3],
+    };
     let supports = vec![plane("x0", planes[0]), plane("y0", planes[1]), clamp("z0")];
     let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
     let frame = ContactFrame::grid([0.75; 2], [2 * UNIFORM; 2], [0.75; 2], 0.0).unwrap();

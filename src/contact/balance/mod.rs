@@ -1,0 +1,287 @@
+//! Rigid motions that are found from a balance: those along which a force is prescribed or a body floats.
+//!
+//! The motion ρ is the multiplier of the projection: P = proj(P* - D R ρ) has to do the work F on each motion,
+//! Σ A R·P = F (formulation 3.3). For given friction radii the projection is one on a convex set, and ρ minimises a
+//! convex potential (piecewise quadratic in the pressures, Huber's in the tangential tractions), found by damped
+//! Newton. The radii are the pressures found, so that a few such minima follow one another; where the pressures do not
+//! depend on the tangential tractions, as on level frames, the second is exact.
+
+mod potential;
+
+use nalgebra::{DMatrix, SVector, SymmetricEigen};
+
+use potential::Friction;
+
+use super::projection::StepSizes;
+use super::scales::Hat;
+use crate::friction::FrictionEllipse;
+
+/// Most floating motions of an increment: six of one body, or as many shared out between two.
+pub const FLOATING: usize = 6;
+
+/// Components of a relative rigid motion: along the frame's x, y, n, then by each floating motion.
+pub const COMPONENTS: usize = 3 + FLOATING;
+
+/// A relative rigid motion by its components.
+pub type Motion = [f64; COMPONENTS];
+
+/// Values by motion; those beyond the number of motions stay zero.
+type Values = SVector<f64, COMPONENTS>;
+
+/// Share of the largest below which a combination of motions moves no cell.
+const NOTHING: f64 = 1e-12;
+
+/// Work of the loads on a motion that nothing resists, below this share of the largest, is rounding.
+const NO_LOAD: f64 = 1e-9;
+
+/// Sets of radii in one projection; what is left shows in the natural residual.
+const PASSES: usize = 6;
+
+/// A motion to be found, and what the tractions must do on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// The motion.
+    pub motion: Motion,
+    /// Wanted Σ A P·(gap per unit of it).
+    pub work: f64,
+}
+
+/// A motion that no traction of the frame resists, although a load acts along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unresisted {
+    /// The motion.
+    pub motion: Motion,
+    /// Work of the load on it.
+    pub work: f64,
+}
+
+/// The frame that motions are balanced on.
+#[derive(Clone, Copy)]
+pub(super) struct Cells<'a> {
+    /// Areas, `[N]`.
+    pub areas: &'a [f64],
+    /// Friction, `None` without.
+    pub hat: Option<Hat>,
+}
+
+/// The motions to be found at one end of an increment.
+#[derive(Debug, Clone)]
+pub struct Balance {
+    /// Number of motions m.
+    n: usize,
+    motions: Vec<Motion>,
+    /// Gap per unit of each motion, hatted, by cell, `[N, m]` of (1, 2, n).
+    columns: Vec<[f64; 3]>,
+    wanted: Values,
+    /// Motions that nothing resists and nothing drives: they stay as they are.
+    pub held: Vec<Motion>,
+}
+
+/// What a projection starts from.
+#[derive(Clone, Copy)]
+pub(super) struct From<'a> {
+    /// Hatted tractions and gradient, `[3, N]` each.
+    pub hatted: &'a [f64],
+    pub gradient: &'a [f64],
+    pub steps: StepSizes,
+}
+
+/// How a set of prescribed works fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Failure {
+    /// Direction of the motion that nothing stops, the largest component 1 in size.
+    pub motion: Motion,
+    /// Whether it takes the surfaces apart.
+    pub opens: bool,
+    /// Share of the load along it that friction carries.
+    pub carried: f64,
+}
+
+impl Balance {
+    /// [`Self::new`] on cells of the given areas under a friction law.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on(
+        areas: &[f64],
+        friction: Option<&FrictionEllipse>,
+        gap: impl Fn(usize, usize) -> [f64; 3],
+        wanted: &[Wanted],
+    ) -> Result<Self, Unresisted> {
+        Self::new(Cells { areas, hat: friction.map(Hat::new) }, gap, wanted)
+    }
+
+    /// The balance of `wanted` on `cells`; `gap(component, cell)` is the local gap (x, y, n) per unit of a component
+    /// of motion. Motions that move no cell against pressure or friction are held if nothing drives them.
+    ///
+    /// # Errors
+    /// The first driven motion that nothing resists.
+    fn new(
+        cells: Cells,
+        gap: impl Fn(usize, usize) -> [f64; 3],
+        wanted: &[Wanted],
+    ) -> Result<Self, Unresisted> {
+        let raw = raw_columns(cells, gap, wanted);
+        let m = wanted.len();
+        let area: f64 = cells.areas.iter().sum();
+        let mut gram = DMatrix::<f64>::zeros(m, m);
+        let mut size = vec![0.0; m];
+        for (cell, &a) in cells.areas.iter().enumerate() {
+            let row = &raw[cell * m..(cell + 1) * m];
+            for j in 0..m {
+                size[j] += a / area * row[j].iter().map(|c| c * c).sum::<f64>();
+                for k in 0..m {
+                    gram[(j, k)] += a / area * resisted(row[j], row[k], cells.hat.is_some());
+                }
+            }
+        }
+        let scale: Vec<f64> = size.iter().map(|s| if *s > 0.0 { 1.0 / s.sqrt() } else { 1.0 }).collect();
+        let scaled = DMatrix::from_fn(m, m, |j, k| gram[(j, k)] * scale[j] * scale[k]);
+        let eigen = SymmetricEigen::new(scaled);
+        let largest_work = (0..m).map(|j| (wanted[j].work * scale[j]).abs()).fold(0.0, f64::max);
+        let mut balance = Self {
+            n: 0,
+            motions: Vec::new(),
+            columns: Vec::new(),
+            wanted: Values::zeros(),
+            held: Vec::new(),
+        };
+        let mut combinations = Vec::new();
+        for i in 0..m {
+            let vector = eigen.eigenvectors.column(i);
+            let resists = eigen.eigenvalues[i] > NOTHING;
+            let unit = if resists { eigen.eigenvalues[i].sqrt().recip() } else { 1.0 };
+            let combination: Vec<f64> = (0..m).map(|j| unit * vector[j] * scale[j]).collect();
+            let work: f64 = combination.iter().zip(wanted).map(|(c, w)| c * w.work).sum();
+            let motion = std::array::from_fn(|k| {
+                combination.iter().zip(wanted).map(|(c, w)| c * w.motion[k]).sum::<f64>()
+            });
+            if resists {
+                balance.wanted[balance.n] = work;
+                balance.n += 1;
+                balance.motions.push(motion);
+                combinations.push(combination);
+            } else if work.abs() > NO_LOAD * largest_work {
+                return Err(Unresisted { motion: largest_one(motion), work });
+            } else {
+                balance.held.push(largest_one(motion));
+            }
+        }
+        balance.fill_columns(cells, &raw, &combinations);
+        Ok(balance)
+    }
+
+    fn fill_columns(&mut self, cells: Cells, raw: &[[f64; 3]], combinations: &[Vec<f64>]) {
+        let m = raw.len() / cells.areas.len();
+        for row in raw.chunks_exact(m.max(1)) {
+            for combination in combinations {
+                let mut sum = [0.0; 3];
+                for (column, c) in row.iter().zip(combination) {
+                    (0..3).for_each(|k| sum[k] += c * column[k]);
+                }
+                let tangential = cells.hat.map_or([0.0; 2], |hat| hat.slip([sum[0], sum[1]]));
+                self.columns.push([tangential[0], tangential[1], sum[2]]);
+            }
+        }
+    }
+
+    /// The column of a cell.
+    fn row(&self, cell: usize) -> &[[f64; 3]] {
+        &self.columns[cell * self.n..(cell + 1) * self.n]
+    }
+
+    /// Gap (hatted) of the motion `rho` in a cell.
+    fn gap(&self, cell: usize, rho: &Values) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (column, r) in self.row(cell).iter().zip(rho.iter()) {
+            (0..3).for_each(|k| sum[k] += r * column[k]);
+        }
+        sum
+    }
+
+    fn motion(&self, rho: &Values) -> Motion {
+        let mut sum = [0.0; COMPONENTS];
+        for (motion, r) in self.motions.iter().zip(rho.iter()) {
+            sum.iter_mut().zip(motion).for_each(|(s, c)| *s += r * c);
+        }
+        sum
+    }
+
+    /// Defect of the balance for hatted tractions `[3, N]`, relative to the works wanted and done.
+    pub(super) fn residual(&self, areas: &[f64], hatted: &[f64]) -> f64 {
+        let n = areas.len();
+        let (mut defect, mut size) = (-self.wanted, self.wanted.norm());
+        for (cell, area) in areas.iter().enumerate() {
+            let p = [hatted[cell], hatted[n + cell], hatted[2 * n + cell]];
+            for (j, c) in self.row(cell).iter().enumerate() {
+                let work = area * (c[0] * p[0] + c[1] * p[1] + c[2] * p[2]);
+                defect[j] += work;
+                size += work.abs();
+            }
+        }
+        let defect = defect.norm();
+        if defect == 0.0 { 0.0 } else { defect / size }
+    }
+
+    /// Writes the projected tractions that do the wanted works to `out`, and returns the motion that makes them.
+    /// Does not allocate.
+    pub(super) fn project(&self, cells: Cells, from: From, out: &mut [f64]) -> (Motion, Option<Failure>) {
+        let n = cells.areas.len();
+        let mut rho = Values::zeros();
+        let old = &from.hatted[2 * n..];
+        out[2 * n..].copy_from_slice(old);
+        let mut stick = cells.hat.is_none() || old.iter().all(|p| *p <= 0.0);
+        for _ in 0..PASSES {
+            let radii = &out[2 * n..];
+            let friction = if stick { Friction::Stick } else { Friction::Radii(radii) };
+            let failure = match self.minimise(cells, from, friction, &mut rho) {
+                Ok(()) => None,
+                Err(direction) => Some(self.failure(cells, radii, &direction)),
+            };
+            if let Some((direction, failure)) = failure {
+                // What is left to balance besides the motion that nothing stops.
+                rho = Values::zeros();
+                if self.minimise(cells, from, Friction::Slide(radii, direction), &mut rho).is_err() {
+                    rho = Values::zeros();
+                }
+                self.write(cells, from, &rho, Some(direction), out);
+                return (self.motion(&rho), Some(failure));
+            }
+            let settled = self.write_pressures(from, &rho, &mut out[2 * n..]) && !stick;
+            if settled || cells.hat.is_none() {
+                break;
+            }
+            stick = false;
+        }
+        self.write(cells, from, &rho, None, out);
+        (self.motion(&rho), None)
+    }
+}
+
+/// Gap per unit of each wanted motion, `[N, m]`.
+fn raw_columns(cells: Cells, gap: impl Fn(usize, usize) -> [f64; 3], wanted: &[Wanted]) -> Vec<[f64; 3]> {
+    let mut raw = Vec::with_capacity(cells.areas.len() * wanted.len());
+    for cell in 0..cells.areas.len() {
+        for Wanted { motion, .. } in wanted {
+            let mut sum = [0.0; 3];
+            for (component, share) in motion.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                let unit = gap(component, cell);
+                (0..3).for_each(|k| sum[k] += share * unit[k]);
+            }
+            raw.push(sum);
+        }
+    }
+    raw
+}
+
+/// Product of two gaps as far as tractions can act on them.
+fn resisted(a: [f64; 3], b: [f64; 3], friction: bool) -> f64 {
+    let tangential = if friction { a[0] * b[0] + a[1] * b[1] } else { 0.0 };
+    tangential + a[2] * b[2]
+}
+
+/// A motion scaled so that its largest component is 1 in size.
+fn largest_one(motion: Motion) -> Motion {
+    let largest = motion.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+    if largest > 0.0 { motion.map(|c| c / largest) } else { motion }
+}

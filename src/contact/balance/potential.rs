@@ -1,0 +1,282 @@
+//! The potential whose minimum is the motion that does the wanted works, and Newton's method on it.
+
+use nalgebra::{SMatrix, SymmetricEigen};
+
+use super::{Balance, COMPONENTS, Cells, Failure, From, Values, largest_one};
+use crate::contact::projection::StepSizes;
+
+/// Newton steps for one set of radii.
+const STEPS: usize = 80;
+
+/// Share of the works wanted beyond which Newton's end is no rounding.
+const FAR: f64 = 1e-6;
+
+/// How tangential tractions follow from their predictors.
+#[derive(Clone, Copy)]
+pub(super) enum Friction<'a> {
+    /// They are not limited.
+    Stick,
+    /// Radial return on these radii, `[N]`.
+    Radii(&'a [f64]),
+    /// All at these limits, against a motion.
+    Slide(&'a [f64], Values),
+}
+
+type Matrix = SMatrix<f64, COMPONENTS, COMPONENTS>;
+
+/// Potential, its gradient and second derivatives.
+struct Point {
+    potential: f64,
+    gradient: Values,
+    hessian: Matrix,
+    /// Σ A |column·P|: what the gradient is measured by.
+    size: f64,
+}
+
+impl Balance {
+    /// Newton on the potential from `rho`; with sliding tractions only motions across theirs are moved.
+    ///
+    /// # Errors
+    /// A direction along which the potential falls for ever: no motion does the wanted works with these radii. Or that
+    /// of the last step, if the works wanted are far from done after the last.
+    pub(super) fn minimise(
+        &self,
+        cells: Cells,
+        from: From,
+        friction: Friction,
+        rho: &mut Values,
+    ) -> Result<(), Values> {
+        let fixed = if let Friction::Slide(_, d) = friction { Some((d, self.pressing(cells))) } else { None };
+        // What pressures balance besides the sliding motion.
+        let across = |v: Values| match fixed {
+            None => v,
+            Some((d, pressing)) => {
+                let v = pressing * v;
+                v - d * d.dot(&v)
+            }
+        };
+        *rho = across(*rho);
+        let stiffness = from.steps.normal * cells.areas.iter().sum::<f64>();
+        let mut here = self.point(cells, from, friction, rho);
+        let mut last = None;
+        for step in 0..STEPS {
+            let gradient = across(here.gradient);
+            let error = gradient.norm();
+            if error <= 1e-14 * here.size {
+                return Ok(());
+            }
+            // The floor keeps steps bounded where nothing touches, or all slips one way, and lets them grow tenfold.
+            let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
+            let mut matrix = here.hessian;
+            (0..COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
+            let Some(factor) = matrix.cholesky() else { break };
+            let direction = across(-factor.solve(&gradient));
+            last = Some(direction.normalize());
+            if fixed.is_none() && step > 4 && self.is_endless(cells, friction, &direction.normalize()) {
+                return Err(direction.normalize());
+            }
+            let slope = -direction.dot(&gradient);
+            let mut damping = 1.0;
+            let accepted = loop {
+                let trial = *rho + direction * damping;
+                let next = self.point(cells, from, friction, &trial);
+                let lower = next.potential <= here.potential - 1e-4 * damping * slope;
+                if lower || across(next.gradient).norm() < 0.5 * error {
+                    *rho = trial;
+                    here = next;
+                    break true;
+                }
+                damping *= 0.5;
+                if damping < 1e-9 {
+                    break false;
+                }
+            };
+            if !accepted {
+                break;
+            }
+        }
+        let undone = across(here.gradient).norm() > FAR * here.size;
+        last.filter(|_| undone).map_or(Ok(()), Err)
+    }
+
+    /// Projector on the motions that change normal gaps.
+    fn pressing(&self, cells: Cells) -> Matrix {
+        let mut gram = Matrix::zeros();
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let row = self.row(cell);
+            for (j, c) in row.iter().enumerate() {
+                row.iter().enumerate().for_each(|(k, other)| gram[(j, k)] += area * c[2] * other[2]);
+            }
+        }
+        let eigen = SymmetricEigen::new(gram);
+        let least = FAR * eigen.eigenvalues.max();
+        (0..COMPONENTS).filter(|&i| eigen.eigenvalues[i] > least).fold(Matrix::zeros(), |sum, i| {
+            let v = eigen.eigenvectors.column(i);
+            sum + v * v.transpose()
+        })
+    }
+
+    fn point(&self, cells: Cells, from: From, friction: Friction, rho: &Values) -> Point {
+        let n = cells.areas.len();
+        let StepSizes { normal, tangential } = from.steps;
+        let mut point = Point {
+            potential: self.wanted.dot(rho),
+            gradient: self.wanted,
+            hessian: Matrix::zeros(),
+            size: self.wanted.norm(),
+        };
+        for (cell, &area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, rho);
+            let p = from.hatted[2 * n + cell] - normal * (from.gradient[2 * n + cell] + gap[2]);
+            let p = p.max(0.0);
+            let mut force = [0.0, 0.0, p];
+            let mut stiffness = [[0.0; 3]; 3];
+            if p > 0.0 {
+                point.potential += 0.5 * area * p * p / normal;
+                stiffness[2][2] = normal;
+            }
+            if cells.hat.is_some() {
+                let star = [0, 1].map(|k| {
+                    let at = k * n + cell;
+                    from.hatted[at] - tangential * (from.gradient[at] + gap[k])
+                });
+                let (potential, q, jacobian) = self.tangential(cell, star, friction);
+                point.potential += area * potential / tangential;
+                (force[0], force[1]) = (q[0], q[1]);
+                for k in 0..2 {
+                    (0..2).for_each(|l| stiffness[k][l] = tangential * jacobian[k][l]);
+                }
+            }
+            if force != [0.0; 3] {
+                self.add_work(cell, area, force, stiffness, &mut point);
+            }
+        }
+        point
+    }
+
+    fn add_work(&self, cell: usize, area: f64, force: [f64; 3], stiffness: [[f64; 3]; 3], point: &mut Point) {
+        let row = self.row(cell);
+        for (j, c) in row.iter().enumerate() {
+            let work = area * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
+            point.gradient[j] -= work;
+            point.size += work.abs();
+            let pushed = [0, 1, 2].map(|k| (0..3).map(|l| stiffness[k][l] * c[l]).sum::<f64>());
+            for (k, other) in row[..=j].iter().enumerate() {
+                let value = area * (pushed[0] * other[0] + pushed[1] * other[1] + pushed[2] * other[2]);
+                point.hessian[(j, k)] += value;
+                if j != k {
+                    point.hessian[(k, j)] += value;
+                }
+            }
+        }
+    }
+
+    /// Huber's potential of a predictor, the traction it returns, and its derivatives.
+    fn tangential(&self, cell: usize, star: [f64; 2], friction: Friction) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+        let norm = star[0].hypot(star[1]);
+        let radius = match friction {
+            Friction::Stick => f64::INFINITY,
+            Friction::Radii(radii) => radii[cell],
+            Friction::Slide(radii, direction) => {
+                return (0.0, self.limit(cell, radii[cell], &direction), [[0.0; 2]; 2]);
+            }
+        };
+        if norm <= radius {
+            return (0.5 * norm * norm, star, [[1.0, 0.0], [0.0, 1.0]]);
+        }
+        let e = star.map(|s| s / norm);
+        let (scale, off) = (radius / norm, -radius / norm * e[0] * e[1]);
+        (
+            radius * (norm - 0.5 * radius),
+            e.map(|c| radius * c),
+            [[scale * (1.0 - e[0] * e[0]), off], [off, scale * (1.0 - e[1] * e[1])]],
+        )
+    }
+
+    /// The traction of size `radius` against the motion `direction` of a cell.
+    fn limit(&self, cell: usize, radius: f64, direction: &Values) -> [f64; 2] {
+        let gap = self.gap(cell, direction);
+        let norm = gap[0].hypot(gap[1]);
+        if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
+    }
+
+    /// Whether the potential falls for ever along `direction`: no cell closes, and friction cannot stop it.
+    fn is_endless(&self, cells: Cells, friction: Friction, direction: &Values) -> bool {
+        let driven = -self.wanted.dot(direction);
+        let (mut resisted, mut closing, mut largest) = (0.0, 0.0f64, 0.0f64);
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, direction);
+            let size = gap[0].hypot(gap[1]);
+            resisted += match friction {
+                Friction::Radii(radii) => area * radii[cell] * size,
+                Friction::Stick | Friction::Slide(..) if cells.hat.is_some() && size > 0.0 => return false,
+                Friction::Stick | Friction::Slide(..) => 0.0,
+            };
+            closing = closing.min(gap[2]);
+            largest = largest.max(size).max(gap[2].abs());
+        }
+        closing >= -1e-9 * largest && driven > resisted * (1.0 + 1e-12)
+    }
+
+    /// The endless direction and what is told of it.
+    pub(super) fn failure(&self, cells: Cells, radii: &[f64], direction: &Values) -> (Values, Failure) {
+        let (mut resisted, mut opening, mut sliding) = (0.0, 0.0f64, 0.0f64);
+        for (cell, area) in cells.areas.iter().enumerate() {
+            let gap = self.gap(cell, direction);
+            resisted += area * radii[cell] * gap[0].hypot(gap[1]);
+            opening = opening.max(gap[2]);
+            let slip = cells.hat.map_or([0.0; 2], |hat| hat.unslip([gap[0], gap[1]]));
+            sliding = sliding.max(slip[0].hypot(slip[1]));
+        }
+        let failure = Failure {
+            motion: largest_one(self.motion(direction)),
+            opens: opening > sliding,
+            carried: resisted / -self.wanted.dot(direction),
+        };
+        (*direction, failure)
+    }
+
+    /// Pressures of the motion `rho`; whether they are those already there, to rounding.
+    pub(super) fn write_pressures(&self, from: From, rho: &Values, pressures: &mut [f64]) -> bool {
+        let n = pressures.len();
+        let (mut change, mut largest) = (0.0f64, 0.0f64);
+        for (cell, pressure) in pressures.iter_mut().enumerate() {
+            let gap = from.gradient[2 * n + cell] + self.gap(cell, rho)[2];
+            let p = (from.hatted[2 * n + cell] - from.steps.normal * gap).max(0.0);
+            change = change.max((p - *pressure).abs());
+            largest = largest.max(p);
+            *pressure = p;
+        }
+        change <= 1e-14 * largest
+    }
+
+    /// The projected tractions of the motion `rho`; at their limits against `sliding` if that is given.
+    pub(super) fn write(
+        &self,
+        cells: Cells,
+        from: From,
+        rho: &Values,
+        sliding: Option<Values>,
+        out: &mut [f64],
+    ) {
+        let n = cells.areas.len();
+        self.write_pressures(from, rho, &mut out[2 * n..]);
+        for cell in 0..n {
+            let p = out[2 * n + cell];
+            let q = match (cells.hat.is_some(), sliding) {
+                (false, _) => [0.0; 2],
+                (true, Some(direction)) => self.limit(cell, p, &direction),
+                (true, None) => {
+                    let gap = self.gap(cell, rho);
+                    let star = [0, 1].map(|k| {
+                        let at = k * n + cell;
+                        from.hatted[at] - from.steps.tangential * (from.gradient[at] + gap[k])
+                    });
+                    let norm = star[0].hypot(star[1]);
+                    if norm > p { star.map(|s| s * (p / norm)) } else { star }
+                }
+            };
+            (out[cell], out[n + cell]) = (q[0], q[1]);
+        }
+    }
+}

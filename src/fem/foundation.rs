@@ -1,0 +1,118 @@
+//! Elastic foundations: springs to the ground spread over surfaces, K += ∫ N_a k N_b dS.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::spec::{Bedding, FeSpec};
+use crate::element::{ElementKind, Quad4, ShapeFunctions, Tri3};
+use crate::error::{Context, Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::quadrature::{RulePoint, quadrilateral, triangle};
+
+/// The stiffness of one face.
+pub(super) struct FaceStiffness {
+    /// Nodes of the face.
+    pub nodes: Vec<usize>,
+    /// Lower triangle by rows, component c of node a at 3 a + c, N/mm.
+    pub packed: Vec<f64>,
+}
+
+/// A node of a foundation and a direction in which it resists.
+pub(super) type Resistance = (usize, Vector3<f64>);
+
+/// Stiffness of every face that stands on a foundation.
+///
+/// # Errors
+/// If a group is missing or no outer surface, or a stiffness is no positive number.
+pub(super) fn stiffnesses(spec: &FeSpec) -> Result<Vec<FaceStiffness>> {
+    let mut faces = Vec::new();
+    for_each_face(spec, |mesh, face, bedding| faces.push(stiffness(mesh, face, bedding)))?;
+    Ok(faces)
+}
+
+/// Nodes and directions that foundations resist.
+///
+/// # Errors
+/// As [`stiffnesses`].
+pub(super) fn resistances(spec: &FeSpec) -> Result<Vec<Resistance>> {
+    let mut resistances = Vec::new();
+    for_each_face(spec, |mesh, face, bedding| {
+        let stiffness = stiffness(mesh, face, bedding);
+        let n = 3 * face.nodes.len();
+        let entry = |i: usize, j: usize| stiffness.packed[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
+        debug_assert_eq!(stiffness.packed.len(), n * (n + 1) / 2);
+        for (a, &node) in face.nodes.iter().enumerate() {
+            // The node's own block, scaled to 1: which directions it resists, not how much.
+            let block = Matrix3::from_fn(|i, j| entry(3 * a + i, 3 * a + j));
+            let largest = block.diagonal().max();
+            for c in (0..3).filter(|&c| block[(c, c)] > 1e-12 * largest) {
+                resistances.push((node, block.column(c).into_owned() / largest));
+            }
+        }
+    })?;
+    Ok(resistances)
+}
+
+fn for_each_face(spec: &FeSpec, mut visit: impl FnMut(&Mesh, &SurfaceFace, Bedding)) -> Result<()> {
+    for foundation in &spec.foundations {
+        let name = || format!("foundation of the group \"{}\"", foundation.group);
+        sound(foundation.bedding).context(name)?;
+        for face in group_faces(&spec.mesh, &foundation.group).context(|| "foundation".to_string())? {
+            visit(&spec.mesh, &face, foundation.bedding);
+        }
+    }
+    Ok(())
+}
+
+fn sound(bedding: Bedding) -> Result<()> {
+    let values = match bedding {
+        Bedding::Normal(k) => vec![k],
+        Bedding::Components(k) => k.to_vec(),
+    };
+    if values.iter().all(|k| k.is_finite() && *k >= 0.0) && values.iter().any(|k| *k > 0.0) {
+        return Ok(());
+    }
+    Err(Error::input(format!("the stiffness {values:?} must be positive (components may be 0, not all)")))
+}
+
+fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: Bedding) -> FaceStiffness {
+    let packed = match face.kind {
+        ElementKind::Quad4 => integrate::<Quad4, 4>(mesh, face, bedding, &quadrilateral(2)),
+        ElementKind::Tri3 => integrate::<Tri3, 3>(mesh, face, bedding, &triangle(2)),
+        other => unreachable!("solids with {} faces were refused", other.name()),
+    };
+    FaceStiffness { nodes: face.nodes.clone(), packed }
+}
+
+/// ∫ N_a k N_b dS of one face, packed; on flat faces the rules are exact.
+fn integrate<S: ShapeFunctions<N, 2>, const N: usize>(
+    mesh: &Mesh,
+    face: &SurfaceFace,
+    bedding: Bedding,
+    rule: &[RulePoint<2>],
+) -> Vec<f64> {
+    let mut packed = vec![0.0; 3 * N * (3 * N + 1) / 2];
+    for &(xi, weight) in rule {
+        let gradients = S::gradients(xi);
+        let tangent = |d: usize| {
+            face.nodes
+                .iter()
+                .zip(&gradients)
+                .fold(Vector3::zeros(), |sum, (&node, g)| sum + Vector3::from(mesh.points[node]) * g[d])
+        };
+        let area = tangent(0).cross(&tangent(1)) * weight;
+        let stiffness = match bedding {
+            Bedding::Normal(k) => area * area.transpose() * (k / area.norm()),
+            Bedding::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
+        };
+        let values = S::values(xi);
+        let mut at = 0;
+        for i in 0..3 * N {
+            for j in 0..=i {
+                packed[at] += values[i / 3] * values[j / 3] * stiffness[(i % 3, j % 3)];
+                at += 1;
+            }
+        }
+    }
+    packed
+}

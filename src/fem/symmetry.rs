@@ -1,0 +1,51 @@
+//! Planes of symmetry: which component of the displacement vanishes on a plane group.
+
+use nalgebra::Vector3;
+
+use super::dofs::COMPONENTS;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::faces::group_faces;
+
+/// Largest angle (radians) between faces of a plane, and between its normal and an axis; largest distance of nodes from
+/// the plane over its size.
+const PLANE: f64 = 1e-6;
+
+/// The component (0, 1, 2) along the normal of the plane group `name`.
+///
+/// # Errors
+/// If the group is missing or no outer surface, not plane, or not across one of the axes.
+pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
+    let faces = group_faces(mesh, name)?;
+    let corner = |node: usize| Vector3::from(mesh.points[node]);
+    let mut normals = Vec::new();
+    let mut nodes: Vec<usize> = faces.iter().flat_map(|face| face.nodes.iter().copied()).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    for face in &faces {
+        let [a, b, c] = [0, 1, 2].map(|i| corner(face.nodes[i]));
+        normals.push((b - a).cross(&(c - a)).normalize());
+    }
+    let (Some(normal), Some(&first)) = (normals.first(), nodes.first()) else {
+        return Err(Error::input(format!("the group \"{name}\" has no faces")));
+    };
+    let size = nodes.iter().map(|&node| (corner(node) - corner(first)).norm()).fold(0.0, f64::max);
+    let bent = normals.iter().any(|other| (other - normal).norm() > PLANE);
+    let off = nodes.iter().any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANE * size);
+    if bent || off {
+        return Err(Error::input(format!(
+            "the group \"{name}\" is not plane; a symmetry plane must be one plane: give the faces of each plane a group \
+             of their own"
+        )));
+    }
+    (0..3).find(|&c| (normal[c].abs() - 1.0).abs() < PLANE * PLANE).ok_or_else(|| {
+        Error::input(format!(
+            "the group \"{name}\" lies across ({:.4}, {:.4}, {:.4}); symmetry planes must lie across {}: turn the mesh \
+             so that it does",
+            normal.x,
+            normal.y,
+            normal.z,
+            COMPONENTS.join(", ")
+        ))
+    })
+}

@@ -1,0 +1,189 @@
+//! What an end of an increment has to balance: prescribed forces, and the loads of bodies that float.
+
+use nalgebra::Vector3;
+
+use crate::contact::balance::{COMPONENTS, Motion, Unresisted};
+use crate::contact::projection::Sliding;
+use crate::contact::{Balance, End, NormalControl, SlipReference, TangentialControl, Wanted};
+use crate::error::{Error, Result};
+use crate::geometry::Side;
+
+use super::Run;
+use super::model::Prepared;
+use super::step::Step;
+
+/// Below this a direction, whose length is 1, has no part left.
+const NO_PART: f64 = 1e-6;
+
+impl Run<'_> {
+    /// The end of an increment under the given controls, with the balance they ask for.
+    ///
+    /// # Errors
+    /// If a load acts along a motion that nothing resists.
+    pub(super) fn end(
+        &mut self,
+        step: &Step,
+        (normal, tangential): (NormalControl, TangentialControl),
+        reference: SlipReference,
+    ) -> Result<End> {
+        let mut end = End { normal, tangential, balance: None, reference };
+        let forced =
+            matches!(normal, NormalControl::Force(_)) || matches!(tangential, TangentialControl::Force(_));
+        let prepared = &self.prepared;
+        if prepared.floating_gaps.is_empty() && !(forced && prepared.rigid_axes.is_some()) {
+            return Ok(end);
+        }
+        let friction = if step.friction { prepared.ellipse } else { None };
+        let wanted = prepared.wanted(normal, tangential);
+        let gap = |component: usize, cell: usize| prepared.unit_gap(component, cell);
+        let areas = &prepared.model.frame.areas;
+        let balance = Balance::on(areas, friction.as_ref(), gap, &wanted)
+            .map_err(|unresisted| prepared.nothing_resists(step, &unresisted))?;
+        for motion in &balance.held {
+            let note = format!(
+                "step \"{}\": nothing resists the {} of {} and no load drives it: it is held",
+                step.name,
+                prepared.motion_name(motion),
+                prepared.who()
+            );
+            if !self.result.warnings.contains(&note) {
+                self.result.warnings.push(note);
+            }
+        }
+        end.balance = Some(balance);
+        Ok(end)
+    }
+}
+
+impl Prepared<'_> {
+    /// Local gap (x, y, n) in a cell per unit of a component of motion.
+    fn unit_gap(&self, component: usize, cell: usize) -> [f64; 3] {
+        if component >= 3 {
+            let gap = &self.floating_gaps[component - 3];
+            return [0, 1, 2].map(|plane| gap[plane * self.n() + cell]);
+        }
+        let mut unit = Vector3::zeros();
+        unit[component] = 1.0;
+        self.rigid_axes.as_ref().map_or(unit, |axes| axes[cell] * unit).into()
+    }
+
+    /// The motions to be found, with what the tractions on body 2 must do on them.
+    fn wanted(&self, normal: NormalControl, tangential: TangentialControl) -> Vec<Wanted> {
+        let mut force = Vector3::zeros();
+        let mut forced = Vec::new();
+        if let NormalControl::Force(p) = normal {
+            force.z = p;
+            forced.push(Vector3::z());
+        }
+        if let TangentialControl::Force([x, y]) = tangential {
+            (force.x, force.y) = (x, y);
+            forced.extend([Vector3::x(), Vector3::y()]);
+        }
+        let floating =
+            self.floating_motions.iter().zip(&self.floating_loads).enumerate().map(|(j, (m, load))| {
+                let mut motion = [0.0; COMPONENTS];
+                motion[3 + j] = 1.0;
+                // The contact carries what is prescribed, and holds the body against its own loads.
+                Wanted { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
+            });
+        let mut wanted: Vec<Wanted> = floating.collect();
+        let mut taken = self.free_translations.clone();
+        for direction in forced {
+            let mut rest = direction;
+            taken.iter().for_each(|free| rest -= free * free.dot(&direction));
+            if rest.norm() > NO_PART {
+                let rest = rest.normalize();
+                taken.push(rest);
+                let mut motion = [0.0; COMPONENTS];
+                motion[..3].copy_from_slice(rest.as_slice());
+                wanted.push(Wanted { motion, work: force.dot(&rest) });
+            }
+        }
+        wanted
+    }
+
+    fn nothing_resists(&self, step: &Step, unresisted: &Unresisted) -> Error {
+        let mend = if step.friction && self.ellipse.is_some() {
+            "support the body along it, or remove the load"
+        } else {
+            "without friction only pressures act; give [friction] a law, support the body along it, or remove the load"
+        };
+        Error::input(format!(
+            "step \"{}\": a load acts along the {} of {}, and nothing resists it: {mend}",
+            step.name,
+            self.motion_name(&unresisted.motion),
+            self.who()
+        ))
+    }
+
+    /// The body or bodies that float, in words; body 2 where only forces are prescribed.
+    fn who(&self) -> &'static str {
+        match self.model.floating.iter().map(|body| body.side).collect::<Vec<_>>()[..] {
+            [Side::Lower] => "body 1",
+            [Side::Lower, Side::Upper] | [Side::Upper, Side::Lower] => "the bodies",
+            _ => "body 2",
+        }
+    }
+
+    /// Translation and rotation of body 2 relative to body 1.
+    fn six(&self, motion: &Motion) -> [f64; 6] {
+        let mut six = [0.0; 6];
+        six[..3].copy_from_slice(&motion[..3]);
+        for (floating, amount) in self.floating_motions.iter().zip(&motion[3..]) {
+            six.iter_mut().zip(floating).for_each(|(sum, c)| *sum += amount * c);
+        }
+        six
+    }
+
+    /// A motion in words, in the frame's axes.
+    fn motion_name(&self, motion: &Motion) -> String {
+        let six = self.six(motion);
+        let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
+        if turn.norm() * self.model.frame.size() > 1e-6 * shift.norm() {
+            format!("rotation about {}", direction_name(turn))
+        } else {
+            format!("translation along {}", direction_name(shift))
+        }
+    }
+
+    /// Why no motion balances the prescribed forces.
+    pub(super) fn sliding_note(&self, step: &str, number: usize, sliding: &Sliding) -> String {
+        let six = self.six(&sliding.motion);
+        let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
+        let body1 = self.who() == "body 1";
+        let sign = if body1 { -1.0 } else { 1.0 };
+        let who = if body1 { "body 1" } else { "body 2" };
+        let turns = turn.norm() * self.model.frame.size() > shift.norm();
+        let how = match (turns, sliding.opens) {
+            (true, true) => format!("tips off about {}", direction_name(turn * sign)),
+            (true, false) => format!("spins about {}", direction_name(turn * sign)),
+            (false, true) => format!("moves off along {}", direction_name(shift * sign)),
+            (false, false) => format!("slides along {}", direction_name(shift * sign)),
+        };
+        if sliding.opens {
+            return format!(
+                "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
+            );
+        }
+        let share = if sliding.carried > 0.0 && sliding.carried < 1.0 {
+            format!("; friction carries {:.4} of the load", sliding.carried)
+        } else {
+            String::new()
+        };
+        format!(
+            "step \"{step}\" ({number}): the tangential load exceeds what friction carries: gross sliding: {who} {how} \
+             (frame's axes){share}"
+        )
+    }
+}
+
+/// An axis by its name, any other direction by its components.
+fn direction_name(direction: Vector3<f64>) -> String {
+    let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
+    for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {
+        if unit[axis].abs() > 1.0 - 1e-9 {
+            return if unit[axis] > 0.0 { name.to_owned() } else { format!("-{name}") };
+        }
+    }
+    format!("({:.3}, {:.3}, {:.3})", unit.x, unit.y, unit.z)
+}
