@@ -56,15 +56,15 @@ fn solve(folder: &Path, scene: &Path, mesh: &Path) -> (usize, f64, f64) {
 }
 
 /// Truths: a conforming mesh is too stiff, so that of two loads for one approach (on the same frame) the smaller is nearer to
-/// the true one; two rounds of refinement bring load and estimated error below those of a uniform mesh of more unknowns.
+/// the true one; three rounds of refinement bring load and estimated error below those of a uniform mesh of more unknowns.
 #[test]
 fn the_size_field_beats_uniform_refinement() {
     let folder = tempfile::tempdir().unwrap();
     let (folder, scene) = (folder.path(), scene(folder.path()));
     let Some(mut current) = mesh(folder, "round0.msh", &[]) else { return };
-    let uniform = mesh(folder, "uniform.msh", &["-setnumber", "size", "1.4"]).unwrap();
+    let uniform = mesh(folder, "uniform.msh", &["-setnumber", "size", "2"]).unwrap();
     let field = folder.join("size.pos");
-    for round in 1..=2 {
+    for round in 1..=3 {
         let output = program("refine", &scene, &current).arg("--out").arg(&field).output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout);
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
