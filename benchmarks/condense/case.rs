@@ -53,13 +53,15 @@ impl Case {
         let contact = contact(&mesh, 0.5 + 1e-9);
         let cells: Vec<Vec<usize>> = mesh.volume_cells().map(|cell| mesh.cell_nodes(cell).to_vec()).collect();
         let graph = NodeGraph::from_elements(mesh.n_points(), cells.iter().map(Vec::as_slice));
-        let base = Support { group: "base".into(), components: [true; 3], value: [0.0; 3] };
+        let base =
+            Support { group: "base".into(), components: [true; 3], value: [0.0; 3], gradient: [[0.0; 3]; 3] };
         let model = FeModel::new(FeSpec {
             name: "block".into(),
             mesh: Arc::new(mesh),
             regions: vec![(None, im7()?.into())],
             formulation: HexFormulation::Enhanced,
             supports: vec![base],
+            foundations: vec![],
             pressures: vec![],
             tractions: vec![],
             body_force: [0.0; 3],

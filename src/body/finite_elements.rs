@@ -12,7 +12,7 @@ use crate::fem::{
     CondensedBody, FeModel, FeSpec, FlexibilityCache, StressRecovery, contact_points, exposures,
 };
 use crate::frame::{ContactFrame, FaceMap, Side};
-use crate::geometry::{Point, Triad};
+use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -133,7 +133,7 @@ fn floating(condensed: &CondensedBody, map: &FaceMap, side: Side, frame: &Contac
     let model = condensed.model();
     let free = model.free_motions()?;
     let sign = side.gap_sign();
-    let axes = Triad::horizontal(frame.azimuth);
+    let axes = frame.axes;
     let motions = model.work_on_free_motions().into_iter().enumerate().map(|(j, load)| {
         let [shift, turn] = free.about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
         let points = map.nodes().iter().map(|&node| Point::from(model.mesh().points[node]));

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::spec::{Bedding, FeSpec};
-use crate::element::{ElementKind, Quad4, ShapeFunctions, Tri3};
+use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -79,7 +79,10 @@ fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: Bedding) -> FaceStiffness
     let packed = match face.kind {
         ElementKind::Quad4 => integrate::<Quad4, 4>(mesh, face, bedding, &quadrilateral(2)),
         ElementKind::Tri3 => integrate::<Tri3, 3>(mesh, face, bedding, &triangle(2)),
-        other => unreachable!("solids with {} faces were refused", other.name()),
+        ElementKind::Quad8 => integrate::<Quad8, 8>(mesh, face, bedding, &quadrilateral(4)),
+        ElementKind::Quad9 => integrate::<Quad9, 9>(mesh, face, bedding, &quadrilateral(4)),
+        ElementKind::Tri6 => integrate::<Tri6, 6>(mesh, face, bedding, &triangle(5)),
+        other => unreachable!("{} is no face of a solid", other.name()),
     };
     FaceStiffness { nodes: face.nodes.clone(), packed }
 }

@@ -63,7 +63,7 @@ fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, forces: &mut NodalForces
             ElementKind::Quad8 => load_face::<Quad8, 8>(mesh, &face, load, &square2, forces),
             ElementKind::Quad9 => load_face::<Quad9, 9>(mesh, &face, load, &square2, forces),
             ElementKind::Tri6 => load_face::<Tri6, 6>(mesh, &face, load, &corner2, forces),
-            other => unreachable!("solids with {} faces were refused", other.name()),
+            other => unreachable!("{} is no face of a solid", other.name()),
         }
     }
     Ok(())

@@ -37,7 +37,8 @@ impl FeModel {
     /// Assembles the body.
     ///
     /// # Errors
-    /// If an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid motions of one of several parts free (which are
+    /// If an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
+    /// motions of one of several parts free (which are
     /// named).
     pub fn new(spec: FeSpec) -> Result<Self> {
         let name = spec.name.clone();

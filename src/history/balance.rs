@@ -153,7 +153,7 @@ impl Prepared<'_> {
         let body1 = self.who() == "body 1";
         let sign = if body1 { -1.0 } else { 1.0 };
         let who = if body1 { "body 1" } else { "body 2" };
-        let turns = turn.norm() * self.model.frame.size() > 1e-3 * shift.norm();
+        let turns = turn.norm() * self.model.frame.size() > shift.norm();
         let how = match (turns, sliding.opens) {
             (true, true) => format!("tips off about {}", direction_name(turn * sign)),
             (true, false) => format!("spins about {}", direction_name(turn * sign)),

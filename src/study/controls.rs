@@ -8,7 +8,6 @@ use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
 use crate::fem::{self, FreeMotions};
 use crate::frame::ContactFrame;
-use crate::geometry::Triad;
 use crate::history::step::{Normal, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::Plan;
@@ -71,7 +70,7 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
 
 /// Motions of body 2 relative to body 1 in the frame's axes at its origin.
 fn relative(motions: &FreeMotions, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
-    let axes = Triad::horizontal(frame.azimuth);
+    let axes = frame.axes;
     (0..motions.n())
         .map(|j| {
             let [shift, turn] = motions

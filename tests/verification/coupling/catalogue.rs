@@ -26,6 +26,7 @@ fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: coupled.floating,
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,
@@ -141,6 +142,7 @@ fn punch(height: f64, bonded: bool, n: usize) -> f64 {
     let model = Model {
         initial_gap: vec![0.0; 3 * frame.n_cells()],
         flexibility: coupled.flexibility,
+        floating: Vec::new(),
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,

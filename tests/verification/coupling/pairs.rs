@@ -46,6 +46,7 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
+        floating: coupled.floating,
         friction,
         wear: WearLaw::None,
         wear_share: 1.0,
