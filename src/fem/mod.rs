@@ -27,6 +27,6 @@ pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,
 };
 pub(crate) use recovery::{contact_points, exposures};
-pub use regions::Regions;
+pub use regions::{Finding, Regions, check_materials};
 pub use rigid::check_supports;
 pub use spec::{FeSpec, HexFormulation, Support};

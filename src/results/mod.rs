@@ -5,6 +5,7 @@
 
 pub mod body_fields;
 pub mod body_peaks;
+pub mod comparison;
 pub mod fields;
 pub mod frame_fields;
 pub mod locate;
