@@ -10,9 +10,10 @@ use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
 use crate::error::Result;
 use crate::frame::ContactFrame;
-use crate::results::comparison::{Comparison, Difference, Profiles, StepResult, VariantResult, profiles_svg};
+use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output::{OutputDir, write_atomically};
+use crate::results::profiles::{Profiles, profiles_svg};
 use crate::results::summary::{Status, Summary};
 use crate::scene::{self, Plan};
 use crate::study::compare::{Variant, variants};
@@ -64,12 +65,13 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         return report(&error);
     }
     if !arguments.quiet {
+        let n = comparison.variants.len();
+        let plural = if n == 1 { "variant" } else { "variants" };
         let total = seconds(started.elapsed().as_secs_f64());
         let place = directory.join("compare.json");
         to_stdout(&format!(
-            "{}\n{} variants in {total}\nresults: {}\n",
+            "{}\n{n} {plural} in {total}\nresults: {}\n",
             describe(&comparison),
-            comparison.variants.len(),
             place.display()
         ));
     }

@@ -12,6 +12,7 @@ pub mod locate;
 pub mod memory;
 pub mod output;
 pub mod plot;
+pub mod profiles;
 pub mod recorder;
 pub mod summary;
 pub mod surface_stress;

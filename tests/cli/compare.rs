@@ -110,7 +110,7 @@ fn one_variant_and_the_worst_exit_code() {
     let (code, text, _) =
         orthowear(folder.path(), &["compare", "scene.toml", "--set", half_space, "--out", "one"]);
     assert_eq!(code, Some(0));
-    assert!(text.contains("one variant only") && text.contains("1 variants"), "{text}");
+    assert!(text.contains("one variant only") && text.contains("1 variant in"), "{text}");
     let few = ["compare", "scene.toml", "--set", "solver.max_iterations=1", "--out", "few"];
     let (code, text, _) = orthowear(folder.path(), &few);
     assert_eq!(code, Some(3), "{text}");

@@ -211,7 +211,9 @@ fn mistakes_in_tables_and_fields() {
         &field("fibre", &data.replace("\n150 1 0 0", "\n150 nan 0 0")),
         &["element 150 gives no direction"],
     );
-    refused(&field("fibre", &data.replace("0\n3\n64", "0\n4\n48")), &["line 233", "$ElementData"]);
+    let line = (mesh() + &data).lines().position(|line| line == "150 1 0 0").unwrap() + 1;
+    let place = format!("./box.msh, line {line} (section $ElementData): found \"zero\"");
+    refused(&field("fibre", &data.replace("\n150 1 0 0", "\n150 1 zero 0")), &["body1.mesh", &place]);
     refused(&field("fibre", &element_data(101..150, "1 0 0")), &["element 150", "(15 elements in all)"]);
 }
 

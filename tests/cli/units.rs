@@ -10,7 +10,7 @@ fn notes(options: &[&str]) -> String {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
     let (code, text, errors) = orthowear(folder.path(), &[&["check", "scene.toml"][..], options].concat());
     assert_eq!(code, Some(0), "{errors}");
-    text.lines().filter(|line| line.contains("units:")).collect::<Vec<_>>().join("\n")
+    text.lines().filter(|line| line.contains("mixed-up units:")).collect::<Vec<_>>().join("\n")
 }
 
 /// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh
@@ -48,6 +48,16 @@ fn each_mixed_up_number_is_named() {
     set(forced, &["force 1.0000e9 makes a contact"]);
 }
 
+/// Truth: the scene has one material and uses it; a second one is left alone.
+#[test]
+fn a_material_that_nothing_is_made_of_is_noted() {
+    let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let steel = "materials.steel={ model = \"isotropic\", E = 210e3, nu = 0.3 }";
+    let (code, text, _) = orthowear(folder.path(), &["check", "scene.toml", "--set", steel]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("no body is made of the material `steel`") && !text.contains("`im7`"), "{text}");
+}
+
 /// Truth: the ready scenes are sound.
 #[test]
 fn ready_scenes_are_not_warned_about() {
@@ -59,7 +69,7 @@ fn ready_scenes_are_not_warned_about() {
         }
         let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         assert!(
-            plan.notes.iter().all(|note| !note.contains("units:")),
+            plan.notes.iter().all(|note| !note.contains("mixed-up units:")),
             "{}: {:?}",
             path.display(),
             plan.notes

@@ -41,6 +41,9 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
                 None
             }
         });
+        if users(r, &name).is_empty() {
+            r.notes.push(format!("no body is made of the material `{name}`"));
+        }
         materials.insert(name, stiffness);
     }
     materials

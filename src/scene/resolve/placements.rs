@@ -159,6 +159,11 @@ fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
 
 /// Reports elements without a material or a direction, and notes those that straddle plies.
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+    for group in body.regions.keys() {
+        if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
+            r.notes.push(format!("{key}.regions.{group}: the group has no elements in {}", spec.mesh.source));
+        }
+    }
     // What has no solids or groups is reported elsewhere.
     let Ok(findings) = fem::check_materials(&spec.inputs(key)) else { return };
     for (index, finding) in findings.into_iter().enumerate() {
