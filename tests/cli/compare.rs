@@ -119,3 +119,23 @@ fn one_variant_and_the_worst_exit_code() {
     assert_eq!(code, Some(2));
     assert!(errors.contains("gap.radius"), "{errors}");
 }
+
+/// Truth: the sphere of radius 50 that the cap's faces approximate; chords of 0.19 mm miss it by 0.19^2/(4 R) = 2e-4 mm,
+/// the gap in the frame's corners is 0.024 mm.
+#[test]
+fn half_spaces_keep_the_gap_of_the_meshes() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/steel-cap-on-cfrp-block.toml");
+    let plan = orthowear::scene::read(&scene, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    let (frame, variants) =
+        orthowear::study::compare::variants(&plan).unwrap_or_else(|f| panic!("{}", f.error));
+    let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
+    assert_eq!(names, ["FE-FE", "FE-BE", "BE-FE", "BE-BE"]);
+    for variant in &variants[1..] {
+        let gap = variant.plan.as_ref().unwrap().gap.evaluate(&frame).unwrap();
+        for (cell, found) in gap.iter().enumerate() {
+            let [x, y] = frame.plane_coordinates(cell);
+            let exact = 50.0 - (2500.0 - x * x - y * y).sqrt();
+            assert!((found - exact).abs() < 3e-4, "{}: {found} instead of {exact}", variant.name);
+        }
+    }
+}
