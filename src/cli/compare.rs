@@ -9,6 +9,7 @@ use super::run::{Job, compute, reason, report, show_failure, units};
 use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
 use crate::error::Result;
+use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
@@ -23,11 +24,11 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     use_threads(arguments.scene.threads);
     let stop = signal::catch();
     let started = Instant::now();
-    let scene = &arguments.scene.scene;
-    let directory = arguments.out.clone().unwrap_or_else(|| scene.with_extension("compare"));
-    let plan = match scene::read(scene, &arguments.scene.overrides) {
+    let beside = || arguments.scene.scene.with_extension("compare");
+    let directory = arguments.out.clone().unwrap_or_else(beside);
+    let plan = match planned(arguments) {
         Ok(plan) => plan,
-        Err(mistakes) => return refuse(&mistakes),
+        Err(code) => return code,
     };
     let (frame, variants) = match variants(&plan) {
         Ok(found) => found,
@@ -76,6 +77,16 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         ));
     }
     worst
+}
+
+/// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
+fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
+    let scene = &arguments.scene;
+    let mut plan = scene::read(&scene.scene, &scene.overrides).map_err(|mistakes| refuse(&mistakes))?;
+    if !arguments.no_cache {
+        plan.cache = FlexibilityCache::of_user().map_err(|error| report(&error))?;
+    }
+    Ok(plan)
 }
 
 /// A warning where there is nothing to compare.

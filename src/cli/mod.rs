@@ -93,6 +93,9 @@ struct CompareArgs {
     /// Directory of the results; default: the scene's name with .compare beside the scene.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    #[arg(long)]
+    no_cache: bool,
     /// Prints nothing but errors.
     #[arg(long)]
     quiet: bool,

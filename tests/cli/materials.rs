@@ -96,12 +96,7 @@ pub fn folder(fibre: &str, after_mesh: &str, files: &[(&str, &str)]) -> tempfile
 }
 
 pub fn orthowear(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = assert_cmd::Command::cargo_bin("orthowear")
-        .unwrap()
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap();
+    let output = crate::tools::orthowear().current_dir(folder).args(arguments).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     (output.status.code(), text(output.stdout), text(output.stderr))
 }

@@ -30,7 +30,6 @@ fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,
-        floating: coupled.floating,
     }
 }
 
@@ -146,7 +145,6 @@ fn punch(height: f64, bonded: bool, n: usize) -> f64 {
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,
-        floating: coupled.floating,
         frame,
     };
     let record = solved(&model, &[indent(1e-3)]).records.pop().unwrap();

@@ -50,7 +50,6 @@ pub fn model(parts: [&Part; 2], frame: &ContactFrame, friction: FrictionLaw) -> 
         friction,
         wear: WearLaw::None,
         wear_share: 1.0,
-        floating: coupled.floating,
     }
 }
 
