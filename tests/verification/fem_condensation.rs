@@ -53,7 +53,8 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
-        let body = loaded_block(kind, formulation, [4, 4, 4], rough);
+        // The dense inverse is what takes the time.
+        let body = loaded_block(kind, formulation, if kind.n_nodes() > 8 { [2; 3] } else { [4; 3] }, rough);
         let model = body.model();
         let n = model.n_free();
         let mut k = DMatrix::zeros(n, n);

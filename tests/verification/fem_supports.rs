@@ -26,7 +26,9 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);
     for (kind, formulation) in ELEMENTS {
         for bedding in [Bedding::Normal(k), Bedding::Components([0.0, 0.0, k])] {
-            let mesh = block(kind, [3, 2, 3], [1.0, 1.5, h], wavy);
+            // Coarse elements of order 2 would fold.
+            let map = if kind.n_nodes() > 8 { |x: [f64; 3]| x } else { wavy };
+            let mesh = block(kind, [3, 2, 3], [1.0, 1.5, h], map);
             let mut body = spec(mesh, isotropic(), formulation, vec![]);
             body.pressures = vec![("z1".into(), p)];
             body.foundations = bedded("z0", bedding);
