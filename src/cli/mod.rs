@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
 mod check;
+mod compare;
 mod progress;
 mod refine;
 mod render;
@@ -44,6 +45,8 @@ struct CommandLine {
 enum Command {
     /// Computes a scene and writes its results.
     Run(RunArgs),
+    /// Computes a scene with each meshed body as it is and as a half-space, and shows what differs.
+    Compare(CompareArgs),
     /// Checks a scene with its meshes and says what a run would compute, skip and need.
     Check(SceneArgs),
     /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
@@ -83,6 +86,21 @@ struct RunArgs {
     quiet: bool,
 }
 
+#[derive(Debug, Args)]
+struct CompareArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Directory of the results; default: the scene's name with .compare beside the scene.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    #[arg(long)]
+    no_cache: bool,
+    /// Prints nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
 /// Runs the program on its arguments, the program's name first; the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let command = match CommandLine::try_parse_from(arguments) {
@@ -96,6 +114,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     std::panic::set_hook(Box::new(report_panic));
     let code = std::panic::catch_unwind(|| match command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Refine(arguments) => refine::refine(&arguments),
         Command::Schema => schema::schema(),

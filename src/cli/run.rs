@@ -10,7 +10,8 @@ use super::progress::{Progress, seconds};
 use super::{RunArgs, exit, refuse, signal, table, to_stderr, to_stdout, use_threads};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::history::step::Outcome;
+use crate::frame::ContactFrame;
+use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::results::fields::FieldWriter;
 use crate::results::output::OutputDir;
 use crate::results::recorder::Recorder;
@@ -45,7 +46,12 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
             Err(error) => return report(&error),
         };
     }
-    let code = compute(&plan, output, &mut summary, arguments.quiet, stop);
+    let mut progress = Progress::new(arguments.quiet);
+    let mut nobody = Nobody;
+    let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
+    let code = compute(&plan, output, &mut summary, Job { frame: None, show, watch: &mut nobody, stop });
+    progress.end();
+    let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
     } else if summary.status == Status::NotConverged {
@@ -61,7 +67,7 @@ fn beside(scene: &Path) -> PathBuf {
     scene.with_extension("out")
 }
 
-fn units(plan: &Plan) -> Units {
+pub(super) fn units(plan: &Plan) -> Units {
     Units { length: plan.units.length.clone(), force: plan.units.force.clone() }
 }
 
@@ -83,37 +89,87 @@ fn refuse_scene(mistakes: &Mistakes, arguments: &RunArgs, directory: &Path) -> u
     code
 }
 
-/// Runs the plan into `output` and completes `summary`; the exit code.
-fn compute(plan: &Plan, output: OutputDir, summary: &mut Summary, quiet: bool, stop: &AtomicBool) -> u8 {
-    let mut progress = Progress::new(quiet);
+/// How a plan is run.
+pub(super) struct Job<'a> {
+    /// The frame, if it was made for another plan.
+    pub frame: Option<&'a ContactFrame>,
+    /// Shows stage, fraction done, residual.
+    pub show: &'a mut dyn FnMut(&str, f64, Option<f64>),
+    /// Hears of each increment.
+    pub watch: &'a mut dyn Observer,
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+}
+
+/// Hears nothing.
+struct Nobody;
+
+impl Observer for Nobody {
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// The recorder of a run, and somebody who watches besides.
+struct Watched<'a, 'r> {
+    recorder: &'a mut Recorder<'r>,
+    watch: &'a mut dyn Observer,
+}
+
+impl Observer for Watched<'_, '_> {
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
+        self.recorder.progress(stage, fraction, residual);
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        self.recorder.increment_done(record, state)?;
+        self.watch.increment_done(record, state)
+    }
+
+    fn interrupted(&self) -> bool {
+        self.recorder.interrupted()
+    }
+}
+
+/// Runs the plan into `output` and completes `summary`; the exit code, or the failure that ended it, which is in the
+/// summary too.
+pub(super) fn compute(
+    plan: &Plan,
+    output: OutputDir,
+    summary: &mut Summary,
+    job: Job<'_>,
+) -> std::result::Result<u8, Failure> {
+    let Job { frame, show, watch, stop } = job;
     let prepared = catch_unwind(AssertUnwindSafe(|| {
-        study::prepare(plan, &mut |stage, done| progress.show(stage, done, None), stop)
+        study::prepare_on(plan, frame, &mut |stage, done| show(stage, done, None), stop)
     }));
     let prepared =
         prepared.unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: String::new() }));
     let study = match prepared {
         Ok(Some(study)) => study,
         Ok(None) => {
-            progress.end();
             summary.conclude(&Ok(Outcome::Interrupted));
-            return finish(Recorder::into_directory(output), summary, exit::INTERRUPTED);
+            return Ok(finish(Recorder::into_directory(output), summary, exit::INTERRUPTED));
         }
         Err(failure) => {
-            progress.end();
-            let code = show_failure(plan, &failure);
             summary.fail(&failure.error);
-            return finish(Recorder::into_directory(output), summary, code);
+            let code = failure.error.exit_code();
+            return match finish(Recorder::into_directory(output), summary, code) {
+                written if written == code => Err(failure),
+                other => Ok(other),
+            };
         }
     };
     summary.warnings.extend(study.notes.iter().cloned());
     summary.skipped.extend(study.skipped.iter().cloned());
     study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
     let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-    let mut recorder = Recorder::into_directory(output)
-        .with_fields(fields)
-        .with_progress(|stage, done, residual| progress.show(stage, done, residual))
-        .with_stop(stop);
-    let result = catch_unwind(AssertUnwindSafe(|| study.run(&mut recorder)));
+    let mut recorder =
+        Recorder::into_directory(output).with_fields(fields).with_progress(show).with_stop(stop);
+    let mut watched = Watched { recorder: &mut recorder, watch };
+    let result = catch_unwind(AssertUnwindSafe(|| study.run(&mut watched)));
     let result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
@@ -122,13 +178,11 @@ fn compute(plan: &Plan, output: OutputDir, summary: &mut Summary, quiet: bool, s
         result.outcome
     });
     summary.conclude(&outcome);
-    let code = exit_code(&outcome);
-    let code = finish(recorder, summary, code);
-    progress.end();
-    if let Err(error) = &outcome {
-        report(error);
+    let code = finish(recorder, summary, exit_code(&outcome));
+    match outcome {
+        Err(error) => Err(Failure { error, key: String::new() }),
+        Ok(_) => Ok(code),
     }
-    code
 }
 
 /// Writes what there is; the exit code, that of a failure to write before any other.

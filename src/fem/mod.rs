@@ -30,7 +30,7 @@ pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,
 };
 pub(crate) use recovery::{contact_points, exposures};
-pub use regions::Regions;
+pub use regions::{Finding, Regions, check_materials};
 pub use rigid::{FreeMotions, free_motions};
 pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
 pub use symmetry::symmetry_component;

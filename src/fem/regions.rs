@@ -90,6 +90,12 @@ impl Regions {
         &self.cells
     }
 
+    /// Index of the element that is the solid `cell`.
+    pub fn element(&self, cell: CellRef) -> Option<usize> {
+        // Cells stand block by block.
+        self.cells.binary_search(&cell).ok()
+    }
+
     /// Stiffness of the element `i` in global axes, MPa.
     pub fn stiffness(&self, i: usize) -> Matrix6<f64> {
         let (material, axes) = &self.states[self.state[i] as usize];
@@ -119,6 +125,37 @@ impl Regions {
     pub fn material(&self, i: usize) -> &Placed {
         &self.materials[self.states[self.state[i] as usize].0]
     }
+}
+
+/// What is found in a region of a body.
+#[derive(Debug, Clone, Default)]
+pub struct Finding {
+    /// What is wrong with it.
+    pub mistakes: Vec<String>,
+    /// What the user should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Elements without a material or axes, plies without elements, and elements that straddle plies, by region,
+/// `[n_regions]`.
+///
+/// # Errors
+/// If the solids cannot be divided into regions at all.
+pub fn check_materials(spec: &FeSpec) -> Result<Vec<Finding>> {
+    let (cells, region) = cells_and_regions(spec)?;
+    let (_, problems) = Regions::place(spec, cells.clone(), &region);
+    let mut findings = Vec::with_capacity(problems.len());
+    for (index, ((_, placement), problem)) in spec.regions.iter().zip(problems).enumerate() {
+        let own = cells.iter().zip(&region).filter(|(_, region)| **region == index).map(|(cell, _)| *cell);
+        let corners: Vec<Vec<Point>> = own.map(|cell| corners(&spec.mesh, cell)).collect();
+        let mut mistakes: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
+        // Without elements there is nothing that plies could miss.
+        if mistakes.is_empty() && !corners.is_empty() {
+            mistakes = placement.empty_plies(&corners);
+        }
+        findings.push(Finding { mistakes, notes: placement.straddling(&corners).into_iter().collect() });
+    }
+    Ok(findings)
 }
 
 /// The solid cells, and the index into the regions of the body of each.

@@ -91,7 +91,7 @@ impl SymbolicFactor {
 
     /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
     pub fn memory_bytes(&self) -> usize {
-        8 * (self.tree.n_values() + self.tree.peak_remainders(0..self.tree.fronts.len()))
+        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, rayon::current_num_threads()))
     }
 
     /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.

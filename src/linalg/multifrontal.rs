@@ -24,6 +24,9 @@ use crate::error::{Error, Result};
 /// Subtrees of at most this share of all operations are not split further.
 const SHARE: f64 = 1.0 / 64.0;
 
+/// Subtrees worked on side by side before the fronts that wait for them.
+const ROUND: usize = 16;
+
 /// Why a factor was not made.
 pub(super) enum Failure {
     /// Memory does not suffice.
@@ -79,25 +82,56 @@ pub(super) fn factorise(
     let columns = Columns::new(matrix, &tree.place)?;
     let mut values = zeroed(tree.n_values())?;
     let tasks = subtrees(tree);
-    let (pieces, top) = split(tree, &tasks, &mut values);
-    let work = Work { tree, columns: &columns, buffers: Buffers(Mutex::new(Vec::new())) };
-    let remainders: Vec<_> =
-        pieces.into_par_iter().with_max_len(1).map(|(root, own)| work.subtree(root, own)).collect();
+    let (mut pieces, mut top) = split(tree, &tasks, &mut values);
+    let stack = |&root: &usize| tree.peak_remainders(tree.first[root]..root + 1);
+    let work = Work {
+        tree,
+        columns: &columns,
+        stacks: Buffers::default(),
+        stack_length: tasks.iter().map(stack).max().unwrap_or(0),
+        remainders: Buffers::default(),
+    };
     let mut left: Vec<Vec<f64>> = vec![Vec::new(); tree.fronts.len()];
-    for (&root, remainder) in tasks.iter().zip(remainders) {
-        left[root] = remainder?;
-    }
     let mut local = vec![0; tree.order.len()];
-    for (front, panel) in top {
-        let f = &tree.fronts[front];
-        let mut buffer = work.buffers.take(f.n_remainder())?;
-        let remainder = &mut buffer[..f.n_remainder()];
-        let children: Vec<_> = tree.children(front).map(|child| (child, left[child].as_slice())).collect();
-        work.front(f, panel, &children, remainder, &mut local, par)?;
-        tree.children(front).for_each(|child| work.buffers.give(std::mem::take(&mut left[child])));
-        left[front] = buffer;
+    while !pieces.is_empty() || !top.is_empty() {
+        // Remainders of a few subtrees at a time: those of all together would take more memory than L.
+        let round: Vec<Share> = pieces.drain(..pieces.len().min(ROUND)).collect();
+        let roots: Vec<usize> = round.iter().map(|(root, _)| *root).collect();
+        let remainders: Vec<_> =
+            round.into_par_iter().with_max_len(1).map(|(root, own)| work.subtree(root, own)).collect();
+        for (root, remainder) in roots.into_iter().zip(remainders) {
+            left[root] = remainder?;
+        }
+        let next = pieces.first().map_or(tree.fronts.len(), |(root, _)| tree.first[*root]);
+        let ready = top.iter().take_while(|(front, _)| *front < next).count();
+        for (front, panel) in top.drain(..ready) {
+            left[front] = work.top_front(front, panel, &mut left, &mut local, par)?;
+        }
     }
     Ok(values)
+}
+
+/// Most values that remainders and stacks take at one time, with `n_threads` subtrees side by side.
+pub(super) fn peak_workspace(tree: &FrontTree, n_threads: usize) -> usize {
+    let tasks = subtrees(tree);
+    let stack = |&root: &usize| tree.peak_remainders(tree.first[root]..root + 1);
+    let stacks = n_threads.min(ROUND) * tasks.iter().map(stack).max().unwrap_or(0);
+    let mut above = vec![true; tree.fronts.len()];
+    tasks.iter().for_each(|&root| above[tree.first[root]..=root].fill(false));
+    let remainder = |front: usize| tree.fronts[front].n_remainder();
+    let (mut held, mut peak, mut done) = (0, 0, 0);
+    for first in (0..=tasks.len()).step_by(ROUND) {
+        let round = &tasks[first..(first + ROUND).min(tasks.len())];
+        held += round.iter().map(|&root| remainder(root)).sum::<usize>();
+        let next = tasks.get(first + ROUND).map_or(tree.fronts.len(), |&root| tree.first[root]);
+        for front in (done..next).filter(|&front| above[front]) {
+            held += remainder(front);
+            peak = peak.max(held);
+            held -= tree.children(front).map(remainder).sum::<usize>();
+        }
+        (peak, done) = (peak.max(held), next);
+    }
+    stacks + peak
 }
 
 /// A subtree or a front with its values of L.
@@ -141,21 +175,26 @@ fn subtrees(tree: &FrontTree) -> Vec<usize> {
 struct Work<'a> {
     tree: &'a FrontTree,
     columns: &'a Columns,
-    buffers: Buffers,
+    /// Stacks of the subtrees, all of the size that the largest needs.
+    stacks: Buffers,
+    stack_length: usize,
+    remainders: Buffers,
 }
 
 /// Memory that is used again: a page touched for the first time costs more than the numbers put on it.
+#[derive(Default)]
 struct Buffers(Mutex<Vec<Vec<f64>>>);
 
 impl Buffers {
-    /// At least `length` values, of any content.
+    /// At least `length` values of any content, and at most twice as many.
     fn take(&self, length: usize) -> Result<Vec<f64>> {
         let mut free = self.0.lock().expect("no panic while the buffers are held");
-        let fits = (0..free.len()).filter(|&i| free[i].len() >= length);
+        let fits = (0..free.len()).filter(|&i| (length..=2 * length).contains(&free[i].len()));
         match fits.min_by_key(|&i| free[i].len()) {
             Some(i) => Ok(free.swap_remove(i)),
             None => {
-                drop(free);
+                // Sizes grow towards the root: what is too small now will not be asked for often again.
+                free.retain(|buffer| buffer.len() > length);
                 zeroed(length)
             }
         }
@@ -167,6 +206,24 @@ impl Buffers {
 }
 
 impl Work<'_> {
+    /// A front above the subtrees: its remainder; those of its children are given back.
+    fn top_front(
+        &self,
+        front: usize,
+        panel: &mut [f64],
+        left: &mut [Vec<f64>],
+        local: &mut [u32],
+        par: Par,
+    ) -> std::result::Result<Vec<f64>, Failure> {
+        let f = &self.tree.fronts[front];
+        let mut remainder = self.remainders.take(f.n_remainder())?;
+        let children: Vec<_> =
+            self.tree.children(front).map(|child| (child, left[child].as_slice())).collect();
+        self.front(f, panel, &children, &mut remainder[..f.n_remainder()], local, par)?;
+        self.tree.children(front).for_each(|child| self.remainders.give(std::mem::take(&mut left[child])));
+        Ok(remainder)
+    }
+
     /// All fronts of the subtree of `root`, whose values are `values`; the remainder of the root.
     ///
     /// The remainders lie on a stack: the children of a front are on top when it comes, and it replaces them.
@@ -174,7 +231,7 @@ impl Work<'_> {
         let range = self.tree.first[root]..root + 1;
         let base = self.tree.fronts[range.start].offset;
         let mut local = vec![0; self.tree.order.len()];
-        let mut stack = self.buffers.take(self.tree.peak_remainders(range.clone()))?;
+        let mut stack = self.stacks.take(self.stack_length)?;
         let mut bottom = vec![0];
         for front in range {
             let f = &self.tree.fronts[front];
@@ -198,9 +255,9 @@ impl Work<'_> {
             stack.copy_within(top..top + length, bottom[below]);
             bottom.push(bottom[below] + length);
         }
-        let mut remainder = self.buffers.take(bottom[1])?;
+        let mut remainder = self.remainders.take(bottom[1])?;
         remainder[..bottom[1]].copy_from_slice(&stack[..bottom[1]]);
-        self.buffers.give(stack);
+        self.stacks.give(stack);
         Ok(remainder)
     }
 

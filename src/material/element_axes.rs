@@ -56,7 +56,7 @@ impl ElementAxes {
     /// If it has none.
     pub fn axes(&self, element: u64) -> Result<Matrix3<f64>> {
         self.axes.get(&element).copied().ok_or_else(|| {
-            Error::input(format!("element {element} has no fibre in {}: each element needs one", self.source))
+            Error::input(format!("no fibre is given for it in {}; each element needs one", self.source))
         })
     }
 }

@@ -53,6 +53,77 @@ impl Placement {
     }
 }
 
+/// Share of an element's height across a border below which it is round-off.
+const NEGLIGIBLE: f64 = 1e-6;
+
+impl Placement {
+    /// Borders between plies or wound layers as coordinates along their stacking, and that coordinate of a point.
+    #[allow(clippy::type_complexity)]
+    fn stacking(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
+        match self {
+            Self::Layup(plies) => Some((plies.iter().map(|ply| ply.z).collect(), Box::new(|x| x.z))),
+            Self::Single(placed) => match &placed.orientation {
+                Orientation::Winding(winding) if winding.layers().len() > 1 => {
+                    let layers = winding.layers().iter().map(|layer| layer.radii).collect();
+                    Some((layers, Box::new(|x| winding.radius(x))))
+                }
+                _ => None,
+            },
+        }
+    }
+
+    /// Plies and wound layers that hold none of the elements, given by their corners.
+    pub fn empty_plies(&self, elements: &[Vec<Point>]) -> Vec<String> {
+        let Some((plies, along)) = self.stacking() else { return Vec::new() };
+        let mut held = vec![false; plies.len()];
+        for corners in elements {
+            let middle = corners.iter().map(&along).sum::<f64>() / corners.len() as f64;
+            plies
+                .iter()
+                .position(|p| p[0] <= middle && middle <= p[1])
+                .into_iter()
+                .for_each(|i| held[i] = true);
+        }
+        let empty = plies.iter().zip(held).enumerate().filter(|(_, (_, held))| !held);
+        empty
+            .map(|(i, ([low, high], _))| {
+                format!(
+                    "ply {} of {}, from {low:.6} to {high:.6}, holds no element's centroid: mesh at least one layer of \
+                     elements per ply",
+                    i + 1,
+                    plies.len()
+                )
+            })
+            .collect()
+    }
+
+    /// A note on elements, given by their corners, that reach beyond the ply or wound layer of their centroid.
+    pub fn straddling(&self, elements: &[Vec<Point>]) -> Option<String> {
+        let (plies, along) = self.stacking()?;
+        let (mut n, mut worst) = (0, 0.0_f64);
+        for corners in elements {
+            let heights: Vec<f64> = corners.iter().map(&along).collect();
+            let middle = heights.iter().sum::<f64>() / heights.len() as f64;
+            let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let Some(ply) = plies.iter().find(|ply| ply[0] <= middle && middle <= ply[1]) else { continue };
+            let beyond = ((ply[0] - low).max(0.0) + (high - ply[1]).max(0.0)) / (high - low);
+            if beyond > NEGLIGIBLE {
+                n += 1;
+                worst = worst.max(beyond);
+            }
+        }
+        (n > 0).then(|| {
+            format!(
+                "{n} of {} elements reach beyond the ply of their centroid, by up to {:.1} % of their thickness; each \
+                 has the material of that ply alone: let element faces coincide with the borders of the plies",
+                elements.len(),
+                100.0 * worst
+            )
+        })
+    }
+}
+
 /// A stiffness in global axes.
 impl From<Stiffness> for Placement {
     fn from(stiffness: Stiffness) -> Self {

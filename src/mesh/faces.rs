@@ -22,6 +22,16 @@ pub struct SurfaceFace {
     pub tag: u64,
 }
 
+impl SurfaceFace {
+    /// Its area between its corners, mm2.
+    pub fn area(&self, mesh: &Mesh) -> f64 {
+        let corner = |i: usize| crate::geometry::Point::from(mesh.points[self.nodes[i]]);
+        let fan = 1..self.kind.n_corners() - 1;
+        let first = corner(0);
+        0.5 * fan.map(|i| (corner(i) - first).cross(&(corner(i + 1) - first)).norm()).sum::<f64>()
+    }
+}
+
 /// Corner nodes of a face in ascending order, `usize::MAX` in the place of a fourth corner of a triangle.
 type FaceKey = [usize; 4];
 

@@ -5,12 +5,14 @@
 
 pub mod body_fields;
 pub mod body_peaks;
+pub mod comparison;
 pub mod fields;
 pub mod frame_fields;
 pub mod locate;
 pub mod memory;
 pub mod output;
 pub mod plot;
+pub mod profiles;
 pub mod recorder;
 pub mod summary;
 pub mod surface_stress;

@@ -42,6 +42,10 @@ impl<'a> Walk<'a> {
     fn node(&mut self, node: &Node, schema: &'a Json, key: &str) {
         let schema = self.resolve(schema);
         if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
+            let list = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
+            if let (Some(list), Value::Array(_)) = (list, &node.value) {
+                return self.array(node, list, key);
+            }
             return match tag_of(branches) {
                 Some(tag) => self.tagged(node, branches, tag, key),
                 None if number_or_list(branches).is_some() => {

@@ -14,6 +14,8 @@ pub mod plan;
 mod resolve;
 pub mod schema;
 mod suggest;
+pub mod surface;
+mod units;
 
 use std::path::Path;
 
@@ -34,7 +36,11 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
     let (plan, nonsense) = resolve::resolve(&document, clean);
     mistakes.extend(nonsense);
     match plan {
-        Some(plan) if mistakes.is_empty() => Ok(plan),
+        Some(mut plan) if mistakes.is_empty() => {
+            let notes = units::notes(&plan);
+            plan.notes.extend(notes);
+            Ok(plan)
+        }
         _ => Err(Mistakes::new(&document, mistakes)),
     }
 }

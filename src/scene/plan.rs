@@ -16,7 +16,7 @@ use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
 use crate::material::strength::Limit;
-use crate::material::{Orientation, Placed, Placement, Stiffness};
+use crate::material::{Placement, Stiffness};
 use crate::mesh::Mesh;
 use crate::wear::WearLaw;
 
@@ -93,8 +93,10 @@ pub struct FibreAngles {
 /// A finite-element body.
 #[derive(Debug, Clone)]
 pub struct FeSpec {
-    /// Its material.
+    /// Its material, with its fibre where that is one direction.
     pub elastic: Elastic,
+    /// Whether fibres are given, in whichever way.
+    pub has_fibre: bool,
     /// Its mesh.
     pub mesh: Arc<Mesh>,
     /// The mesh's file as the scene names it.
@@ -111,8 +113,8 @@ pub struct FeSpec {
     pub tractions: Vec<(String, [f64; 3])>,
     /// Force per volume.
     pub body_force: [f64; 3],
-    /// Materials of volume groups that differ from the body's.
-    pub regions: Vec<(String, Elastic)>,
+    /// What fills each volume group; `None` stands for the elements in no named region.
+    pub regions: Vec<(Option<String>, Placement)>,
     /// Element formulation; the mesh's own default if absent.
     pub element: Option<Element>,
 }
@@ -177,14 +179,6 @@ impl Elastic {
         fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
     }
 
-    /// The material as a finite-element region takes it.
-    pub fn placement(&self) -> Placement {
-        let axes = if self.isotropic { Matrix3::identity() } else { self.axes(0.0) };
-        let orientation = Orientation::Uniform(axes);
-        let (name, stiffness) = (self.name.clone(), self.stiffness.clone());
-        Placement::Single(Box::new(Placed { name, stiffness, orientation }))
-    }
-
     /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
     pub fn in_axes(&self, azimuth: f64) -> Stiffness {
         if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.axes(azimuth)) }
@@ -194,9 +188,6 @@ impl Elastic {
 impl FeSpec {
     /// What the finite-element module takes; `name` is what its messages call the body.
     pub fn inputs(&self, name: &str) -> fem::FeSpec {
-        let mut regions = vec![(None, self.elastic.placement())];
-        regions
-            .extend(self.regions.iter().map(|(group, elastic)| (Some(group.clone()), elastic.placement())));
         let supports = self.supports.iter().map(|support| fem::Support {
             group: support.group.clone(),
             components: support.values.map(|value| value.is_some()),
@@ -206,7 +197,7 @@ impl FeSpec {
         fem::FeSpec {
             name: name.to_owned(),
             mesh: self.mesh.clone(),
-            regions,
+            regions: self.regions.clone(),
             formulation: match self.element {
                 Some(Element::Hex8) => HexFormulation::Standard,
                 _ => HexFormulation::Enhanced,
@@ -227,6 +218,15 @@ impl BodySpec {
             Self::Fe(fe) => Some(&fe.elastic),
             Self::HalfSpace(elastic) => Some(elastic),
             Self::Rigid => None,
+        }
+    }
+
+    /// Whether it says where its fibres run.
+    pub fn has_fibre(&self) -> bool {
+        match self {
+            Self::Fe(fe) => fe.has_fibre,
+            Self::HalfSpace(elastic) => elastic.fibre.is_some(),
+            Self::Rigid => false,
         }
     }
 

@@ -7,6 +7,7 @@ use super::failure::{AtKey, Failure};
 use crate::coupling::mesh_distance;
 use crate::element::ElementKind;
 use crate::error::Error;
+use crate::fem::Regions;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
 use crate::geometry::Point;
@@ -140,7 +141,7 @@ fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
     format!(" (cells = [{x}, {y}] or fewer)")
 }
 
-/// A note if a law takes the body's fibre although a region with another one lies under the frame.
+/// A note if a law takes the body's fibre although elements with another one lie under the frame.
 fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -> Option<String> {
     let own = fe.elastic.fibre?;
     let mut laws = Vec::new();
@@ -150,10 +151,16 @@ fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -
     if matches!(plan.wear, WearLaw::Frp { tilt, .. } if tilt == own.tilt) {
         laws.push("wear");
     }
-    let (group, _) = fe.regions.iter().find(|(group, elastic)| {
+    let regions = Regions::new(&fe.inputs(KEYS[index])).ok()?;
+    let fibre: Point = fe.elastic.axes(0.0).column(0).into();
+    let turned = |group: &str| {
         let cells = fe.mesh.group(group).map(|group| group.cells.as_slice()).unwrap_or_default();
-        elastic.fibre != Some(own) && faces.iter().any(|face| cells.contains(&face.owner))
-    })?;
+        faces.iter().filter(|face| cells.contains(&face.owner)).any(|face| {
+            let element = regions.element(face.owner);
+            element.is_some_and(|i| regions.axes(i).column(0).cross(&fibre).norm() > 1e-9)
+        })
+    };
+    let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
     (!laws.is_empty()).then(|| {
         format!(
             "region `{group}` of {} lies under the frame with another fibre than the body's; {} take the fibre of \
@@ -173,13 +180,5 @@ fn area_per_node(mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
         ElementKind::Quad9 => 4.0,
         _ => 1.0,
     };
-    faces.iter().map(|face| area(mesh, face)).sum::<f64>() / faces.iter().map(nodes).sum::<f64>()
-}
-
-/// Area of a face between its corners, mm2.
-fn area(mesh: &Mesh, face: &SurfaceFace) -> f64 {
-    let corner = |i: usize| Point::from(mesh.points[face.nodes[i]]);
-    let fan = 1..face.kind.n_corners() - 1;
-    let first = corner(0);
-    0.5 * fan.map(|i| (corner(i) - first).cross(&(corner(i + 1) - first)).norm()).sum::<f64>()
+    faces.iter().map(|face| face.area(mesh)).sum::<f64>() / faces.iter().map(nodes).sum::<f64>()
 }

@@ -1,6 +1,7 @@
 //! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
 
 mod bodies;
+pub mod compare;
 mod controls;
 mod failure;
 mod fit;
@@ -11,7 +12,7 @@ mod skips;
 
 pub use failure::Failure;
 pub use forecast::{Forecast, forecast};
-pub use prepare::{Study, prepare};
+pub use prepare::{Study, prepare, prepare_on};
 
 /// What the user should know of how bodies and frame of a plan fit.
 ///

@@ -11,6 +11,7 @@ use crate::body::{BodyEquations, ElasticBody};
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
 use crate::error::Result;
+use crate::frame::ContactFrame;
 use crate::geometry::Side;
 use crate::history::step::{Observer, Skipped};
 use crate::history::{self, Model, RunResult};
@@ -42,9 +43,22 @@ pub fn prepare<'p>(
     progress: &mut dyn FnMut(&str, f64),
     stop: &AtomicBool,
 ) -> std::result::Result<Option<Study<'p>>, Failure> {
+    prepare_on(plan, None, progress, stop)
+}
+
+/// As [`prepare`], on a frame that was made for another plan; its own if none is given.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_on<'p>(
+    plan: &'p Plan,
+    given: Option<&ContactFrame>,
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Study<'p>>, Failure> {
     let mut timings = Timings::default();
     progress("frame", 0.0);
-    let frame = timings.measure("frame", || frame(plan))?;
+    let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame)?;
     let mut bodies = Vec::with_capacity(2);

@@ -1,10 +1,13 @@
 //! Command line: runs, refusals, outputs.
 mod bad_input;
 mod cache;
+mod compare;
 mod limits;
+mod materials;
 mod outputs;
 mod refine;
 mod run;
 mod tools;
 mod mesh_mistakes;
 mod scenes;
+mod units;

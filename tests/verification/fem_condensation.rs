@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
-use orthowear::fem::{CondensedBody, FeModel, HexFormulation, Support};
+use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, Support};
 
 use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{block, rough, wavy};
@@ -148,4 +148,34 @@ fn analysis_foretells_the_memory() {
     let least = 8 * analysis.factor_entries() + 8 * (3 * top.len()).pow(2);
     assert!(analysis.memory_bytes() > least && analysis.memory_bytes() < 10 * least);
     assert!(model.condense_as(analysis).unwrap().residual() < 1e-12);
+}
+
+/// Truth: a body from the cache has the flexibility, the solution and the free displacement of one that was
+/// factorised, to the last bit; its factor is made when it is needed.
+#[test]
+fn cached_bodies_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = FlexibilityCache::new(folder.path(), 1 << 30);
+    let mesh = block(Hex8, [5, 4, 4], [1.0; 3], rough);
+    let top = mesh.group_nodes("z1").unwrap();
+    let body = |loaded: bool| {
+        let mut spec = spec(mesh.clone(), rotated_orthotropic(), HexFormulation::Enhanced, vec![clamp("z0")]);
+        spec.body_force = [0.0, 0.0, if loaded { -2.0 } else { 0.0 }];
+        FeModel::new(spec).unwrap()
+    };
+    for loaded in [false, true] {
+        let plain = body(loaded).condense(&top).unwrap();
+        assert_eq!(plain.origin().saved_seconds, None);
+        for _ in 0..2 {
+            let cached = body(loaded).condense_cached(&top, &cache).unwrap();
+            assert!(cached.flexibility() == plain.flexibility() && cached.residual() == plain.residual());
+            assert_eq!(cached.free_displacement(), plain.free_displacement());
+            let f = forces(3 * top.len(), 5);
+            assert_eq!(cached.solve(&f).unwrap(), plain.solve(&f).unwrap());
+        }
+    }
+    // Loads do not enter the flexibility: both bodies share one entry.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    let cached = body(false).condense_cached(&top, &cache).unwrap();
+    assert!(cached.origin().saved_seconds.is_some_and(|seconds| seconds > 0.0));
 }

@@ -7,6 +7,7 @@ mod fem;
 mod fem_bodies;
 mod fem_condensation;
 mod fem_convergence;
+mod fem_materials;
 mod fem_meshes;
 mod fem_refusals;
 mod fem_supports;

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::direction::{Direction, Layup};
+
 /// A body; `kind` says how its elasticity is computed.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -33,8 +35,12 @@ pub struct FeBody {
     pub material: String,
     /// Direction of material axis 1; default along x.
     #[serde(default)]
-    #[schemars(with = "Fibre")]
-    pub fibre: Option<Fibre>,
+    #[schemars(with = "Direction")]
+    pub fibre: Option<Direction>,
+    /// Plies with a fibre each, instead of `fibre`.
+    #[serde(default)]
+    #[schemars(with = "Layup")]
+    pub layup: Option<Layup>,
     /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file.
     pub mesh: String,
     /// Physical group of the contact surface.
@@ -176,8 +182,12 @@ pub struct Region {
     pub material: Option<String>,
     /// Direction of its material axis 1; default the body's.
     #[serde(default)]
-    #[schemars(with = "Fibre")]
-    pub fibre: Option<Fibre>,
+    #[schemars(with = "Direction")]
+    pub fibre: Option<Direction>,
+    /// Plies with a fibre each, instead of `fibre`; default the body's.
+    #[serde(default)]
+    #[schemars(with = "Layup")]
+    pub layup: Option<Layup>,
 }
 
 /// Finite elements.

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::body::Fibre;
+
 /// The friction law.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
@@ -45,6 +47,10 @@ pub enum Friction {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
+        /// Fibre direction that counts instead of a body's.
+        #[serde(default)]
+        #[schemars(with = "Fibre")]
+        fibre: Option<Fibre>,
     },
 }
 
@@ -104,6 +110,10 @@ pub enum Wear {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
+        /// Fibre direction that counts instead of a body's; default that of the friction law.
+        #[serde(default)]
+        #[schemars(with = "Fibre")]
+        fibre: Option<Fibre>,
         /// Fraction of the worn depth taken from body 1.
         #[serde(default = "one")]
         #[schemars(range(min = 0, max = 1))]

@@ -3,6 +3,7 @@
 //! Angles are degrees here and become radians in the [plan](super::plan::Plan).
 
 pub mod body;
+pub mod direction;
 pub mod frame;
 pub mod laws;
 pub mod material;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
+use super::{orientations, placements};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
@@ -27,7 +28,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
 }
 
 /// The material named at `key`, in place.
-fn elastic(
+pub(super) fn elastic(
     r: &mut Resolver,
     key: &str,
     name: &str,
@@ -55,11 +56,13 @@ fn elastic(
 }
 
 fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodySpec> {
-    let elastic_body = elastic(r, key, &body.material, body.fibre, materials);
-    let regions = regions(r, key, body, materials);
     let supports = supports(r, key, body);
     let foundations = foundations(r, key, body);
-    let mesh = read_mesh(r, key, &body.mesh)?;
+    let Some(mesh) = read_mesh(r, key, &body.mesh) else {
+        elastic(r, key, &body.material, None, materials);
+        return None;
+    };
+    let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.mistakes.len();
     check_groups(r, key, body, &mesh);
     let groups_found = r.mistakes.len() == before;
@@ -67,7 +70,8 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     check_element(r, key, body, &mesh);
     let symmetry = symmetry(r, key, body, &mesh);
     let spec = FeSpec {
-        elastic: elastic_body?,
+        elastic: own_elastic(body, materials)?,
+        has_fibre: has_fibre(body),
         mesh: Arc::new(mesh),
         mesh_name: body.mesh.clone(),
         contact: body.contact.clone(),
@@ -81,8 +85,24 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     };
     if groups_found {
         check_held(r, key, body, &spec);
+        placements::check(r, key, body, &spec);
     }
     Some(BodySpec::Fe(Box::new(spec)))
+}
+
+/// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
+fn own_elastic(body: &FeBody, materials: &Materials) -> Option<Elastic> {
+    let (stiffness, isotropic) = materials.get(&body.material)?.clone()?;
+    let fibre = body.fibre.as_ref().and_then(orientations::angles);
+    Some(Elastic { name: body.material.clone(), stiffness, isotropic, fibre })
+}
+
+/// Whether the body says where its fibres run.
+fn has_fibre(body: &FeBody) -> bool {
+    let regions = body.regions.values();
+    body.fibre.is_some()
+        || body.layup.is_some()
+        || regions.into_iter().any(|region| region.fibre.is_some() || region.layup.is_some())
 }
 
 /// Reports contact elements that are not on the outside of the solids.
@@ -113,28 +133,6 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
             r.wrong(&place, error.message().to_owned(), "these supports", mend);
         }
     }
-}
-
-fn regions(
-    r: &mut Resolver,
-    key: &str,
-    body: &FeBody,
-    materials: &Materials,
-) -> Option<Vec<(String, Elastic)>> {
-    let resolved: Vec<Option<(String, Elastic)>> = body
-        .regions
-        .iter()
-        .map(|(group, region)| {
-            let place = match region.material {
-                Some(_) => format!("{key}.regions.{group}"),
-                None => key.to_owned(),
-            };
-            let material = region.material.as_ref().unwrap_or(&body.material);
-            let found = elastic(r, &place, material, region.fibre.or(body.fibre), materials)?;
-            Some((group.clone(), found))
-        })
-        .collect();
-    resolved.into_iter().collect()
 }
 
 fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {

@@ -2,8 +2,10 @@
 
 use super::Resolver;
 use crate::friction::FrictionLaw;
+use crate::scene::keys::body::Fibre;
 use crate::scene::keys::laws::{Friction, Integrator, Wear};
-use crate::scene::plan::{BodySpec, FibreAngles};
+use crate::scene::plan::{BodySpec, FeSpec, FibreAngles, FrameSpec};
+use crate::scene::surface::surface_material;
 use crate::wear::WearLaw;
 
 /// The laws of a scene.
@@ -14,20 +16,40 @@ pub(super) struct Laws {
     pub integrator: Integrator,
 }
 
-/// The laws, with angles from the frame's x, which is turned by `azimuth` (radians).
+/// What the laws lie on.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub bodies: &'a [Option<BodySpec>; 2],
+    pub frame: Option<&'a FrameSpec>,
+}
+
+impl Ground<'_> {
+    /// Angle of the frame's x, radians.
+    fn azimuth(self) -> f64 {
+        self.frame.map_or(0.0, FrameSpec::azimuth)
+    }
+}
+
+/// Whose fibre a law takes: what the scene says of it.
+#[derive(Clone, Copy)]
+struct Wish {
+    body: Option<u8>,
+    fibre: Option<Fibre>,
+}
+
+/// The laws, with angles from the frame's x.
 pub(super) fn resolve(
     r: &mut Resolver,
-    bodies: &[Option<BodySpec>; 2],
+    ground: Ground<'_>,
     friction: Option<Friction>,
     wear: Option<Wear>,
-    azimuth: f64,
 ) -> Option<Laws> {
-    let friction_body = match friction {
-        Some(Friction::Frp { body, .. }) => body,
-        _ => None,
+    let of_friction = match friction {
+        Some(Friction::Frp { body, fibre, .. }) => Wish { body, fibre },
+        _ => Wish { body: None, fibre: None },
     };
-    let law = friction.and_then(|friction| friction_law(r, bodies, &friction, azimuth));
-    let wear = wear.and_then(|wear| wear_law(r, bodies, &wear, friction_body, azimuth));
+    let law = friction.and_then(|friction| friction_law(r, ground, &friction));
+    let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction));
     let (friction, (wear, share, integrator)) = (law?, wear?);
     if matches!(wear, WearLaw::Energy { .. }) && matches!(friction, FrictionLaw::None) {
         let message = "the wear law takes the friction energy, but there is no friction";
@@ -36,20 +58,16 @@ pub(super) fn resolve(
     Some(Laws { friction, wear, share, integrator })
 }
 
-fn friction_law(
-    r: &mut Resolver,
-    bodies: &[Option<BodySpec>; 2],
-    law: &Friction,
-    azimuth: f64,
-) -> Option<FrictionLaw> {
+fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<FrictionLaw> {
+    let azimuth = ground.azimuth();
     let law = match *law {
         Friction::None => FrictionLaw::None,
         Friction::Coulomb { mu } => FrictionLaw::Coulomb { mu },
         Friction::Elliptic { mu1, mu2, angle } => {
             FrictionLaw::Elliptic { mu: [mu1, mu2], angle: angle.to_radians() - azimuth }
         }
-        Friction::Frp { mu_L, mu_T, mu_N, body } => {
-            let fibre = fibre(r, bodies, "friction", body)?;
+        Friction::Frp { mu_L, mu_T, mu_N, body, fibre } => {
+            let fibre = law_fibre(r, ground, "friction", Wish { body, fibre })?;
             FrictionLaw::Frp {
                 mu_l: mu_L,
                 mu_t: mu_T,
@@ -71,19 +89,21 @@ fn friction_law(
 
 fn wear_law(
     r: &mut Resolver,
-    bodies: &[Option<BodySpec>; 2],
+    ground: Ground<'_>,
     law: &Wear,
-    friction_body: Option<u8>,
-    azimuth: f64,
+    of_friction: Wish,
 ) -> Option<(WearLaw, f64, Integrator)> {
+    let azimuth = ground.azimuth();
     Some(match *law {
         Wear::None => (WearLaw::None, 1.0, Integrator::default()),
         Wear::Archard { i, share, integrator } => (WearLaw::Archard { i }, share, integrator),
         Wear::Orthotropic { i1, i2, angle, share, integrator } => {
             (WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth }, share, integrator)
         }
-        Wear::Frp { i_L, i_T, i_N, body, share, integrator } => {
-            let fibre = fibre(r, bodies, "wear", body.or(friction_body))?;
+        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator } => {
+            let own = Wish { body, fibre };
+            let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
+            let fibre = law_fibre(r, ground, "wear", wish)?;
             let law = WearLaw::Frp {
                 i_l: i_L,
                 i_t: i_T,
@@ -97,34 +117,35 @@ fn wear_law(
     })
 }
 
-/// The fibre that the law of `section` takes: that of the one body that has one, or of the body named.
-fn fibre(
-    r: &mut Resolver,
-    bodies: &[Option<BodySpec>; 2],
-    section: &str,
-    body: Option<u8>,
-) -> Option<FibreAngles> {
+/// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the
+/// body named.
+fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) -> Option<FibreAngles> {
+    if let Some(fibre) = wish.fibre {
+        return Some(fibre.into());
+    }
     // A body that is wrong itself is reported elsewhere.
-    let [Some(body1), Some(body2)] = bodies else { return None };
-    let fibres = [body1, body2].map(|body| body.elastic().and_then(|elastic| elastic.fibre));
-    match (body, fibres) {
-        (Some(number), fibres) => {
-            let fibre = fibres[usize::from(number == 2)];
-            if fibre.is_none() {
+    let [Some(body1), Some(body2)] = ground.bodies else { return None };
+    let has_fibre = [body1, body2].map(BodySpec::has_fibre);
+    let index = match (wish.body, has_fibre) {
+        (Some(number), has_fibre) => {
+            let index = usize::from(number == 2);
+            if !has_fibre[index] {
                 let message = format!("{section} takes the fibre of body {number}, which has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
                 r.wrong(&format!("{section}.body"), message, "has no fibre", mend);
+                return None;
             }
-            fibre
+            index
         }
-        (None, [Some(fibre), None] | [None, Some(fibre)]) => Some(fibre),
-        (None, [None, None]) => {
+        (None, [true, false]) => 0,
+        (None, [false, true]) => 1,
+        (None, [false, false]) => {
             let message = format!("{section}.law = \"frp\" needs a fibre, but neither body has one");
             let mend = "add fibre = { tilt = 0.0, azimuth = 0.0 } to the fibre-reinforced body";
             r.wrong(&format!("{section}.law"), message, "needs a fibre", mend);
-            None
+            return None;
         }
-        (None, [Some(_), Some(_)]) => {
+        (None, [true, true]) => {
             let message = format!("both bodies have a fibre; {section} does not say whose counts");
             r.wrong(
                 &format!("{section}.law"),
@@ -132,7 +153,52 @@ fn fibre(
                 "whose fibre?",
                 "add `body = 1` or `body = 2` to [friction]",
             );
-            None
+            return None;
         }
+    };
+    let body = if index == 0 { body1 } else { body2 };
+    match (body.elastic().and_then(|elastic| elastic.fibre), body.fe()) {
+        (Some(fibre), _) => Some(fibre),
+        (None, Some(fe)) => fibre_under_frame(r, ground, section, index, fe),
+        (None, None) => None,
     }
 }
+
+/// The mean fibre of a meshed body under the frame, refused where it varies.
+fn fibre_under_frame(
+    r: &mut Resolver,
+    ground: Ground<'_>,
+    section: &str,
+    index: usize,
+    fe: &FeSpec,
+) -> Option<FibreAngles> {
+    // What is wrong with elements or contact group is reported elsewhere.
+    let surface = surface_material(fe, ground.frame?).ok()?;
+    let spread = surface.fibre_spread.to_degrees();
+    let fibre = surface.elastic.fibre?;
+    if spread > LARGEST_SPREAD {
+        let message = format!(
+            "{section} has one fibre direction, but those of body {} vary by up to {spread:.1} degrees from their mean \
+             under the frame (at most {LARGEST_SPREAD})",
+            index + 1
+        );
+        let mend = format!("give the direction that counts: {section}.fibre = {{ tilt = .., azimuth = .. }}");
+        r.wrong(&format!("{section}.law"), message, "which direction?", mend);
+        return None;
+    }
+    r.notes.push(format!(
+        "{section} takes the mean fibre of body {} under the frame: tilt {:.2}, azimuth {:.2} degrees{}",
+        index + 1,
+        fibre.tilt.to_degrees(),
+        fibre.azimuth.to_degrees(),
+        if spread > 1e-6 {
+            format!("; fibres there vary by up to {spread:.2} degrees")
+        } else {
+            String::new()
+        }
+    ));
+    Some(fibre)
+}
+
+/// Largest angle (degrees) of a fibre from the mean that a law with one direction accepts.
+const LARGEST_SPREAD: f64 = 5.0;

@@ -8,6 +8,7 @@ use super::Resolver;
 use crate::error::Result;
 use crate::material::strength::Limit;
 use crate::material::{Orthotropic, Stiffness};
+use crate::scene::document::Value;
 use crate::scene::keys::material::Material;
 
 /// Materials by name; `None` where the constants are wrong (and reported).
@@ -29,13 +30,20 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
                 };
                 r.wrong(
                     &key,
-                    format!("the material `{name}` is not admissible: {}", error.message()),
+                    format!(
+                        "the material `{name}`{} is not admissible: {}",
+                        users(r, &name),
+                        error.message()
+                    ),
                     "not admissible",
                     mend,
                 );
                 None
             }
         });
+        if users(r, &name).is_empty() {
+            r.notes.push(format!("no body is made of the material `{name}`"));
+        }
         materials.insert(name, stiffness);
     }
     materials
@@ -64,6 +72,30 @@ pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
         }
     }
     limits
+}
+
+/// Which bodies and volume groups name the material, in brackets; nothing if none does.
+fn users(r: &Resolver, name: &str) -> String {
+    let is_named = |key: &str| matches!(r.document.get(key).map(|node| &node.value), Some(Value::String(text)) if text == name);
+    let mut places = Vec::new();
+    for body in ["body1", "body2"] {
+        if is_named(&format!("{body}.material")) {
+            places.push(body.to_owned());
+        }
+        for group in r.names(&format!("{body}.regions")) {
+            if is_named(&format!("{body}.regions.{group}.material")) {
+                places.push(format!("group \"{group}\" of {body}"));
+            }
+        }
+        for layup in std::iter::once(format!("{body}.layup"))
+            .chain(r.names(&format!("{body}.regions")).iter().map(|g| format!("{body}.regions.{g}.layup")))
+        {
+            let plies = format!("{layup}.plies");
+            let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));
+            places.extend(named.map(|i| format!("ply {} of {layup}", i + 1)));
+        }
+    }
+    if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) }
 }
 
 fn stiffness(material: &Material) -> Result<Stiffness> {

@@ -4,6 +4,8 @@ mod bodies;
 mod frame;
 mod laws;
 mod materials;
+mod orientations;
+mod placements;
 mod steps;
 
 use serde::de::DeserializeOwned;
@@ -85,8 +87,8 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
     let friction: Option<Friction> = r.section_or_default("friction");
     let wear: Option<Wear> = r.section_or_default("wear");
-    let azimuth = frame.map_or(0.0, |frame| frame.azimuth());
-    let laws = laws::resolve(r, &bodies, friction, wear, azimuth);
+    let ground = laws::Ground { bodies: &bodies, frame: frame.as_ref() };
+    let laws = laws::resolve(r, ground, friction, wear);
     let steps = steps::resolve(r, laws.as_ref());
     let solver: Option<Solver> = r.section_or_default("solver");
     let output: Option<Output> = r.section_or_default("output");

@@ -1,0 +1,258 @@
+//! `orthowear compare`.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::progress::{Progress, seconds};
+use super::run::{Job, compute, reason, report, show_failure, units};
+use super::table::{align, short};
+use super::{CompareArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
+use crate::error::Result;
+use crate::fem::FlexibilityCache;
+use crate::frame::ContactFrame;
+use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
+use crate::results::memory::{peak_bytes, restart_peak};
+use crate::results::output::{OutputDir, write_atomically};
+use crate::results::profiles::{Profiles, profiles_svg};
+use crate::results::summary::{Status, Summary};
+use crate::scene::{self, Plan};
+use crate::study::compare::{Variant, variants};
+
+/// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
+pub(super) fn compare(arguments: &CompareArgs) -> u8 {
+    use_threads(arguments.scene.threads);
+    let stop = signal::catch();
+    let started = Instant::now();
+    let beside = || arguments.scene.scene.with_extension("compare");
+    let directory = arguments.out.clone().unwrap_or_else(beside);
+    let plan = match planned(arguments) {
+        Ok(plan) => plan,
+        Err(code) => return code,
+    };
+    let (frame, variants) = match variants(&plan) {
+        Ok(found) => found,
+        Err(failure) => return show_failure(&plan, &failure),
+    };
+    let mut comparison = Comparison {
+        program: env!("CARGO_PKG_NAME"),
+        version: env!("CARGO_PKG_VERSION"),
+        title: plan.title.clone(),
+        scene_sha256: plan.document.sha256.clone(),
+        units: units(&plan),
+        variants: Vec::new(),
+        warnings: plan.notes.iter().cloned().chain(one_only(&variants)).collect(),
+    };
+    let mut worst = exit::DONE;
+    let mut profiles = Vec::new();
+    let mut progress = Progress::new(arguments.quiet);
+    for (i, variant) in variants.iter().enumerate() {
+        let label = format!("{}/{} {}", i + 1, variants.len(), variant.name);
+        let mut run =
+            Run { plan: &plan, frame: &frame, directory: &directory, stop, progress: &mut progress };
+        let (result, seen, code) = run.variant(variant, &label);
+        comparison.warnings.extend(variant.notes.iter().map(|note| format!("{}: {note}", variant.name)));
+        comparison.variants.push(result);
+        profiles.extend(seen.map(|seen| (variant.name.clone(), seen)));
+        worst = worse(worst, code);
+        if stop.load(Ordering::Relaxed) {
+            worst = exit::INTERRUPTED;
+            break;
+        }
+    }
+    progress.end();
+    comparison.complete();
+    if let Err(error) = write(&comparison, &profiles, &directory) {
+        return report(&error);
+    }
+    if !arguments.quiet {
+        let n = comparison.variants.len();
+        let plural = if n == 1 { "variant" } else { "variants" };
+        let total = seconds(started.elapsed().as_secs_f64());
+        let place = directory.join("compare.json");
+        to_stdout(&format!(
+            "{}\n{n} {plural} in {total}\nresults: {}\n",
+            describe(&comparison),
+            place.display()
+        ));
+    }
+    worst
+}
+
+/// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
+fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
+    let scene = &arguments.scene;
+    let mut plan = scene::read(&scene.scene, &scene.overrides).map_err(|mistakes| refuse(&mistakes))?;
+    if !arguments.no_cache {
+        plan.cache = FlexibilityCache::of_user().map_err(|error| report(&error))?;
+    }
+    Ok(plan)
+}
+
+/// A warning where there is nothing to compare.
+fn one_only(variants: &[Variant]) -> Option<String> {
+    (variants.len() == 1).then(|| {
+        "neither body has a mesh: a half-space or a rigid body cannot become a finite-element body, so there is one \
+         variant only"
+            .to_owned()
+    })
+}
+
+/// The graver of two exit codes.
+fn worse(a: u8, b: u8) -> u8 {
+    const ORDER: [u8; 6] = [exit::DONE, exit::NOT_CONVERGED, exit::INPUT, 4, exit::FAILED, exit::INTERRUPTED];
+    let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
+    if rank(b) > rank(a) { b } else { a }
+}
+
+/// What the runs of the variants share.
+struct Run<'a> {
+    plan: &'a Plan,
+    frame: &'a ContactFrame,
+    directory: &'a Path,
+    stop: &'a AtomicBool,
+    progress: &'a mut Progress,
+}
+
+impl Run<'_> {
+    /// Runs a variant into its folder: its result, the pressures, the exit code. One that cannot be is no failure.
+    fn variant(&mut self, variant: &Variant, label: &str) -> (VariantResult, Option<Profiles>, u8) {
+        let mut result = VariantResult {
+            name: variant.name.clone(),
+            status: None,
+            reason: None,
+            folder: None,
+            seconds: 0.0,
+            peak_memory_bytes: 0,
+            steps: Vec::new(),
+        };
+        let plan = match &variant.plan {
+            Ok(plan) => plan,
+            Err(error) => {
+                result.reason = Some(error.message().to_owned());
+                return (result, None, exit::DONE);
+            }
+        };
+        let output = match OutputDir::open(&self.directory.join(variant.folder())) {
+            Ok(output) => output,
+            Err(error) => {
+                result.reason = Some(error.message().to_owned());
+                return (result, None, report(&error));
+            }
+        };
+        let started = Instant::now();
+        restart_peak();
+        let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
+        summary.warnings.extend(variant.notes.iter().cloned());
+        let mut profiles = Profiles::new(self.frame);
+        let show = &mut |stage: &str, done, residual| {
+            self.progress.show(&format!("{label} {stage}"), done, residual);
+        };
+        let job = Job { frame: Some(self.frame), show, watch: &mut profiles, stop: self.stop };
+        let code = compute(plan, output, &mut summary, job).unwrap_or_else(|failure| {
+            to_stderr(&format!("{}: ", variant.name));
+            show_failure(self.plan, &failure)
+        });
+        result.status = Some(summary.status);
+        result.reason = summary.error.clone().or(summary.reason.clone());
+        result.folder = Some(variant.folder());
+        result.seconds = started.elapsed().as_secs_f64();
+        result.peak_memory_bytes = peak_bytes();
+        result.steps = StepResult::of(&summary);
+        (result, Some(profiles), code)
+    }
+}
+
+fn write(comparison: &Comparison, profiles: &[(String, Profiles)], directory: &Path) -> Result<()> {
+    let json = comparison.to_json()?;
+    write_atomically(&directory.join("compare.csv"), comparison.to_csv().as_bytes())?;
+    let picture = profiles_svg(profiles, &comparison.units);
+    write_atomically(&directory.join("compare.svg"), picture.as_bytes())?;
+    write_atomically(&directory.join("compare.json"), json.as_bytes())
+}
+
+/// The comparison as a person reads it: results by step and variant, then how each variant went.
+fn describe(comparison: &Comparison) -> String {
+    let mut text = format!("{}\n\n{}\n", comparison.title, align(&step_rows(comparison)));
+    text.push_str(&align(&variant_rows(comparison)));
+    let refused = comparison.variants.iter().filter(|variant| variant.status != Some(Status::Converged));
+    for variant in refused {
+        let words = variant.reason.as_deref().unwrap_or("no reason known");
+        let words =
+            if variant.status == Some(Status::NotConverged) { reason(Some(words)) } else { words.to_owned() };
+        text.push_str(&format!("\n{}: {words}\n", variant.name));
+    }
+    for warning in &comparison.warnings {
+        text.push_str(&format!("\nnote: {warning}\n"));
+    }
+    text
+}
+
+fn step_rows(comparison: &Comparison) -> Vec<Vec<String>> {
+    let units = &comparison.units;
+    let (length, stress) = (&units.length, units.stress().replace("^{2}", "2"));
+    let heads =
+        ["step", "variant", "load", "tangential force", "contact", "stick", "peak", "worn", "residual"];
+    let dimensions = [
+        "",
+        "",
+        &units.force,
+        &units.force,
+        &format!("{length}2"),
+        &format!("{length}2"),
+        &stress,
+        &format!("{length}3"),
+        "",
+    ];
+    let mut rows = vec![heads.map(str::to_owned).to_vec(), dimensions.map(str::to_owned).to_vec()];
+    let Some(first) = comparison.variants.iter().max_by_key(|variant| variant.steps.len()) else {
+        return rows;
+    };
+    for name in first.steps.iter().map(|step| &step.name) {
+        for variant in &comparison.variants {
+            if let Some(step) = variant.steps.iter().find(|step| step.name == *name) {
+                rows.push(step_row(&variant.name, step));
+            }
+        }
+    }
+    rows
+}
+
+fn step_row(variant: &str, step: &StepResult) -> Vec<String> {
+    let with = |value: f64, pick: fn(&Difference) -> Option<f64>| {
+        let percent = step.difference.as_ref().and_then(pick);
+        format!("{}{}", short(value), percent.map(|p| format!(" ({p:+.1} %)")).unwrap_or_default())
+    };
+    let [x, y] = step.tangential_force.map(|q| if q.abs() < 1e-7 * step.normal_force { 0.0 } else { q });
+    let sideways = step.difference.as_ref().and_then(|difference| difference.tangential_force);
+    let sideways = sideways.map(|p| format!(" ({p:.1} %)")).unwrap_or_default();
+    vec![
+        step.name.clone(),
+        variant.to_owned(),
+        with(step.normal_force, |d| d.normal_force),
+        format!("({}, {}){sideways}", short(x), short(y)),
+        with(step.contact_area, |d| d.contact_area),
+        with(step.stick_area, |d| d.stick_area),
+        with(step.peak_pressure, |d| d.peak_pressure),
+        with(step.worn_volume, |d| d.worn_volume),
+        format!("{:.1e}", step.natural_residual),
+    ]
+}
+
+fn variant_rows(comparison: &Comparison) -> Vec<Vec<String>> {
+    let mut rows = vec![["variant", "status", "time", "memory"].map(str::to_owned).to_vec()];
+    for variant in &comparison.variants {
+        let status = match variant.status {
+            None => "not computed",
+            Some(Status::Converged) => "converged",
+            Some(Status::NotConverged) => "NOT CONVERGED",
+            Some(Status::Failed) => "FAILED",
+            Some(Status::Interrupted) => "INTERRUPTED",
+        };
+        let memory = variant.peak_memory_bytes as f64 / f64::from(1 << 20);
+        let memory = if memory > 0.0 { format!("{memory:.0} MiB") } else { String::new() };
+        let time = if variant.status.is_some() { seconds(variant.seconds) } else { String::new() };
+        rows.push(vec![variant.name.clone(), status.to_owned(), time, memory]);
+    }
+    rows
+}

@@ -1,0 +1,265 @@
+//! Directions of material axes: angles, fields of mesh files, tables, windings.
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::Resolver;
+use crate::error::Error;
+use crate::geometry::fibre_axes;
+use crate::material::{ElementAxes, Orientation, Winding, WoundLayer};
+use crate::mesh::{ElementField, Mesh, gmsh};
+use crate::scene::keys::direction::{Cylindrical, Direction};
+use crate::scene::plan::FibreAngles;
+use crate::scene::suggest::{closest, list};
+
+/// Most lines of a table that are reported.
+const MOST_LINES: usize = 5;
+
+/// The angles of a direction that is the same everywhere.
+pub(super) fn angles(direction: &Direction) -> Option<FibreAngles> {
+    let varies = direction.field.is_some() || direction.file.is_some() || direction.cylindrical.is_some();
+    let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
+    (!varies).then(|| FibreAngles { tilt: radians(direction.tilt), azimuth: radians(direction.azimuth) })
+}
+
+/// The direction at `key` of the elements of `mesh`.
+pub(super) fn resolve(
+    r: &mut Resolver,
+    key: &str,
+    direction: &Direction,
+    mesh: &Mesh,
+) -> Option<Orientation> {
+    let by_angles = direction.tilt.is_some() || direction.azimuth.is_some();
+    let by_table = direction.field.is_some() || direction.file.is_some();
+    let ways = [by_angles, by_table, direction.cylindrical.is_some()];
+    if ways.iter().filter(|given| **given).count() > 1 {
+        let message = "the fibre is given in more than one way";
+        let mend = "give `tilt` and `azimuth`, or `field` and `file`, or `cylindrical`";
+        r.wrong(key, message, "more than one way", mend);
+        return None;
+    }
+    if let Some(cylindrical) = &direction.cylindrical {
+        return winding(r, &format!("{key}.cylindrical"), cylindrical);
+    }
+    match (&direction.file, &direction.field) {
+        (None, None) => {
+            angles(direction).map(|fibre| Orientation::Uniform(fibre_axes(fibre.tilt, fibre.azimuth)))
+        }
+        (None, Some(field)) => from_fields(r, key, field, &mesh.fields, &mesh.source, mesh),
+        (Some(file), field) => from_file(r, key, file, field.as_deref(), mesh),
+    }
+}
+
+fn winding(r: &mut Resolver, key: &str, winding: &Cylindrical) -> Option<Orientation> {
+    let layers = match (winding.angle, winding.layers.as_slice()) {
+        (Some(angle), []) => vec![WoundLayer { radii: [0.0, f64::INFINITY], angle: angle.to_radians() }],
+        (None, [_, ..]) => {
+            let layer = |layer: &crate::scene::keys::direction::Layer| WoundLayer {
+                radii: layer.r,
+                angle: layer.angle.to_radians(),
+            };
+            winding.layers.iter().map(layer).collect()
+        }
+        (angle, _) => {
+            let found =
+                if angle.is_some() { "both `angle` and `layers`" } else { "neither `angle` nor `layers`" };
+            let mend = "give one `angle` from the axis, or `layers = [{ r = [.., ..], angle = .. }]`";
+            r.wrong(key, format!("the winding has {found}"), "one of the two", mend);
+            return None;
+        }
+    };
+    match Winding::new(winding.axis.vector(), winding.origin, layers) {
+        Ok(winding) => Some(Orientation::Winding(winding)),
+        Err(error) => {
+            r.wrong(key, error.message().to_owned(), "this winding", "see docs/scene.md");
+            None
+        }
+    }
+}
+
+/// The element numbers of a mesh, and those of its solids among them.
+fn numbers(mesh: &Mesh) -> [HashSet<u64>; 2] {
+    let all = mesh.blocks.iter().flat_map(|block| block.tags.iter().copied()).collect();
+    [all, mesh.volume_cells().map(|cell| mesh.tag(cell)).collect()]
+}
+
+/// The field `name` among those of `source`.
+fn from_fields(
+    r: &mut Resolver,
+    key: &str,
+    name: &str,
+    fields: &[ElementField],
+    source: &str,
+    mesh: &Mesh,
+) -> Option<Orientation> {
+    let key = &format!("{key}.field");
+    let Some(field) = fields.iter().find(|field| field.name == name) else {
+        let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+        let mut mend = format!("fields of elements there ($ElementData): {}", list(&names, "\""));
+        if let Some(word) = closest(name, &names) {
+            mend = format!("did you mean \"{word}\"? {mend}");
+        }
+        r.wrong(key, format!("{source} has no field \"{name}\""), "no such field", mend);
+        return None;
+    };
+    match field_axes(field, source, mesh) {
+        Ok((axes, unknown)) => {
+            if let [first, ..] = unknown.as_slice() {
+                r.notes.push(format!(
+                    "{key}: the field \"{name}\" of {source} has values for {} elements that {} lacks (the first is \
+                     element {first}); they are not used",
+                    unknown.len(),
+                    mesh.source
+                ));
+            }
+            Some(Orientation::Elements(Arc::new(axes)))
+        }
+        Err(error) => {
+            let message = format!("the field \"{name}\" of {source}: {}", error.message());
+            r.wrong(
+                key,
+                message,
+                "this field",
+                "three components along x, y, z, or nine: axis 1, axis 2, axis 3",
+            );
+            None
+        }
+    }
+}
+
+/// Axes of the solids by a field, and the numbers that the mesh does not have.
+fn field_axes(field: &ElementField, source: &str, mesh: &Mesh) -> Result<(ElementAxes, Vec<u64>), Error> {
+    if ![3, 9].contains(&field.n_components) {
+        return Err(Error::input(format!("it has {} components, not 3 or 9", field.n_components)));
+    }
+    let [all, solids] = numbers(mesh);
+    let mut axes = ElementAxes::new(&format!("the field \"{}\" of {source}", field.name));
+    let mut unknown = Vec::new();
+    for (&element, value) in field.elements.iter().zip(field.values.chunks_exact(field.n_components)) {
+        if !solids.contains(&element) {
+            if !all.contains(&element) {
+                unknown.push(element);
+            }
+            continue;
+        }
+        let second = (value.len() == 9).then(|| [value[3], value[4], value[5]]);
+        axes.add(element, [value[0], value[1], value[2]], second.filter(|v| *v != [0.0; 3]))?;
+    }
+    Ok((axes, unknown))
+}
+
+fn from_file(
+    r: &mut Resolver,
+    key: &str,
+    file: &str,
+    field: Option<&str>,
+    mesh: &Mesh,
+) -> Option<Orientation> {
+    let path = r.document.folder.join(file);
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("msh")) {
+        let fields = match gmsh::read_fields(&path) {
+            Ok(fields) => fields,
+            Err(error) => {
+                r.wrong(
+                    &format!("{key}.file"),
+                    error.to_string(),
+                    "this file",
+                    "paths start at the scene's folder",
+                );
+                return None;
+            }
+        };
+        let name = match (field, fields.as_slice()) {
+            (Some(name), _) => name.to_owned(),
+            (None, [only]) => only.name.clone(),
+            (None, _) => {
+                let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+                let mend = format!("add `field`, one of {}", list(&names, "\""));
+                r.wrong(
+                    &format!("{key}.file"),
+                    format!("{file} has {} fields", names.len()),
+                    "which field?",
+                    mend,
+                );
+                return None;
+            }
+        };
+        return from_fields(r, key, &name, &fields, &path.display().to_string(), mesh);
+    }
+    if field.is_some() {
+        let message = format!("{file} is no .msh file, so it has no fields");
+        r.wrong(
+            &format!("{key}.field"),
+            message,
+            "without meaning here",
+            "remove `field`, or name a .msh file",
+        );
+        return None;
+    }
+    from_table(r, &format!("{key}.file"), &path, mesh)
+}
+
+/// Axes from the lines of a CSV file.
+fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<Orientation> {
+    let mend =
+        "each line: element number, fx, fy, fz, and perhaps gx, gy, gz towards axis 2; # begins a comment";
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) => {
+            r.wrong(key, format!("the file {} cannot be read: {error}", path.display()), "this file", mend);
+            return None;
+        }
+    };
+    let [all, solids] = numbers(mesh);
+    let mut axes = ElementAxes::new(&path.display().to_string());
+    let mut wrong = Vec::new();
+    let mut before = false;
+    for (i, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = line.split('#').next().unwrap_or("").trim();
+        // A first line of names is a heading.
+        let heading = !before && line.starts_with(|c: char| c.is_alphabetic() || c == '"');
+        if line.is_empty() || heading {
+            before |= heading;
+            continue;
+        }
+        before = true;
+        if let Err(why) = add_line(&mut axes, line, &all, &solids) {
+            wrong.push(format!("{}:{}: {why}", path.display(), i + 1));
+        }
+    }
+    let more = wrong.len().saturating_sub(MOST_LINES);
+    for (i, message) in wrong.iter().take(MOST_LINES).enumerate() {
+        let more =
+            if i + 1 == MOST_LINES && more > 0 { format!(" (and {more} more lines)") } else { String::new() };
+        r.wrong(key, format!("{message}{more}"), "this file", mend);
+    }
+    wrong.is_empty().then(|| Orientation::Elements(Arc::new(axes)))
+}
+
+/// Adds the axes of one line of a table.
+fn add_line(
+    axes: &mut ElementAxes,
+    line: &str,
+    all: &HashSet<u64>,
+    solids: &HashSet<u64>,
+) -> Result<(), String> {
+    let words: Vec<&str> =
+        line.split(|c: char| ",;".contains(c) || c.is_whitespace()).filter(|word| !word.is_empty()).collect();
+    if ![4, 7].contains(&words.len()) {
+        return Err(format!("{} values, not 4 or 7", words.len()));
+    }
+    let element: u64 = words[0].parse().map_err(|_| format!("\"{}\" is not an element number", words[0]))?;
+    let mut values = [0.0; 6];
+    for (value, word) in values.iter_mut().zip(&words[1..]) {
+        *value = word.parse().map_err(|_| format!("\"{word}\" is not a number"))?;
+    }
+    if !all.contains(&element) {
+        return Err(format!("the mesh has no element {element}"));
+    }
+    if !solids.contains(&element) {
+        return Ok(());
+    }
+    let [x, y, z, second @ ..] = values;
+    axes.add(element, [x, y, z], (words.len() == 7).then_some(second)).map_err(|e| e.message().to_owned())
+}

@@ -1,0 +1,181 @@
+//! What fills the regions of a meshed body: materials with their directions, and laminates.
+
+use std::collections::HashSet;
+
+use nalgebra::Matrix3;
+
+use super::Resolver;
+use super::bodies::elastic;
+use super::materials::Materials;
+use super::orientations;
+use crate::fem;
+use crate::geometry::fibre_axes;
+use crate::material::{Orientation, Placed, Placement, Ply};
+use crate::mesh::{CellRef, Mesh};
+use crate::scene::keys::body::{FeBody, Region};
+use crate::scene::keys::direction::Layup;
+use crate::scene::plan::{Elastic, FeSpec};
+
+/// The filling of each volume group of the body at `key`, that of all other elements first.
+pub(super) fn resolve(
+    r: &mut Resolver,
+    key: &str,
+    body: &FeBody,
+    mesh: &Mesh,
+    materials: &Materials,
+) -> Option<Vec<(Option<String>, Placement)>> {
+    one_of_two(r, key, body.fibre.is_some(), body.layup.is_some());
+    let whole = Whole { key, body, mesh, materials };
+    // Read once, also where regions take it over.
+    let own_fibre = match &body.fibre {
+        Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
+        None => Some(Orientation::Uniform(Matrix3::identity())),
+    };
+    let own = match &body.layup {
+        Some(layup) => whole.layup(r, &format!("{key}.layup"), layup, &body.material, None),
+        None => own_fibre.clone().and_then(|fibre| whole.single(r, key, &body.material, fibre)),
+    };
+    let mut regions = vec![own.clone().map(|own| (None, own))];
+    for (group, region) in &body.regions {
+        let place = format!("{key}.regions.{group}");
+        one_of_two(r, &place, region.fibre.is_some(), region.layup.is_some());
+        let material = region.material.as_ref().unwrap_or(&body.material);
+        let filling = match (&region.layup, &region.fibre) {
+            (Some(layup), _) => whole.layup(r, &format!("{place}.layup"), layup, material, Some(group)),
+            (None, Some(fibre)) => orientations::resolve(r, &format!("{place}.fibre"), fibre, mesh)
+                .and_then(|fibre| whole.single(r, &place, material, fibre)),
+            (None, None) if region.material.is_none() => own.clone(),
+            (None, None) => own_fibre.clone().and_then(|fibre| whole.single(r, &place, material, fibre)),
+        };
+        regions.push(filling.map(|filling| (Some(group.clone()), filling)));
+    }
+    regions.into_iter().collect()
+}
+
+fn one_of_two(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
+    if fibre && layup {
+        let mend = "give the fibre of each ply as its `angle`, and no `fibre`";
+        r.wrong(&format!("{key}.layup"), "`fibre` and `layup` are both given", "one of the two", mend);
+    }
+}
+
+/// What the regions of a body share.
+struct Whole<'a> {
+    key: &'a str,
+    body: &'a FeBody,
+    mesh: &'a Mesh,
+    materials: &'a Materials,
+}
+
+impl Whole<'_> {
+    /// One material; `key` is where it is named, or where it is not.
+    fn single(&self, r: &mut Resolver, key: &str, material: &str, fibre: Orientation) -> Option<Placement> {
+        let elastic = self.elastic(r, key, material)?;
+        Some(Placement::Single(Box::new(placed(elastic, fibre))))
+    }
+
+    /// The material `name`, reported at `key` where it is not the body's own (which is reported once).
+    fn elastic(&self, r: &mut Resolver, key: &str, name: &str) -> Option<Elastic> {
+        if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
+            return None;
+        }
+        elastic(r, key, name, None, self.materials)
+    }
+
+    /// Plies from the bottom up, in a volume group or in all elements without a filling of their own.
+    fn layup(
+        &self,
+        r: &mut Resolver,
+        key: &str,
+        layup: &Layup,
+        material: &str,
+        group: Option<&String>,
+    ) -> Option<Placement> {
+        let mut stack = Vec::new();
+        for (i, ply) in layup.plies.iter().enumerate() {
+            let name = ply.material.as_deref().unwrap_or(material);
+            let place = if ply.material.is_some() { format!("{key}.plies.{i}") } else { key.to_owned() };
+            let elastic = self.elastic(r, &place, name);
+            let fibre = Orientation::Uniform(fibre_axes(0.0, ply.angle.to_radians()));
+            stack.push(elastic.map(|elastic| (ply.thickness.0, placed(elastic, fibre))));
+        }
+        let stack: Vec<(f64, Placed)> = stack.into_iter().collect::<Option<_>>()?;
+        let mut all: Vec<&(f64, Placed)> = (0..layup.repeat.0).flat_map(|_| &stack).collect();
+        if layup.symmetric {
+            all.extend(all.clone().into_iter().rev());
+        }
+        let [low, high] = self.heights(group)?;
+        let bottom = layup.bottom.unwrap_or(low);
+        let mut z = bottom;
+        let plies = all.into_iter().map(|(thickness, placed)| {
+            let lower = z;
+            z += thickness;
+            Ply { z: [lower, z], placed: placed.clone() }
+        });
+        let plies: Vec<Ply> = plies.collect();
+        if ((z - bottom) / (high - low) - 1.0).abs() > 1e-6 {
+            r.notes.push(format!(
+                "{key}: the plies are {:.6} thick together (z = {bottom:.6} to {z:.6}), their elements lie between z = \
+                 {low:.6} and {high:.6}",
+                z - bottom
+            ));
+        }
+        Some(Placement::Layup(plies))
+    }
+
+    /// Lowest and highest point of the elements of a layup; `None` if there are none, which is reported elsewhere.
+    fn heights(&self, group: Option<&String>) -> Option<[f64; 2]> {
+        let own =
+            |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
+        let cells_of = |name: &String| self.mesh.group_of_dim(name, 3).map(|group| group.cells.clone());
+        let cells: Vec<CellRef> = match group {
+            Some(name) => cells_of(name).ok()?,
+            None => {
+                let taken: HashSet<CellRef> = (self.body.regions.iter())
+                    .filter(|(_, region)| own(region))
+                    .filter_map(|(name, _)| cells_of(name).ok())
+                    .flatten()
+                    .collect();
+                self.mesh.volume_cells().filter(|cell| !taken.contains(cell)).collect()
+            }
+        };
+        let nodes = cells.iter().flat_map(|&cell| self.mesh.cell_nodes(cell));
+        let [low, high] = nodes.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &node| {
+            let z = self.mesh.points[node][2];
+            [low.min(z), high.max(z)]
+        });
+        (low < high).then_some([low, high])
+    }
+}
+
+/// A material in its direction; one that is the same in all directions needs no turning.
+fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
+    let orientation = match fibre {
+        Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
+        other => other,
+    };
+    Placed { name: elastic.name, stiffness: elastic.stiffness, orientation }
+}
+
+/// Reports elements without a material or a direction, and notes those that straddle plies.
+pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+    for group in body.regions.keys() {
+        if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
+            r.notes.push(format!("{key}.regions.{group}: the group has no elements in {}", spec.mesh.source));
+        }
+    }
+    // What has no solids or groups is reported elsewhere.
+    let Ok(findings) = fem::check_materials(&spec.inputs(key)) else { return };
+    for (index, finding) in findings.into_iter().enumerate() {
+        let place = match &spec.regions[index].0 {
+            Some(group) => format!("{key}.regions.{group}"),
+            None if body.layup.is_some() => format!("{key}.layup"),
+            None => format!("{key}.fibre"),
+        };
+        let mend = "each element needs a material and a direction";
+        for mistake in finding.mistakes {
+            r.wrong(&place, mistake, "does not fit the mesh", mend);
+        }
+        r.notes.extend(finding.notes.into_iter().map(|note| format!("{place}: {note}")));
+    }
+}

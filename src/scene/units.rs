@@ -1,0 +1,230 @@
+//! Numbers that look as if units were mixed up: warnings with the numbers, never refusals.
+//!
+//! Every rule compares sizes that differ by orders of magnitude in no sensible scene; none reads names of units but the
+//! one for moduli in N and mm or N and m.
+
+use super::plan::{BodySpec, FeSpec, FrameSpec, Plan};
+use crate::frame::GapShape;
+use crate::history::step::{Normal, Tangential};
+use crate::material::{Placed, Stiffness};
+
+/// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.
+const LIKE_GPA: [f64; 2] = [2.0, 1000.0];
+
+/// Poisson's ratios of stiff solids; rubber (0.45 to 0.5) and foam may well have moduli of a few MPa.
+const STIFF_POISSON: [f64; 2] = [0.15, 0.42];
+
+/// Above the stiffest solid (diamond, 1.2e6 MPa).
+const STIFFEST: f64 = 5e6;
+
+/// Ratio of moduli of two bodies beyond which the softer one has all of the deformation.
+const MODULUS_RATIO: f64 = 1e4;
+
+/// Warnings on the sizes of moduli, radii, displacements, forces, meshes and frame.
+pub(super) fn notes(plan: &Plan) -> Vec<String> {
+    let mut notes = Vec::new();
+    moduli(plan, &mut notes);
+    modulus_ratio(plan, &mut notes);
+    contact_size(plan, &mut notes);
+    meshes(plan, &mut notes);
+    notes.into_iter().map(|note| format!("perhaps mixed-up units: {note}")).collect()
+}
+
+/// Young's moduli along the material axes.
+fn young(stiffness: &Stiffness) -> [f64; 3] {
+    let compliance = stiffness.compliance();
+    std::array::from_fn(|i| 1.0 / compliance[(i, i)])
+}
+
+fn largest(values: [f64; 3]) -> f64 {
+    values.into_iter().fold(0.0, f64::max)
+}
+
+fn least(values: [f64; 3]) -> f64 {
+    values.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Materials of a body by name, each once.
+fn materials(body: &BodySpec) -> Vec<(&str, &Stiffness)> {
+    let mut found: Vec<(&str, &Stiffness)> = match body {
+        BodySpec::Rigid => Vec::new(),
+        BodySpec::HalfSpace(elastic) => vec![(&elastic.name, &elastic.stiffness)],
+        BodySpec::Fe(fe) => {
+            let placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
+            placed.map(|Placed { name, stiffness, .. }| (name.as_str(), stiffness)).collect()
+        }
+    };
+    found.sort_by_key(|(name, _)| *name);
+    found.dedup_by_key(|(name, _)| *name);
+    found
+}
+
+/// Moduli that would be ordinary in another unit of stress.
+fn moduli(plan: &Plan, notes: &mut Vec<String>) {
+    // The size of 1 MPa in the scene's unit of stress.
+    let mpa = match (plan.units.force.as_str(), plan.units.length.as_str()) {
+        ("N", "mm") => 1.0,
+        ("N", "m") => 1e6,
+        _ => return,
+    };
+    let mut all: Vec<(&str, &Stiffness)> = plan.bodies.iter().flat_map(materials).collect();
+    all.sort_by_key(|(name, _)| *name);
+    all.dedup_by_key(|(name, _)| *name);
+    let unit = if mpa == 1.0 { "MPa" } else { "Pa" };
+    for (name, stiffness) in all {
+        let modulus = largest(young(stiffness));
+        let compliance = stiffness.compliance();
+        let poisson = -compliance[(0, 1)] / compliance[(0, 0)];
+        let stiff = (STIFF_POISSON[0]..=STIFF_POISSON[1]).contains(&poisson);
+        let meant = match modulus / mpa {
+            x if x > STIFFEST && mpa == 1.0 => "Pa",
+            x if x > STIFFEST => "a smaller unit",
+            _ if stiff && (LIKE_GPA[0]..=LIKE_GPA[1]).contains(&modulus) => "GPa",
+            x if stiff && mpa > 1.0 && modulus > LIKE_GPA[1] && x < LIKE_GPA[0] => "MPa",
+            _ => continue,
+        };
+        notes.push(format!(
+            "the modulus of the material `{name}` is {modulus:.4e} {unit}, {} (units: {}, {}); was {meant} meant?",
+            if modulus > STIFFEST * mpa { "more than that of any solid" } else { "that of a soft polymer" },
+            plan.units.force,
+            plan.units.length
+        ));
+    }
+}
+
+/// Moduli of the two bodies that have nothing to do with each other.
+fn modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
+    let [Some(first), Some(second)] = [0, 1].map(|i| plan.bodies[i].elastic()) else { return };
+    let [a, b] = [first, second].map(|elastic| young(&elastic.stiffness));
+    let ratio = (least(a) / largest(b)).max(least(b) / largest(a));
+    if ratio > MODULUS_RATIO {
+        notes.push(format!(
+            "the moduli of `{}` and `{}` are {:.4e} and {:.4e}; if that is meant, make the stiffer body rigid: it does \
+             not deform beside the other",
+            first.name,
+            second.name,
+            largest(a),
+            largest(b)
+        ));
+    }
+}
+
+/// Half of the least side and the least cell of a grid frame.
+fn frame_sizes(frame: &FrameSpec) -> Option<[f64; 2]> {
+    let FrameSpec::Grid { half_width, cells, .. } = frame else { return None };
+    let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
+    Some([half_width[0].min(half_width[1]), cell(0).min(cell(1))])
+}
+
+/// Radius of curvature of a round gap.
+fn radius(plan: &Plan) -> Option<f64> {
+    match plan.gap.shape {
+        GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
+        GapShape::Ellipsoid { radii, .. } => Some((radii[0] * radii[1]).sqrt()),
+        _ => None,
+    }
+}
+
+/// Radius, displacements and forces against the frame and its cells.
+fn contact_size(plan: &Plan, notes: &mut Vec<String>) {
+    let approach = (plan.steps.iter())
+        .filter_map(|step| if let Some(Normal::Approach(d)) = step.normal { Some(d) } else { None })
+        .fold(0.0, f64::max);
+    let Some([half, cell]) = frame_sizes(&plan.frame) else { return };
+    let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
+        (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
+        (_, Some(cycles)) => Some(cycles.amplitude),
+        _ => None,
+    });
+    let slide = slides.fold(0.0, f64::max);
+    if slide > 20.0 * half {
+        notes.push(format!("body 2 is shifted by {slide:.4e}, but the frame's half-width is {half:.4e}"));
+    }
+    let Some(radius) = radius(plan) else { return };
+    if radius > 1e6 * half || radius < 0.05 * half {
+        notes
+            .push(format!("the radius of the gap is {radius:.4e}, but the frame's half-width is {half:.4e}"));
+    }
+    if approach > 0.5 * radius {
+        notes.push(format!(
+            "the approach is {approach:.4e}, the radius of the gap {radius:.4e}: no small deformation"
+        ));
+        return;
+    }
+    let estimate = if approach > 0.0 {
+        Some((format!("the approach {approach:.4e}"), (radius * approach).sqrt()))
+    } else {
+        force_estimate(plan, radius)
+    };
+    let Some((by, width)) = estimate else { return };
+    if width > 5.0 * half {
+        notes.push(format!(
+            "{by} makes a contact of half-width about {width:.1e}, far beyond the frame's {half:.4e}"
+        ));
+    } else if width < 0.1 * cell {
+        notes.push(format!(
+            "{by} makes a contact of half-width about {width:.1e}, far smaller than a cell of {cell:.4e}"
+        ));
+    }
+}
+
+/// The half-width of the contact by the largest normal force (Hertz), right within a factor of a few.
+fn force_estimate(plan: &Plan, radius: f64) -> Option<(String, f64)> {
+    let force = (plan.steps.iter())
+        .filter_map(|step| if let Some(Normal::Force(force)) = step.normal { Some(force) } else { None })
+        .fold(0.0, f64::max);
+    let compliance: f64 = (plan.bodies.iter())
+        .filter_map(BodySpec::elastic)
+        .map(|elastic| 0.9 / young(&elastic.stiffness).into_iter().product::<f64>().cbrt())
+        .sum();
+    let width = (0.75 * force * radius * compliance).cbrt();
+    (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
+}
+
+/// Extent along x, y, z of the nodes of a group, or of the whole mesh.
+fn extent(fe: &FeSpec, group: Option<&str>) -> Option<[f64; 3]> {
+    let nodes = match group {
+        Some(group) => fe.mesh.group_nodes(group).ok()?,
+        None => (0..fe.mesh.n_points()).collect(),
+    };
+    let points = nodes.iter().map(|&node| fe.mesh.points[node]);
+    let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (low, high) = points.fold(start, |(low, high), x| {
+        (std::array::from_fn(|k| low[k].min(x[k])), std::array::from_fn(|k| f64::max(high[k], x[k])))
+    });
+    Some(std::array::from_fn(|k| high[k] - low[k]))
+}
+
+/// Meshes against the frame and the displacements.
+fn meshes(plan: &Plan, notes: &mut Vec<String>) {
+    for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
+        let Some(fe) = body.fe() else { continue };
+        let (Some(contact), Some(whole)) = (extent(fe, Some(&fe.contact)), extent(fe, None)) else {
+            continue;
+        };
+        let (side, height) = (contact[0].max(contact[1]), least(whole));
+        if let Some([half, cell]) = frame_sizes(&plan.frame) {
+            let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
+            let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
+            if side > 1e3 * half {
+                notes.push(format!(
+                    "the contact surface of {key} is {side:.4e} wide, the frame's half-width is {half:.4e}"
+                ));
+            } else if face > 100.0 * cell {
+                notes.push(format!(
+                    "the contact faces of {key} are about {face:.1e} wide, the cells of the frame {cell:.4e}"
+                ));
+            }
+        }
+        let approach = plan.steps.iter().filter_map(|step| match step.normal {
+            Some(Normal::Approach(d)) => Some(d),
+            _ => None,
+        });
+        let approach = approach.fold(0.0, f64::max);
+        if approach > 0.3 * height {
+            notes.push(format!(
+                "the approach is {approach:.4e}, the least extent of the mesh of {key} {height:.4e}"
+            ));
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Mixed-up units are warned about with the numbers; sound scenes are not.
+
+use std::fs;
+use std::path::Path;
+
+use super::materials::{folder, orthowear};
+
+/// What `check` notes of the units of the meshed scene with overrides.
+fn notes(options: &[&str]) -> String {
+    let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let (code, text, errors) = orthowear(folder.path(), &[&["check", "scene.toml"][..], options].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    text.lines().filter(|line| line.contains("mixed-up units:")).collect::<Vec<_>>().join("\n")
+}
+
+/// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh
+/// 1 mm high. One number at a time is given in another unit.
+#[test]
+fn each_mixed_up_number_is_named() {
+    assert_eq!(notes(&[]), "");
+    let set = |what: &str, words: &[&str]| {
+        let found = notes(&["--set", what]);
+        for word in words {
+            assert!(found.contains(word), "{what}: lacks \"{word}\": {found}");
+        }
+    };
+    let body2 = "body2={ kind = \"half-space\", material = \"steel\" }";
+    for (e, words) in [
+        ("210.0", ["`steel` is 2.1000e2 MPa", "was GPa meant?"]),
+        ("210e9", ["`steel` is 2.1000e11 MPa", "was Pa meant?"]),
+    ] {
+        let material = format!("materials.steel={{ model = \"isotropic\", E = {e}, nu = 0.3 }}");
+        let found = notes(&["--set", &material, "--set", body2]);
+        words.iter().for_each(|word| assert!(found.contains(word), "{found}"));
+    }
+    let soft = "materials.steel={ model = \"isotropic\", E = 0.5, nu = 0.49 }";
+    let found = notes(&["--set", soft, "--set", body2]);
+    assert!(found.contains("make the stiffer body rigid") && !found.contains("meant?"), "{found}");
+    set("gap.radius=0.02", &["radius of the gap is 2.0000e-2", "half-width is 7.5000e-1"]);
+    set("gap.radius=2e7", &["radius of the gap is 2.0000e7"]);
+    set(
+        "steps.press.approach=5.0",
+        &["approach 5.0000e0 makes a contact", "least extent of the mesh of body1 1.0000e0"],
+    );
+    set("steps.press.approach=1e-9", &["far smaller than a cell"]);
+    set("steps.shift.shift.distance=20.0", &["shifted by 2.0000e1"]);
+    let forced = "steps=[{ normal_force = 1e9 }]";
+    set(forced, &["force 1.0000e9 makes a contact"]);
+}
+
+/// Truth: the scene has one material and uses it; a second one is left alone.
+#[test]
+fn a_material_that_nothing_is_made_of_is_noted() {
+    let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let steel = "materials.steel={ model = \"isotropic\", E = 210e3, nu = 0.3 }";
+    let (code, text, _) = orthowear(folder.path(), &["check", "scene.toml", "--set", steel]);
+    assert_eq!(code, Some(0));
+    assert!(text.contains("no body is made of the material `steel`") && !text.contains("`im7`"), "{text}");
+}
+
+/// Truth: the ready scenes are sound.
+#[test]
+fn ready_scenes_are_not_warned_about() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for entry in fs::read_dir(&scenes).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+        assert!(
+            plan.notes.iter().all(|note| !note.contains("mixed-up units:")),
+            "{}: {:?}",
+            path.display(),
+            plan.notes
+        );
+    }
+}
