@@ -152,7 +152,7 @@ fn hoop_wound_tube_under_internal_pressure() {
     };
     let hold = |group: &str, axis: usize| {
         let components = std::array::from_fn(|c| c == axis);
-        Support { group: group.into(), components, value: [0.0; 3] }
+        Support { group: group.into(), components, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
     };
     let solve = |mesh: Mesh, orientation: Orientation| {
         let supports = vec![hold("y0", 1), hold("y1", 0), hold("z0", 2), hold("z1", 2)];
@@ -248,7 +248,12 @@ fn mean_stress(mesh: &Mesh, layup: &Placement, strain: [f64; 3]) -> Vector3<f64>
         [u, v, 0.0]
     };
     let mut supports = super::fem_meshes::prescribe(&mut mesh, &sides, [true, true, false], move_sides);
-    supports.push(Support { group: "z0".into(), components: [false, false, true], value: [0.0; 3] });
+    supports.push(Support {
+        group: "z0".into(),
+        components: [false, false, true],
+        value: [0.0; 3],
+        gradient: [[0.0; 3]; 3],
+    });
     let points = mesh.points.clone();
     let body = FeModel::new(body(mesh, layup.clone(), supports)).unwrap().condense(&[]).unwrap();
     let reactions = body.model().reactions(body.free_displacement()).unwrap();
