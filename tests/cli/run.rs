@@ -284,7 +284,10 @@ fn what_the_mesh_does_not_have() {
         (&["--set", "body1.contact=contct"][..], &["body1.contact", "\"contct\"", "contact"][..]),
         (&["--set", "body1.contact=block"], &["body1.contact", "surfaces"]),
         (&["--set", "body1.fixed.0.group=bottom"], &["body1.fixed.0.group", "\"bottom\"", "base"]),
-        (&["--set", "body1.fixed.0.components=[\"x\"]"], &["body1"]),
+        (
+            &["--set", "body1.fixed.0.components=[\"x\"]"],
+            &["steps.0.approach", "body 1 floats by translation y"],
+        ),
         (&["--set", "body1.element=tet4"], &["body1.element", "no solid cells of that kind"]),
         (&["--set", "frame.half_width=[30.0, 30.0]"], &["frame.half_width", "body1"]),
         (
