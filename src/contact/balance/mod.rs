@@ -98,10 +98,12 @@ pub struct Failure {
 }
 
 impl Balance {
-    /// [`Self::new`] on cells of the given areas under a friction law.
+    /// The balance of `wanted` on cells of the given areas under a friction law; `gap(component, cell)` is the local gap
+    /// (x, y, n) per unit of a component of motion. Motions that move no cell against pressure or friction are held if
+    /// nothing drives them.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// The first driven motion that nothing resists.
     pub fn on(
         areas: &[f64],
         friction: Option<&FrictionEllipse>,
