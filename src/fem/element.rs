@@ -346,7 +346,9 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let largest = values[n - 1];
             assert!(values[..6].iter().all(|v| v.abs() < 1e-12 * largest), "{values:?}");
-            assert!(values[6] > 1e-9 * largest, "{values:?}");
+            // Slender quadratic elements come nearer to zero: the catalogue's 1e-9.
+            let least = if matches!(kind, ElementKind::Hex8 | ElementKind::Tet4) { 1e-7 } else { 1e-9 };
+            assert!(values[6] > least * largest, "{values:?}");
         };
         for formulation in HexFormulation::ALL {
             check(ElementKind::Hex8, Hex8::NODES.map(distort).to_vec(), formulation);

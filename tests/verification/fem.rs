@@ -93,13 +93,15 @@ fn patch_orthotropic_rotated() {
 }
 
 /// Truth: the patch test is scale-free: it holds at an aspect ratio of 1000 (catalogue str-aspect-ratio, 1e-8 there).
-/// Tolerance 3e-11 for stresses: strains are differences of displacements a thousand times larger.
+/// Tolerance 1e-11 for stresses, 3e-11 where more nodes add up: strains are differences of displacements a thousand
+/// times larger.
 #[test]
 fn patch_slender() {
     let strain = [0.001, 0.0005, -0.0003, 0.0, 0.0, 0.0];
     for (kind, formulation) in ELEMENTS {
         let mesh = block(kind, [3, 3, 3], [1000.0, 1000.0, 1.0], |x| x);
-        patch_test(mesh, rotated_orthotropic(), formulation, strain, 1e6, 3e-11);
+        let tolerance = if matches!(kind, Hex8 | Tet4) { 1e-11 } else { 3e-11 };
+        patch_test(mesh, rotated_orthotropic(), formulation, strain, 1e6, tolerance);
     }
 }
 

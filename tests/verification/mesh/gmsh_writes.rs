@@ -119,7 +119,7 @@ fn committed_meshes_are_what_the_scripts_make() {
         .filter_map(|entry| entry.ok()?.metadata().ok())
         .map(|file| file.len())
         .sum();
-    assert!(bytes <= 3 << 20, "{bytes} bytes in meshes/");
+    assert!(bytes <= 3_000_000, "{bytes} bytes in meshes/");
 }
 
 /// Truth: the dimensions in the scripts: a 24 x 24 x 12 mm block with a 3 x 3 mm patch of 28 x 28 faces whose top is

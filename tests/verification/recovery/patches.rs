@@ -160,7 +160,7 @@ fn nodal_errors(
 
 /// Truth: the order between two meshes of the root mean square of the nodal error: p + 1 for the recovered stress
 /// (Zienkiewicz and Zhu 1992) inside and, by extrapolation from there, on the boundary; p = 1 for the averaged one of linear
-/// elements on the boundary, where no error cancels. Tolerance: 0.3 below, 0.4 on the boundary (elements of even degree may do better on
+/// elements on the boundary, where no error cancels. Tolerance: 0.3 below, 0.4 for tet10 on the boundary (elements of even degree may do better on
 /// regular meshes). Plain hexahedra on the straight mesh are left out: with u = 0 on the boundary the averaged error
 /// cancels there.
 #[test]
@@ -185,7 +185,8 @@ fn nodal_stress_superconverges() {
         let what = format!("{element:?}: {inner:.3}, {boundary:.3}, averaged {averaged:.3}");
         println!("{what}; {coarse:.4?} {fine:.4?}");
         let p = degree(element.0) as f64;
-        assert!(inner > p + 0.7 && boundary > p + 0.6, "{what}");
+        let least = if element.0 == ElementKind::Tet10 { p + 0.6 } else { p + 0.7 };
+        assert!(inner > p + 0.7 && boundary > least, "{what}");
         assert!(p > 1.0 || (averaged - 1.0).abs() < 0.3, "{what}");
     }
 }
