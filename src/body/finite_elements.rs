@@ -8,9 +8,7 @@ use super::floating::{Floating, FloatingMotion};
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{
-    CondensedBody, FeModel, FeSpec, FlexibilityCache, StressRecovery, contact_points, exposures,
-};
+use crate::fem::{CondensedBody, FeModel, FeSpec, Resources, StressRecovery, contact_points, exposures};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
@@ -38,22 +36,22 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::cached(spec, contact, side, frame, None)
+        Self::new_with(spec, contact, side, frame, &Resources::default())
     }
 
-    /// As [`Self::new`], with the flexibility from `cache` where it has it.
+    /// As [`Self::new`], with the cache and the memory of `resources`.
     ///
     /// # Errors
     /// See [`Self::new`].
-    pub fn cached(
+    pub fn new_with(
         spec: FeSpec,
         contact: &str,
         side: Side,
         frame: &ContactFrame,
-        cache: Option<&FlexibilityCache>,
+        resources: &Resources,
     ) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, contact, side, frame, cache).context(|| name)
+        Self::build(spec, contact, side, frame, resources).context(|| name)
     }
 
     fn build(
@@ -61,17 +59,14 @@ impl FeBody {
         contact: &str,
         side: Side,
         frame: &ContactFrame,
-        cache: Option<&FlexibilityCache>,
+        resources: &Resources,
     ) -> Result<Self> {
         let mesh = spec.mesh.clone();
         let faces = group_faces(&mesh, contact)?;
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
         let heights = map.heights(frame, &mesh);
         let model = FeModel::new(spec)?;
-        let condensed = match cache {
-            Some(cache) => model.condense_cached(map.nodes(), cache)?,
-            None => model.condense(map.nodes())?,
-        };
+        let condensed = model.condense_with(map.nodes(), resources)?;
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
         let floating = floating(&condensed, &map, side, frame);

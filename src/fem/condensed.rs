@@ -11,13 +11,30 @@ use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::factor::{CholeskyFactor, SymbolicFactor, SymmetricFactor};
+use crate::linalg::memory::MemoryLimit;
+
+/// What condensing a body may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Resources<'a> {
+    /// Where flexibilities are kept between runs, if they are.
+    pub cache: Option<&'a FlexibilityCache>,
+    /// Memory that may be taken.
+    pub memory: MemoryLimit,
+}
+
+impl Default for Resources<'_> {
+    /// No cache, the memory that the machine has now.
+    fn default() -> Self {
+        Self { cache: None, memory: MemoryLimit::of_machine() }
+    }
+}
 
 /// What factorising a body for some contact nodes will take.
 pub struct Analysis {
     contact_nodes: Vec<usize>,
     n_trailing: usize,
     n_free: usize,
-    matrix_bytes: usize,
+    model_bytes: usize,
     symbolic: SymbolicFactor,
 }
 
@@ -28,7 +45,7 @@ impl Analysis {
             contact_nodes: contact_nodes.to_vec(),
             n_trailing,
             n_free: model.n_free(),
-            matrix_bytes: 16 * model.stiffness().n_stored(),
+            model_bytes: model.memory_bytes(),
             symbolic: SymbolicFactor::new(model.stiffness(), &order, n_trailing)?,
         })
     }
@@ -48,12 +65,32 @@ impl Analysis {
         self.symbolic.flops() + 2.0 / 3.0 * (self.n_trailing as f64).powi(3)
     }
 
-    /// Bytes taken at the peak: the matrix, its factor, and the larger of the factorisation's workspace and the three
-    /// dense matrices of the contact dofs.
+    /// Bytes taken at the peak: the assembled body, the factor, and the larger of the factorisation's workspace and the
+    /// three dense matrices of the contact dofs.
     pub fn memory_bytes(&self) -> usize {
         let factor = 8 * self.factor_entries();
         let workspace = self.symbolic.memory_bytes() - factor;
-        self.matrix_bytes + factor + workspace.max(24 * self.n_trailing * self.n_trailing)
+        let rest = workspace.max(24 * self.n_trailing * self.n_trailing);
+        self.model_bytes + factor + rest
+    }
+
+    /// Bytes that a body condensed so keeps.
+    pub fn held_bytes(&self) -> usize {
+        self.model_bytes + 8 * self.factor_entries() + flexibility_bytes(self.contact_nodes.len())
+    }
+
+    /// Checks that the factorisation fits into what `memory` leaves.
+    ///
+    /// # Errors
+    /// If it does not (kind `Resources`), with the bytes needed and allowed.
+    pub fn ensure(&self, memory: &MemoryLimit) -> Result<()> {
+        let what = format!(
+            "factorising {} unknowns, {} of them under the frame ({} entries),",
+            self.n_free,
+            self.n_trailing,
+            self.factor_entries()
+        );
+        memory.ensure(self.memory_bytes() as u128, &what, "use a coarser mesh, or a smaller frame")
     }
 }
 
@@ -70,6 +107,7 @@ pub struct Origin {
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
+    memory: MemoryLimit,
     factor: OnceLock<CholeskyFactor>,
     residual: f64,
     origin: Origin,
@@ -77,28 +115,43 @@ pub struct CondensedBody {
     free_displacement: Vec<[f64; 3]>,
 }
 
+/// A flexibility and how it was come by.
+struct Condensed {
+    contact_nodes: Vec<usize>,
+    /// Of the free contact dofs.
+    trailing: SymmetricDense,
+    factor: OnceLock<CholeskyFactor>,
+    residual: f64,
+    origin: Origin,
+}
+
 impl CondensedBody {
-    pub(super) fn new(model: FeModel, analysis: Analysis) -> Result<Self> {
+    pub(super) fn new(model: FeModel, analysis: Analysis, memory: MemoryLimit) -> Result<Self> {
         let contact_nodes = analysis.contact_nodes.clone();
-        let factor = factorise(&model, analysis)?;
+        let factor = factorise(&model, analysis, &memory)?;
         let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
-        Self::build(model, contact_nodes, (factor.into(), residual, Origin::default()), trailing)
+        let origin = Origin::default();
+        let condensed = Condensed { contact_nodes, trailing, factor: factor.into(), residual, origin };
+        Self::build(model, condensed, memory)
     }
 
     /// The flexibility from the cache, or computed and put there.
-    pub(super) fn cached(model: FeModel, contact_nodes: &[usize], cache: &FlexibilityCache) -> Result<Self> {
+    pub(super) fn cached(
+        model: FeModel,
+        contact_nodes: &[usize],
+        cache: &FlexibilityCache,
+        memory: MemoryLimit,
+    ) -> Result<Self> {
         let key = model.cache_key(contact_nodes);
         let n = model.contact_rows(contact_nodes).len();
+        let contact_nodes = contact_nodes.to_vec();
         let damage = match cache.read(&key, n)? {
             Lookup::Hit(entry) => {
-                let CacheEntry { flexibility, residual, seconds } = *entry;
+                let CacheEntry { flexibility: trailing, residual, seconds } = *entry;
                 let origin = Origin { saved_seconds: Some(seconds), note: None };
-                return Self::build(
-                    model,
-                    contact_nodes.to_vec(),
-                    (OnceLock::new(), residual, origin),
-                    flexibility,
-                );
+                let factor = OnceLock::new();
+                let condensed = Condensed { contact_nodes, trailing, factor, residual, origin };
+                return Self::build(model, condensed, memory);
             }
             Lookup::Miss => None,
             Lookup::Damaged(how) => Some(format!(
@@ -107,24 +160,22 @@ impl CondensedBody {
             )),
         };
         let start = Instant::now();
-        let factor = factorise(&model, model.analyse(contact_nodes)?)?;
+        let factor = factorise(&model, model.analyse(&contact_nodes)?, &memory)?;
         let (flexibility, residual) = (factor.trailing_inverse()?, factor.residual());
         let entry = CacheEntry { flexibility, residual, seconds: start.elapsed().as_secs_f64() };
         let note = damage.or(cache.write(&key, &entry).err().map(|error| error.to_string()));
         let origin = Origin { saved_seconds: None, note };
-        Self::build(model, contact_nodes.to_vec(), (factor.into(), residual, origin), entry.flexibility)
+        let trailing = entry.flexibility;
+        let condensed = Condensed { contact_nodes, trailing, factor: factor.into(), residual, origin };
+        Self::build(model, condensed, memory)
     }
 
-    fn build(
-        model: FeModel,
-        contact_nodes: Vec<usize>,
-        (factor, residual, origin): (OnceLock<CholeskyFactor>, f64, Origin),
-        trailing: SymmetricDense,
-    ) -> Result<Self> {
+    fn build(model: FeModel, condensed: Condensed, memory: MemoryLimit) -> Result<Self> {
+        let Condensed { contact_nodes, trailing, factor, residual, origin } = condensed;
         let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
         let mut body =
-            Self { model, contact_nodes, factor, residual, origin, flexibility, free_displacement };
+            Self { model, contact_nodes, memory, factor, residual, origin, flexibility, free_displacement };
         if let Some(floating) = body.model.floating() {
             let dofs = body.contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
             let rows: Vec<Option<usize>> = dofs.map(|dof| body.model.dofs().row(dof)).collect();
@@ -146,9 +197,15 @@ impl CondensedBody {
         if let Some(factor) = self.factor.get() {
             return Ok(factor);
         }
-        let factor = factorise(&self.model, self.model.analyse(&self.contact_nodes)?)?;
+        let factor = factorise(&self.model, self.model.analyse(&self.contact_nodes)?, &self.memory)?;
         // A second thread may have been faster; both are equal.
         Ok(self.factor.get_or_init(|| factor))
+    }
+
+    /// Bytes that it keeps: the assembled body, its factor if there is one, the flexibility and its copy in use.
+    pub fn held_bytes(&self) -> usize {
+        let factor = self.factor.get().map_or(0, |factor| 8 * factor.n_stored());
+        self.model.memory_bytes() + factor + flexibility_bytes(self.contact_nodes.len())
     }
 
     /// Where the flexibility came from.
@@ -221,7 +278,13 @@ fn solve_in_place(model: &FeModel, factor: &CholeskyFactor, rhs: &mut [f64]) -> 
     }
 }
 
-fn factorise(model: &FeModel, analysis: Analysis) -> Result<CholeskyFactor> {
+/// Bytes of a flexibility of `n_nodes` contact nodes and of the packed copy in use.
+pub fn flexibility_bytes(n_nodes: usize) -> usize {
+    16 * 9 * n_nodes * n_nodes
+}
+
+fn factorise(model: &FeModel, analysis: Analysis, memory: &MemoryLimit) -> Result<CholeskyFactor> {
+    analysis.ensure(memory)?;
     analysis.symbolic.factorise(model.stiffness(), |row| model.row_name(row))
 }
 

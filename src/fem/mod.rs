@@ -26,7 +26,7 @@ mod spec;
 mod symmetry;
 
 pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-pub use condensed::{Analysis, CondensedBody, Origin};
+pub use condensed::{Analysis, CondensedBody, Origin, Resources, flexibility_bytes};
 pub use model::FeModel;
 pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,

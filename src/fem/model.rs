@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::assembly::{Elements, assemble};
-use super::cache::{CacheKey, FlexibilityCache};
-use super::condensed::{Analysis, CondensedBody};
+use super::cache::CacheKey;
+use super::condensed::{Analysis, CondensedBody, Resources};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
 use super::foundation;
@@ -14,9 +14,13 @@ use super::rigid::{self, FreeMotions};
 use super::solids::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
+use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::Mesh;
+
+/// Bytes per unknown of mesh, elements and the assembly of the matrix.
+const MODEL_BYTES: usize = 1500;
 
 /// An assembled finite-element body.
 pub struct FeModel {
@@ -176,10 +180,10 @@ impl FeModel {
     /// Factorises K and forms the flexibility of `contact_nodes` (mesh node indices).
     ///
     /// # Errors
-    /// See [`Self::analyse`]; further if K is singular or the factorisation fails its check.
+    /// See [`Self::analyse`]; further if K is singular, the factorisation fails its check, or does not fit into the
+    /// memory that the machine has.
     pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
-        let analysis = self.analyse(contact_nodes)?;
-        self.condense_as(analysis)
+        self.condense_with(contact_nodes, &Resources::default())
     }
 
     /// As [`Self::condense`], with an analysis already made of this model.
@@ -188,17 +192,31 @@ impl FeModel {
     /// See [`Self::condense`].
     pub fn condense_as(self, analysis: Analysis) -> Result<CondensedBody> {
         let name = self.name.clone();
-        CondensedBody::new(self, analysis).context(|| name)
+        CondensedBody::new(self, analysis, MemoryLimit::of_machine()).context(|| name)
     }
 
-    /// As [`Self::condense`], with the flexibility from `cache` where it has it; else it is put there.
+    /// As [`Self::condense`], within a memory limit, and with the flexibility from a cache where it has it; else it is
+    /// put there.
     ///
     /// # Errors
     /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
-    pub fn condense_cached(self, contact_nodes: &[usize], cache: &FlexibilityCache) -> Result<CondensedBody> {
+    pub fn condense_with(self, contact_nodes: &[usize], resources: &Resources) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
+        let Resources { cache, memory } = *resources;
         let name = self.name.clone();
-        CondensedBody::cached(self, contact_nodes, cache).context(|| name)
+        match cache {
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, memory),
+            None => {
+                let analysis = self.analyse(contact_nodes)?;
+                CondensedBody::new(self, analysis, memory)
+            }
+        }
+        .context(|| name)
+    }
+
+    /// Bytes that the assembled body takes: mesh, elements, matrix.
+    pub fn memory_bytes(&self) -> usize {
+        MODEL_BYTES * self.n_free() + 16 * self.stiffness.n_stored()
     }
 
     /// The key of the flexibility of `contact_nodes` in a cache.

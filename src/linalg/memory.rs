@@ -1,32 +1,126 @@
-//! Refusal of tables that would not fit into the memory, before they are allocated.
+//! Refusal of work that would not fit into the memory, before anything is allocated for it.
 
+use super::cgroup;
 use crate::error::{Error, Result};
 
-/// Checks that `bytes` are free for `what`; `mend` says what the user can change.
+/// Memory that a run may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemoryLimit {
+    /// All of it; `None` where nothing is known of the machine.
+    bytes: Option<u64>,
+    /// The part of it that is spoken for.
+    held: u64,
+    given: bool,
+}
+
+impl MemoryLimit {
+    /// A limit that the user gave.
+    pub fn given(bytes: u64) -> Self {
+        Self { bytes: Some(bytes), held: 0, given: true }
+    }
+
+    /// What can be had now without swapping and within the limits of the process's control groups (Linux; elsewhere
+    /// nothing is refused).
+    pub fn of_machine() -> Self {
+        let of_group = cgroup::free(std::path::Path::new("/sys/fs/cgroup"));
+        let bytes = [free_of_machine(), of_group].into_iter().flatten().min();
+        Self { bytes, held: 0, given: false }
+    }
+
+    /// What remains of it when `bytes` are held by something else.
+    pub fn less(self, bytes: usize) -> Self {
+        Self { held: self.held.saturating_add(bytes as u64), ..self }
+    }
+
+    /// Whether `bytes` fit into what remains.
+    pub fn allows(&self, bytes: u128) -> bool {
+        let fits = self.remaining().is_none_or(|remaining| bytes <= remaining.into());
+        fits && bytes <= isize::MAX as u128
+    }
+
+    /// Bytes that remain; `None` where nothing is known of the machine.
+    pub fn remaining(&self) -> Option<u64> {
+        self.bytes.map(|bytes| bytes.saturating_sub(self.held))
+    }
+
+    /// Checks that `bytes` fit for `what`; `mend` says what the user can change.
+    ///
+    /// # Errors
+    /// If they do not (kind `Resources`).
+    pub fn ensure(&self, bytes: u128, what: &str, mend: &str) -> Result<()> {
+        if self.allows(bytes) {
+            return Ok(());
+        }
+        let raise = if self.given { ", or raise solver.memory_limit" } else { "" };
+        Err(Error::resources(format!(
+            "{what} needs {} ({bytes} bytes) of memory, {self}; {mend}{raise}",
+            readable(bytes)
+        )))
+    }
+}
+
+impl std::fmt::Display for MemoryLimit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Some(remaining) = self.remaining() else { return f.write_str("available is less") };
+        let of = if self.given { "allowed by solver.memory_limit" } else { "available" };
+        write!(f, "{of} is {} ({remaining} bytes)", readable(remaining.into()))?;
+        if self.held > 0 {
+            write!(f, " beside the {} of the rest of the scene", readable(self.held.into()))?;
+        }
+        Ok(())
+    }
+}
+
+/// As [`MemoryLimit::ensure`], by what the machine has now.
 ///
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
-    let available = available();
-    if available.is_some_and(|free| bytes > u128::from(free)) || bytes > isize::MAX as u128 {
-        let free =
-            available.map_or("less".to_owned(), |free| format!("{} ({free} bytes)", readable(free.into())));
-        return Err(Error::resources(format!(
-            "{what} needs {} ({bytes} bytes) of memory, available is {free}; {mend}",
-            readable(bytes)
-        )));
-    }
-    Ok(())
+    MemoryLimit::of_machine().ensure(bytes, what, mend)
 }
 
 /// Memory that can be had without swapping, bytes.
-fn available() -> Option<u64> {
+fn free_of_machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
-fn readable(bytes: u128) -> String {
+/// Bytes in MiB or GiB.
+pub fn readable(bytes: u128) -> String {
     let gibibytes = bytes as f64 / (1u64 << 30) as f64;
     if gibibytes >= 1.0 { format!("{gibibytes:.1} GiB") } else { format!("{:.1} MiB", gibibytes * 1024.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Kind;
+
+    /// Truth: docs/DESIGN.md: the message has the bytes needed, those there are, and what can be changed.
+    #[test]
+    fn refusals_have_the_numbers() {
+        let limit = MemoryLimit::given(3 << 20).less(1 << 20);
+        assert!(limit.allows(2 << 20) && !limit.allows((2 << 20) + 1));
+        let error = limit.ensure(5 << 20, "the factor", "take a coarser mesh").unwrap_err();
+        assert_eq!(error.kind(), Kind::Resources);
+        for words in [
+            "5.0 MiB (5242880 bytes)",
+            "2.0 MiB (2097152 bytes)",
+            "the 1.0 MiB of",
+            "coarser",
+            "memory_limit",
+        ] {
+            assert!(error.message().contains(words), "{error}");
+        }
+    }
+
+    /// Truth: no machine has 2^62 bytes, every one that runs this has one.
+    #[test]
+    fn the_machine_has_some() {
+        assert!(ensure(1, "a byte", "").is_ok());
+        if std::path::Path::new("/proc/meminfo").exists() {
+            assert!(ensure(1 << 62, "all of it", "").is_err());
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Linear algebra behind small traits: flexibility operators, sparse symmetric factorisation, ordering.
 
+mod cgroup;
 mod column_counts;
 pub mod dense;
 pub mod factor;

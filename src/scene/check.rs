@@ -60,6 +60,14 @@ impl<'a> Walk<'a> {
             let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
             return self.words(node, &words, key);
         }
+        if schema.get("type").is_some_and(Json::is_array) {
+            return match node.value {
+                // The number is what the schema bounds.
+                Value::Integer(_) => self.number(node, schema, key, true),
+                Value::String(_) => {}
+                _ => self.wrong_type(node, key, "a whole number or a text in double quotes"),
+            };
+        }
         match schema.get("type").and_then(Json::as_str) {
             Some("object") => self.object(node, schema, key, None),
             Some("array") => self.array(node, schema, key),

@@ -16,6 +16,7 @@ use crate::frame::InitialGap;
 use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
+use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::Limit;
 use crate::material::{Placement, Stiffness};
 use crate::mesh::Mesh;
@@ -48,6 +49,8 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Solver settings.
     pub solver: Solver,
+    /// Memory that the run may take.
+    pub memory: MemoryLimit,
     /// What is written.
     pub output: Output,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.

@@ -1,11 +1,13 @@
 //! Bodies and frame of a plan.
 
 use super::failure::{AtKey, Failure};
+use super::memory;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::error::{Context, Error};
+use crate::fem::Resources;
 use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, Side};
-use crate::linalg::memory::ensure;
+use crate::linalg::memory::MemoryLimit;
 use crate::mesh::faces::group_faces;
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
@@ -23,7 +25,7 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
             // A cell of the frame with its states, and its share of a half-space operator.
             let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
             let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
-            ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
+            plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             ContactFrame::grid(half_width, cells, center, azimuth).at("frame")
         }
         FrameSpec::Mesh { body, points, center, azimuth, normal } => {
@@ -64,17 +66,24 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
     Ok(frame.keep(&covered))
 }
 
-/// Body `index` (0 or 1) of a plan, ready to give its flexibility on the frame.
-pub(super) fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<Box<dyn ElasticBody>, Failure> {
+/// Body `index` (0 or 1) of a plan within the memory `left` for it, ready to give its flexibility on the frame.
+pub(super) fn body(
+    plan: &Plan,
+    index: usize,
+    frame: &ContactFrame,
+    left: MemoryLimit,
+) -> Result<Box<dyn ElasticBody>, Failure> {
     let key = KEYS[index];
+    memory::ensure(plan, index, frame, &left).at(key)?;
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => Box::new(RigidBody),
         BodySpec::HalfSpace(elastic) => Box::new(half_space(elastic, index, frame)?),
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            let cache = plan.cache.as_ref();
-            let body = FeBody::cached(fe.inputs(key), &fe.contact, SIDES[index], frame, cache).at(key)?;
+            let resources = Resources { cache: plan.cache.as_ref(), memory: left };
+            let body =
+                FeBody::new_with(fe.inputs(key), &fe.contact, SIDES[index], frame, &resources).at(key)?;
             Box::new(body.with_limits(plan.limits.clone()))
         }
     })

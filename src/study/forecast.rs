@@ -3,11 +3,13 @@
 use super::bodies::{KEYS, face_map, frame};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::memory::{self, of_frame, of_half_space};
 use super::skips::{cached, recovers, skips};
-use crate::fem::{FeModel, FlexibilityCache};
+use crate::error::Context;
+use crate::fem::{FeModel, FlexibilityCache, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::history::step::{Integrator, Skipped, Step};
-use crate::linalg::memory::ensure;
+use crate::linalg::memory::MemoryLimit;
 use crate::scene::plan::{BodySpec, FeSpec, Plan};
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -30,8 +32,10 @@ const PER_POINT: f64 = 4.0e-8;
 pub struct BodyForecast {
     /// What it is.
     pub what: String,
-    /// Memory, bytes.
+    /// Memory while it is made ready, bytes.
     pub memory_bytes: f64,
+    /// Memory that it keeps, bytes.
+    pub held_bytes: usize,
     /// Seconds to make it ready.
     pub seconds: f64,
     /// Seconds per application of its flexibility.
@@ -64,7 +68,9 @@ pub struct Forecast {
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let frame = frame(plan)?;
     refuse_impossible_controls(plan, &frame)?;
-    let bodies = [body(plan, 0, &frame)?, body(plan, 1, &frame)?];
+    let first = body(plan, 0, &frame, memory::left(plan, &frame, 0))?;
+    let second = body(plan, 1, &frame, memory::left(plan, &frame, first.held_bytes))?;
+    let bodies = [first, second];
     if plan.bodies.iter().all(|body| matches!(body, BodySpec::Rigid)) {
         let error = crate::error::Error::input(
             "both bodies are rigid: make at least one of body1.kind and body2.kind \"fe\" or \"half-space\"",
@@ -75,12 +81,12 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let application: f64 = bodies.iter().map(|body| body.application).sum();
     // First-order iterations grow with the number of cells across the contact (formulation 6.1).
     let iterations = 8.0 * (frame.n_cells() as f64).sqrt();
-    let memory_bytes =
-        3.0e7 + 500.0 * frame.n_cells() as f64 + bodies.iter().map(|body| body.memory_bytes).sum::<f64>();
+    let held = of_frame(&frame) as f64 + bodies[0].held_bytes as f64;
+    let memory_bytes = (of_frame(&frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
-    ensure(memory_bytes as u128, "this scene", "take fewer cells in the frame, or a coarser mesh")
-        .at("frame")?;
+    let mend = "take fewer cells in the frame, or a coarser mesh";
+    plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = skips(plan, &frame)?;
     skipped.extend((0..2).filter(|&index| bodies[index].cached).map(|index| cached(index, None)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
@@ -99,27 +105,30 @@ fn solves(step: &Step) -> usize {
     }
 }
 
-fn body(plan: &Plan, index: usize, frame: &ContactFrame) -> Result<BodyForecast, Failure> {
+fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> Result<BodyForecast, Failure> {
     let n = frame.n_cells() as f64;
+    memory::ensure(plan, index, frame, &left).at(KEYS[index])?;
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => BodyForecast {
             what: "rigid".to_owned(),
             memory_bytes: 0.0,
+            held_bytes: 0,
             seconds: 0.0,
             application: 0.0,
             cached: false,
         },
         BodySpec::HalfSpace(elastic) => {
             let what = format!("half-space, {}", elastic.name);
-            let (memory_bytes, seconds, application) = if frame.grid.is_some() {
-                // Nine planes of the symbol and the padded vectors of one application.
-                (4.0 * n * 8.0 * 16.0, 0.1 + n * 2e-6, 4.0 * n * PER_POINT)
+            let held_bytes = of_half_space(frame);
+            let memory_bytes = held_bytes as f64;
+            let (seconds, application) = if frame.grid.is_some() {
+                (0.1 + n * 2e-6, 4.0 * n * PER_POINT)
             } else {
-                (72.0 * n * n, 9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
+                (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
             };
-            BodyForecast { what, memory_bytes, seconds, application, cached: false }
+            BodyForecast { what, memory_bytes, held_bytes, seconds, application, cached: false }
         }
-        BodySpec::Fe(fe) => finite_elements(plan, fe, index, frame)?,
+        BodySpec::Fe(fe) => finite_elements(plan, fe, index, (frame, left))?,
     })
 }
 
@@ -128,7 +137,7 @@ fn finite_elements(
     plan: &Plan,
     fe: &FeSpec,
     index: usize,
-    frame: &ContactFrame,
+    (frame, left): (&ContactFrame, MemoryLimit),
 ) -> Result<BodyForecast, Failure> {
     let key = KEYS[index];
     let model = FeModel::new(fe.inputs(key)).at(key)?;
@@ -140,11 +149,14 @@ fn finite_elements(
     let cached = plan.cache.as_ref().is_some_and(in_cache);
     // Fields and loads need the factor all the same.
     let needs_factor = !cached || model.is_loaded() || recovers(plan);
-    let (mut memory_bytes, mut seconds) = (16.0 * n_contact * n_contact, 0.0);
+    let mut held_bytes = model.memory_bytes() + flexibility_bytes(map.nodes().len());
+    let (mut memory_bytes, mut seconds) = (held_bytes as f64, 0.0);
     let mut path = "flexibility from the cache".to_owned();
     if needs_factor {
         let analysis = model.analyse(map.nodes()).at(key)?;
+        analysis.ensure(&left).context(|| key.to_owned()).at(key)?;
         memory_bytes = analysis.memory_bytes() as f64;
+        held_bytes = analysis.held_bytes();
         seconds = analysis.flops() / FLOPS + PER_UNKNOWN * n_free;
         let gflop = analysis.flops() * 1e-9;
         let factor = format!("factor of {} entries, {gflop:.1} GFLOP", analysis.factor_entries());
@@ -158,7 +170,8 @@ fn finite_elements(
             model.n_free(),
             map.nodes().len()
         ),
-        memory_bytes: memory_bytes + 1500.0 * n_free,
+        memory_bytes,
+        held_bytes,
         seconds: seconds + ASSEMBLY * n_free,
         application: 4.0 * n_contact * n_contact / BANDWIDTH,
         cached: !needs_factor,

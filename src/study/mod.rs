@@ -6,6 +6,7 @@ mod controls;
 mod failure;
 mod fit;
 pub mod forecast;
+mod memory;
 mod prepare;
 pub mod refine;
 mod skips;

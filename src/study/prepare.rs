@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::bodies::{KEYS, body, frame};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::memory;
 use super::skips::{cached, recovers, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::{BodyEquations, ElasticBody};
@@ -61,13 +62,16 @@ pub fn prepare_on<'p>(
     let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame)?;
-    let mut bodies = Vec::with_capacity(2);
+    let (mut bodies, mut held) = (Vec::with_capacity(2), 0);
     for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
         progress(key, 0.0);
-        bodies.push(timings.measure(key, || body(plan, index, &frame))?);
+        let left = memory::left(plan, &frame, held);
+        let made = timings.measure(key, || body(plan, index, &frame, left))?;
+        held += memory::held(plan, index, &frame, made.as_ref());
+        bodies.push(made);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
         bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));

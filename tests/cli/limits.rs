@@ -243,3 +243,29 @@ fn faces_left_out_of_the_frame() {
     let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(line.contains("3 of the 12 faces of `contact`") && line.contains("left out"), "{text}");
 }
+
+/// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before it begins, with exit
+/// code 4 and the bytes needed and allowed; limits that are none are mistakes in the scene.
+#[test]
+fn memory_is_refused_beforehand() {
+    for (limit, words) in [
+        (
+            "\"50 MiB\"",
+            &["body1", "factorising", "is 21.", "of the rest of the scene", "solver.memory_limit"][..],
+        ),
+        ("1000", &["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"]),
+    ] {
+        let (_folder, path) = block("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"));
+        for command in ["check", "run"] {
+            let (code, _, text) = call(command, &path, &[]);
+            assert_eq!(code, Some(4), "{command}: {text}");
+            for word in words {
+                assert!(text.contains(word), "{command} lacks \"{word}\":\n{text}");
+            }
+        }
+    }
+    for limit in ["\"4 G\"", "\"much\"", "0", "-3", "2.5", "true"] {
+        refused("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"), &["memory_limit"]);
+    }
+    noted("fields = []", "fields = []\n[solver]\nmemory_limit = \"2 GB\"", "converged", true);
+}

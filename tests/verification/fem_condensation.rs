@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
-use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, Support};
+use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, Resources, Support};
 
 use super::fem_bodies::{ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{block, rough, wavy};
@@ -157,6 +157,7 @@ fn analysis_foretells_the_memory() {
 fn cached_bodies_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let cache = FlexibilityCache::new(folder.path(), 1 << 30);
+    let resources = Resources { cache: Some(&cache), ..Resources::default() };
     let mesh = block(Hex8, [5, 4, 4], [1.0; 3], rough);
     let top = mesh.group_nodes("z1").unwrap();
     let body = |loaded: bool| {
@@ -168,7 +169,7 @@ fn cached_bodies_are_the_same() {
         let plain = body(loaded).condense(&top).unwrap();
         assert_eq!(plain.origin().saved_seconds, None);
         for _ in 0..2 {
-            let cached = body(loaded).condense_cached(&top, &cache).unwrap();
+            let cached = body(loaded).condense_with(&top, &resources).unwrap();
             assert!(cached.flexibility() == plain.flexibility() && cached.residual() == plain.residual());
             assert_eq!(cached.free_displacement(), plain.free_displacement());
             let f = forces(3 * top.len(), 5);
@@ -177,6 +178,6 @@ fn cached_bodies_are_the_same() {
     }
     // Loads do not enter the flexibility: both bodies share one entry.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    let cached = body(false).condense_cached(&top, &cache).unwrap();
+    let cached = body(false).condense_with(&top, &resources).unwrap();
     assert!(cached.origin().saved_seconds.is_some_and(|seconds| seconds > 0.0));
 }

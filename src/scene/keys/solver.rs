@@ -21,6 +21,48 @@ pub struct Solver {
     pub coupling: Coupling,
     /// Whether work that the scene does not need is skipped; the answers are the same either way.
     pub skip: bool,
+    /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; what the machine has if absent.
+    #[schemars(schema_with = "memory_size")]
+    pub memory_limit: Option<MemorySize>,
+}
+
+/// An amount of memory.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum MemorySize {
+    /// Bytes.
+    Bytes(u64),
+    /// A number with its unit.
+    Text(String),
+}
+
+fn memory_size(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "type": ["string", "integer"], "minimum": 1 })
+}
+
+impl MemorySize {
+    /// Bytes; `None` if it is no positive number with a unit of bytes.
+    pub fn bytes(&self) -> Option<u64> {
+        let text = match self {
+            Self::Bytes(bytes) => return Some(*bytes).filter(|&bytes| bytes > 0),
+            Self::Text(text) => text.trim(),
+        };
+        let split = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
+        let factor = match text[split..].to_ascii_lowercase().as_str() {
+            "b" | "bytes" => 1.0,
+            "kb" => 1e3,
+            "mb" => 1e6,
+            "gb" => 1e9,
+            "tb" => 1e12,
+            "kib" => 1024.0,
+            "mib" => 1024f64.powi(2),
+            "gib" => 1024f64.powi(3),
+            "tib" => 1024f64.powi(4),
+            _ => return None,
+        };
+        let bytes = text[..split].trim().parse::<f64>().ok()? * factor;
+        (bytes.is_finite() && bytes >= 1.0).then_some(bytes as u64)
+    }
 }
 
 impl Default for Solver {
@@ -31,6 +73,7 @@ impl Default for Solver {
             max_iterations: 20_000,
             coupling: Coupling::Schur,
             skip: true,
+            memory_limit: None,
         }
     }
 }
@@ -68,5 +111,24 @@ pub struct Output {
 impl Default for Output {
     fn default() -> Self {
         Self { fields: vec![FieldKind::Vtu, FieldKind::Svg] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MemorySize;
+
+    /// Truth: IEC 80000-13: kibi is 1024, kilo 1000.
+    #[test]
+    fn sizes_of_memory() {
+        let bytes = |text: &str| MemorySize::Text(text.to_owned()).bytes();
+        assert_eq!(bytes("4 GiB"), Some(4 << 30));
+        assert_eq!(bytes("1.5kB"), Some(1500));
+        assert_eq!(bytes(" 20 mib "), Some(20 << 20));
+        assert_eq!(MemorySize::Bytes(7).bytes(), Some(7));
+        for wrong in ["", "4", "GiB", "4 G", "-1 GB", "nan GB", "inf MB", "0 B", "1e400 B", "4 GiB/s"] {
+            assert_eq!(bytes(wrong), None, "{wrong}");
+        }
+        assert_eq!(MemorySize::Bytes(0).bytes(), None);
     }
 }

@@ -16,6 +16,7 @@ use super::keys::laws::{Friction, Wear};
 use super::keys::solver::{Output, Solver};
 use super::mistake::Mistake;
 use super::plan::Plan;
+use crate::linalg::memory::MemoryLimit;
 
 /// What is resolved so far.
 pub(super) struct Resolver<'a> {
@@ -91,6 +92,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let laws = laws::resolve(r, ground, friction, wear);
     let steps = steps::resolve(r, laws.as_ref());
     let solver: Option<Solver> = r.section_or_default("solver");
+    let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
     let [body1, body2] = bodies;
     let laws = laws?;
@@ -107,9 +109,25 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         integrator: laws.integrator,
         steps: steps?,
         solver: solver?,
+        memory: memory?,
         output: output?,
         cache: None,
         notes: std::mem::take(&mut r.notes),
         document: r.document.clone(),
     })
+}
+
+/// What the run may take: the user's limit, or what the machine has now.
+fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit> {
+    let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
+    let bytes = size.bytes();
+    if bytes.is_none() {
+        r.wrong(
+            "solver.memory_limit",
+            "`memory_limit` is no amount of memory",
+            "no amount of memory",
+            "give a number of bytes, or a text like \"4 GiB\" or \"500 MB\"",
+        );
+    }
+    bytes.map(MemoryLimit::given)
 }

@@ -1,0 +1,96 @@
+//! Memory that the control groups of this process leave it (Linux): what containers and batch systems limit.
+//!
+//! # Source
+//! cgroups(7); kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Names of the files of one version of the interface.
+struct Names {
+    limit: &'static str,
+    usage: &'static str,
+    /// Entry of memory.stat with the cache of files that gives way.
+    cache: &'static str,
+}
+
+const FIRST: Names =
+    Names { limit: "memory.limit_in_bytes", usage: "memory.usage_in_bytes", cache: "total_inactive_file" };
+const SECOND: Names = Names { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
+
+/// Bytes that the groups of this process, mounted at `root`, allow it to take still; `None` without a limit.
+pub(super) fn free(root: &Path) -> Option<u64> {
+    free_of(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
+}
+
+/// The same for the groups listed in `groups` (`/proc/self/cgroup`).
+fn free_of(root: &Path, groups: &str) -> Option<u64> {
+    let rooms = groups.lines().filter_map(|line| {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (controllers, path) = (parts.next()?, parts.next()?);
+        if controllers.is_empty() {
+            room(root, path, &SECOND)
+        } else if controllers.split(',').any(|name| name == "memory") {
+            room(&root.join("memory"), path, &FIRST)
+        } else {
+            None
+        }
+    });
+    rooms.min()
+}
+
+/// The least room in the group at `path` and those above it. A container may see its own group at `root` and not the
+/// path that the host gave it; groups that are not there are passed over.
+fn room(root: &Path, path: &str, names: &Names) -> Option<u64> {
+    let folder = root.join(path.trim_start_matches('/'));
+    let folders = folder.ancestors().take_while(|folder| folder.starts_with(root)).map(Path::to_path_buf);
+    folders.filter_map(|folder| room_of(&folder, names)).min()
+}
+
+fn room_of(folder: &PathBuf, names: &Names) -> Option<u64> {
+    let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
+    // "max" is no number; the first version writes a number beyond any memory instead.
+    let limit = number(names.limit)?;
+    let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
+    let cache = stat.lines().find_map(|line| line.strip_prefix(names.cache)?.trim().parse::<u64>().ok());
+    let usage = number(names.usage).unwrap_or(0).saturating_sub(cache.unwrap_or(0));
+    Some(limit.saturating_sub(usage))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(root: &Path, files: &[(&str, &str)]) {
+        for (name, text) in files {
+            let path = root.join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+    }
+
+    /// Truth: the interfaces' documentation: the tightest group above the process counts, cached files give way, "max"
+    /// and groups that cannot be seen limit nothing.
+    #[test]
+    fn the_tightest_group_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        write(
+            root,
+            &[
+                ("a/memory.max", "1000\n"),
+                ("a/memory.current", "700\n"),
+                ("a/memory.stat", "anon 500\ninactive_file 200\n"),
+                ("a/b/memory.max", "max\n"),
+                ("a/b/memory.current", "700\n"),
+                ("memory/job/memory.limit_in_bytes", "900\n"),
+                ("memory/job/memory.usage_in_bytes", "500\n"),
+                ("memory/memory.limit_in_bytes", "9223372036854771712\n"),
+            ],
+        );
+        assert_eq!(free_of(root, "0::/a/b\n"), Some(500));
+        assert_eq!(free_of(root, "4:memory:/job\n0::/a/b\n"), Some(400));
+        assert_eq!(free_of(root, "5:cpu,memory:/gone/away\n"), Some(9_223_372_036_854_771_712));
+        assert_eq!(free_of(root, "0::/b\n3:cpu:/a\n"), None);
+    }
+}

@@ -1,0 +1,52 @@
+//! What is taken of the memory that a run may have.
+
+use crate::body::BodyEquations::FiniteElements;
+use crate::body::ElasticBody;
+use crate::error::Result;
+use crate::frame::ContactFrame;
+use crate::linalg::memory::MemoryLimit;
+use crate::scene::plan::{BodySpec, Plan};
+
+/// Bytes of the program and of what a run has beside its frame and bodies.
+const PROGRAM: usize = 30_000_000;
+
+/// Bytes per cell of the frame with its states.
+const PER_CELL: usize = 500;
+
+/// What remains of the plan's memory for a body beside the frame and what the bodies before it hold.
+pub(super) fn left(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {
+    plan.memory.less(of_frame(frame) + held)
+}
+
+/// Bytes of a run with this frame and no bodies.
+pub(super) fn of_frame(frame: &ContactFrame) -> usize {
+    PROGRAM + PER_CELL * frame.n_cells()
+}
+
+/// Bytes of a half-space on `frame`.
+pub(super) fn of_half_space(frame: &ContactFrame) -> usize {
+    let n = frame.n_cells();
+    // Nine planes of the symbol and the padded vectors of one application; a dense operator on other frames.
+    if frame.grid.is_some() { 4 * 8 * 16 * n } else { 72usize.saturating_mul(n).saturating_mul(n) }
+}
+
+/// Checks that body `index` fits, where that is known before it is made; a meshed body does so itself.
+///
+/// # Errors
+/// If it does not (kind `Resources`).
+pub(super) fn ensure(plan: &Plan, index: usize, frame: &ContactFrame, left: &MemoryLimit) -> Result<()> {
+    if !matches!(plan.bodies[index], BodySpec::HalfSpace(_)) {
+        return Ok(());
+    }
+    let what = format!("the operator on {} cells", frame.n_cells());
+    left.ensure(of_half_space(frame) as u128, &what, "use fewer cells in the frame")
+}
+
+/// Bytes that a body keeps.
+pub(super) fn held(plan: &Plan, index: usize, frame: &ContactFrame, body: &dyn ElasticBody) -> usize {
+    match (&plan.bodies[index], body.equations()) {
+        (BodySpec::HalfSpace(_), _) => of_half_space(frame),
+        (_, FiniteElements(body)) => body.condensed().held_bytes(),
+        _ => 0,
+    }
+}
