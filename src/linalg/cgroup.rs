@@ -4,7 +4,7 @@
 //! cgroups(7); kernel documentation, "Control Group v2" (memory.max, memory.current) and "Memory Resource Controller".
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Names of the files of one version of the interface.
 struct Names {
@@ -43,11 +43,11 @@ fn free_of(root: &Path, groups: &str) -> Option<u64> {
 /// path that the host gave it; groups that are not there are passed over.
 fn room(root: &Path, path: &str, names: &Names) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
-    let folders = folder.ancestors().take_while(|folder| folder.starts_with(root)).map(Path::to_path_buf);
-    folders.filter_map(|folder| room_of(&folder, names)).min()
+    let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));
+    folders.filter_map(|folder| room_of(folder, names)).min()
 }
 
-fn room_of(folder: &PathBuf, names: &Names) -> Option<u64> {
+fn room_of(folder: &Path, names: &Names) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
     // "max" is no number; the first version writes a number beyond any memory instead.
     let limit = number(names.limit)?;

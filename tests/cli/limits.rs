@@ -267,5 +267,5 @@ fn memory_is_refused_beforehand() {
     for limit in ["\"4 G\"", "\"much\"", "0", "-3", "2.5", "true"] {
         refused("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"), &["memory_limit"]);
     }
-    noted("fields = []", "fields = []\n[solver]\nmemory_limit = \"2 GB\"", "converged", true);
+    noted("fields = []", "fields = []\n[solver]\nmemory_limit = \"2 GB\"", "memory_limit", false);
 }
