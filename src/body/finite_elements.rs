@@ -9,7 +9,7 @@ use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::{CondensedBody, FeModel, FeSpec, Resources, StressRecovery, contact_points, exposures};
-use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
@@ -170,8 +170,9 @@ impl ElasticBody for FeBody {
         self.floating.as_ref()
     }
 
-    fn heights(&self) -> Option<&[f64]> {
-        Some(&self.heights)
+    fn surface(&self) -> Option<MeshedSurface<'_>> {
+        let mesh = self.condensed.model().mesh();
+        Some(MeshedSurface { mesh, faces: &self.faces, side: self.side, heights: self.heights.clone() })
     }
 
     /// Displacement at all mesh nodes.

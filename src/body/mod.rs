@@ -9,6 +9,7 @@ pub mod stress;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
+use crate::frame::MeshedSurface;
 use crate::linalg::operator::Flexibility;
 
 pub use finite_elements::FeBody;
@@ -68,9 +69,8 @@ pub trait ElasticBody: Send + Sync {
         None
     }
 
-    /// Mean height of the body's meshed surface over each cell, along the cell's normal from its centre, `[N]`,
-    /// mm; `None` if its surface is the plane of the frame.
-    fn heights(&self) -> Option<&[f64]> {
+    /// The body's meshed surface; `None` if its surface is the plane of the frame.
+    fn surface(&self) -> Option<MeshedSurface<'_>> {
         None
     }
 

@@ -1,7 +1,7 @@
 //! The initial gap between two meshed surfaces, and bodies that overlap before they are pressed together.
 
 use crate::error::{Error, Result};
-use crate::frame::ContactFrame;
+use crate::frame::{ContactFrame, MeshedSurface, first_touch};
 
 /// Cells whose normal has less than this share of the largest component along the frame's n do not say where the
 /// surfaces first touch: there a small error of the meshes is a large motion.
@@ -13,34 +13,31 @@ const STEEP: f64 = 0.05;
 /// Bodies may overlap by this share of the cells' mean side: curved faces differ from their surface by less.
 const OVERLAP: f64 = 0.1;
 
-/// Distance of the undeformed surfaces along the normal of each cell, `[N]`, mm, with body 2 at the first touch:
-/// `heights` of the two surfaces over the cells, `None` for the plane through the global origin across the frame's n.
+/// Mean distance of the undeformed surfaces over each cell, along its normal, `[N]`, mm, with body 2 at the first touch;
+/// `None` is the plane through the global origin across the frame's n.
 ///
-/// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d_I / n_I.n
-/// of the cells that look along n.
+/// Body 2 is moved along the frame's n by t, which opens a cell by t n_I.n: the first touch is the smallest d / n_I.n,
+/// point by point, in the cells that look along n ([`first_touch`]). The means are those of the faces as they are: the
+/// displacement of a contact surface is averaged with the same shape functions, and where it follows a curved surface its
+/// nodes do.
 ///
 /// # Errors
 /// If the bodies overlap as they are meshed, or no motion along n separates them, or a plane is to meet cells that do
 /// not look at it.
-pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Result<Vec<f64>> {
+pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<Vec<f64>> {
     let n = frame.axes.normal();
     let cosines: Vec<f64> = frame.triads.iter().map(|triad| triad.normal().dot(&n)).collect();
-    if heights.contains(&None) {
+    if surfaces.iter().any(Option::is_none) {
         refuse_steep(frame, &cosines)?;
     }
-    let [lower, upper] = heights;
+    let [lower, upper] = surfaces.map(|surface| surface.map(|surface| surface.heights.as_slice()));
     let plane = |cell: usize| -n.dot(&frame.centers[cell]) / cosines[cell];
     let at = |heights: Option<&[f64]>, cell: usize| heights.map_or_else(|| plane(cell), |h| h[cell]);
     let distance: Vec<f64> = (0..frame.n_cells()).map(|cell| at(upper, cell) - at(lower, cell)).collect();
-    let largest = cosines.iter().copied().fold(0.0, f64::max);
-    let touch_of = |share: f64| {
-        let facing = distance.iter().zip(&cosines).filter(|(_, cosine)| **cosine > share * largest);
-        facing.map(|(d, cosine)| d / cosine).fold(f64::INFINITY, f64::min)
-    };
     let moved =
         |by: f64| -> Vec<f64> { distance.iter().zip(&cosines).map(|(d, cosine)| d - by * cosine).collect() };
     let deepest = |values: &[f64]| -values.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut first = touch_of(FACING);
+    let mut first = first_touch(frame, surfaces, FACING);
     if !first.is_finite() {
         return Err(Error::input(
             "no cell of the contact frame looks along its n, so that body 2 cannot be moved towards body 1: turn \
@@ -48,7 +45,7 @@ pub fn mesh_distance(frame: &ContactFrame, heights: [Option<&[f64]>; 2]) -> Resu
         ));
     }
     if deepest(&moved(first)) > tolerance(frame) {
-        first = touch_of(STEEP);
+        first = first_touch(frame, surfaces, STEEP);
     }
     let touching = moved(first);
     if deepest(&distance) > 0.0 {

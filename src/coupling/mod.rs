@@ -175,9 +175,9 @@ pub fn surface_distance(
     body1: &dyn ElasticBody,
     body2: &dyn ElasticBody,
 ) -> Result<Vec<f64>> {
-    let heights = [body1.heights(), body2.heights()];
-    if gap.shape != GapShape::Mesh || heights == [None, None] {
+    let surfaces = [body1.surface(), body2.surface()];
+    if gap.shape != GapShape::Mesh || surfaces.iter().all(Option::is_none) {
         return gap.evaluate(frame);
     }
-    mesh_distance(frame, heights)
+    mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))
 }

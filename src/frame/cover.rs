@@ -36,10 +36,10 @@ pub(super) struct SpaceFaces<'a> {
 }
 
 /// The part of a cell under one facet.
-struct Hit {
+pub(super) struct Hit {
     facet: usize,
-    plane: PlaneFacet,
-    common: Polygon,
+    pub(super) plane: PlaneFacet,
+    pub(super) common: Polygon,
     area: f64,
     /// Height of the facet over the cell.
     height: f64,
@@ -53,20 +53,32 @@ impl<'a> SpaceFaces<'a> {
         Self { faces, facets, tree }
     }
 
-    /// Weights and coverage of one cell.
-    pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCover {
+    /// Index of the face to which a part of a cell belongs.
+    pub(super) fn face_of(&self, hit: &Hit) -> usize {
+        self.facets[hit.facet].face
+    }
+
+    /// The parts of a cell under the facets that count, and a face that is folded there.
+    pub(super) fn parts(&self, frame: &ContactFrame, cell: usize) -> (Vec<Hit>, Option<usize>) {
         let (mut hits, folded) = self.hits(frame, cell);
         let area = frame.areas[cell];
-        let mut coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
-        if frame.grid.is_none() && coverage > 1.0 + COVERAGE_TOLERANCE {
+        let covered = hits.iter().map(|hit| hit.area).sum::<f64>();
+        if frame.grid.is_none() && covered > area * (1.0 + COVERAGE_TOLERANCE) {
             self.keep_nearest(&mut hits, area);
-            coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
         }
+        (hits, folded)
+    }
+
+    /// Weights and coverage of one cell.
+    pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCover {
+        let (hits, folded) = self.parts(frame, cell);
+        let area = frame.areas[cell];
+        let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
         // A grid's cells are covered to rounding; faces of two meshes may end a little apart.
         let whole = if frame.grid.is_some() { area } else { area * coverage };
         let mut weights = Vec::new();
         for hit in &hits {
-            let nodes = &self.faces[self.facets[hit.facet].face].nodes;
+            let nodes = &self.faces[self.face_of(hit)].nodes;
             for (&node, integral) in nodes.iter().zip(hit.plane.integrate(&hit.common, area)) {
                 weights.push((node, integral / whole));
             }

@@ -66,7 +66,7 @@ fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
 }
 
 /// Whether a face is of order 2.
-fn is_quadratic(kind: ElementKind) -> bool {
+pub(super) fn is_quadratic(kind: ElementKind) -> bool {
     matches!(kind, Tri6 | Quad8 | Quad9)
 }
 

@@ -42,6 +42,8 @@ pub enum GapShape {
     },
     /// Given heights; their smallest value over the frame becomes the first touch.
     Heights(Heights),
+    /// A given distance for each cell, `[N]`, mm, as it is.
+    Cells(Vec<f64>),
     /// The distance along n between the meshed surfaces of the bodies (evaluated by the coupling).
     Mesh,
 }
@@ -74,6 +76,16 @@ impl InitialGap {
         if let GapShape::Heights(heights) = &self.shape {
             return heights.evaluate(frame, self.offset);
         }
+        if let GapShape::Cells(values) = &self.shape {
+            if values.len() != frame.n_cells() {
+                return Err(Error::input(format!(
+                    "{} distances for the {} cells of the contact frame",
+                    values.len(),
+                    frame.n_cells()
+                )));
+            }
+            return Ok(values.clone());
+        }
         (0..frame.n_cells())
             .map(|cell| {
                 let [x, y] = frame.plane_coordinates(cell);
@@ -98,7 +110,7 @@ impl InitialGap {
             GapShape::Cylinder { radius, angle } => self.round(along(angle)[1].powi(2), radius)?,
             GapShape::Cone { slope } => x.hypot(y) * slope.tan(),
             GapShape::Power { exponent, coefficient } => coefficient * x.hypot(y).powf(exponent),
-            GapShape::Heights(_) => unreachable!("heights are evaluated by cell"),
+            GapShape::Heights(_) | GapShape::Cells(_) => unreachable!("they are given by cell"),
             GapShape::Mesh => {
                 return Err(Error::input(
                     "gap.kind = \"mesh\" takes the gap from the meshes of the bodies; no body here has one: name \
@@ -168,7 +180,7 @@ impl InitialGap {
                 positive("exponent", exponent)?;
                 positive("coefficient", coefficient)
             }
-            GapShape::Flat | GapShape::Heights(_) | GapShape::Mesh => Ok(()),
+            GapShape::Flat | GapShape::Heights(_) | GapShape::Cells(_) | GapShape::Mesh => Ok(()),
         }
     }
 }

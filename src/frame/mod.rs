@@ -2,6 +2,7 @@
 //!
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
+mod bow;
 mod clip;
 mod cover;
 mod edges;
@@ -14,12 +15,14 @@ pub mod map;
 mod nodes;
 mod search;
 mod shape_integrals;
+mod touch;
 
 use crate::geometry::{Point, Triad};
 
 pub use crate::geometry::Side;
 pub use gap::{GapShape, InitialGap};
 pub use map::FaceMap;
+pub use touch::{MeshedSurface, first_touch};
 
 /// Layout of a uniform grid frame; cell (ix, iy) has index `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -75,6 +75,11 @@ impl PlaneFacet {
         &self.corners[..self.n]
     }
 
+    /// The face's reference coordinates at a point of the facet.
+    pub(super) fn reference_at(&self, x: [f64; 2]) -> [f64; 2] {
+        at(&self.reference, self.invert(x))
+    }
+
     /// Which side is seen; `scale` is the square of the facet's size in space.
     pub(super) fn facing(&self, scale: f64) -> Facing {
         let corners = self.corners();

@@ -3,10 +3,11 @@
 use super::failure::{AtKey, Failure};
 use super::memory;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
+use crate::coupling::mesh_distance;
 use crate::error::{Context, Error};
 use crate::fem::Resources;
 use crate::frame::map::covered;
-use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::faces::group_faces;
 use crate::scene::keys::frame::FramePoints;
@@ -105,4 +106,28 @@ pub(super) fn face_map(fe: &FeSpec, index: usize, frame: &ContactFrame) -> Resul
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     let key = if frame.grid.is_some() { "frame.half_width" } else { &contact };
     FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| KEYS[index].to_owned()).at(key)
+}
+
+/// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells.
+pub(super) fn distances(
+    plan: &Plan,
+    frame: &ContactFrame,
+    heights: [Option<Vec<f64>>; 2],
+) -> Result<Vec<f64>, Failure> {
+    let mut faces = [Vec::new(), Vec::new()];
+    for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
+        if let Some(fe) = body.fe() {
+            *faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
+        }
+    }
+    let mut surfaces = [None, None];
+    for (index, heights) in heights.into_iter().enumerate() {
+        surfaces[index] = plan.bodies[index].fe().zip(heights).map(|(fe, heights)| MeshedSurface {
+            mesh: &fe.mesh,
+            faces: &faces[index],
+            side: SIDES[index],
+            heights,
+        });
+    }
+    mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
 }

@@ -1,10 +1,8 @@
 //! The variants of a scene: each meshed body as it is, or as the half-space of its material, on the same frame.
 
-use super::bodies::{KEYS, face_map, frame};
-use super::failure::{AtKey, Failure};
-use crate::coupling::mesh_distance;
+use super::bodies::{KEYS, distances, face_map, frame};
+use super::failure::Failure;
 use crate::error::{Error, Result};
-use crate::frame::heights::Heights;
 use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodySpec, FeSpec, Plan};
 use crate::scene::surface::surface_material;
@@ -130,9 +128,5 @@ fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, 
             *heights = Some(face_map(fe, index, frame)?.heights(frame, &fe.mesh));
         }
     }
-    let values = mesh_distance(frame, [heights[0].as_deref(), heights[1].as_deref()]).at("gap")?;
-    let shape = frame.grid.map_or([frame.n_cells(), 1], |grid| grid.cells);
-    let gap = GapShape::Heights(Heights { values, shape, spacing: None });
-    crate::frame::InitialGap::from(gap.clone()).evaluate(frame).at("gap")?;
-    Ok(gap)
+    Ok(GapShape::Cells(distances(plan, frame, heights)?))
 }

@@ -2,9 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::bodies::{KEYS, face_map};
+use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
-use crate::coupling::mesh_distance;
 use crate::element::ElementKind;
 use crate::error::Error;
 use crate::fem::Regions;
@@ -57,7 +56,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         heights[index] = Some(map.heights(frame, &fe.mesh));
     }
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
-        mesh_distance(frame, [heights[0].as_deref(), heights[1].as_deref()]).at("gap")?;
+        distances(plan, frame, heights)?;
     }
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
     // A cell per node is as many as the nodes can feel.

@@ -16,6 +16,7 @@ mod order_two;
 mod pairs;
 mod quadratic;
 mod states;
+mod touch;
 
 /// Values in [-1, 1), the same in every run (linear congruence).
 fn random(n: usize) -> Vec<f64> {

@@ -1,0 +1,244 @@
+//! Where two surfaces first touch: their smallest distance point by point, not cell by cell.
+//!
+//! Over each cell the distance is looked at on the common refinement of the faces of both bodies, at its corners and
+//! middles; where it may fall further in between, as between curved faces, its least value is searched for.
+
+use rayon::prelude::*;
+
+use super::bow::edge_bows;
+use super::clip::{Polygon, area_and_centroid, cross, intersect};
+use super::cover::SpaceFaces;
+use super::facets::{MOST_NODES, is_quadratic, shape_values};
+use super::shape_integrals::PlaneFacet;
+use super::{ContactFrame, Side};
+use crate::element::ElementKind;
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Halvings of the step of a search, from the size of a polygon.
+const HALVINGS: usize = 16;
+
+/// The meshed surface of one body under a frame.
+#[derive(Debug, Clone)]
+pub struct MeshedSurface<'a> {
+    /// The body's mesh.
+    pub mesh: &'a Mesh,
+    /// Its contact faces, outward.
+    pub faces: &'a [SurfaceFace],
+    /// Which body it is.
+    pub side: Side,
+    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    pub heights: Vec<f64>,
+}
+
+/// The faces of a body, bowed as the surface they stand for.
+struct Sheet<'a> {
+    surface: &'a MeshedSurface<'a>,
+    space: SpaceFaces<'a>,
+    bows: Vec<[Point; 4]>,
+}
+
+/// A part of a cell under one face: the face's height over the cell is a sum of shape functions.
+struct Piece {
+    polygon: Polygon,
+    plane: PlaneFacet,
+    kind: ElementKind,
+    heights: [f64; MOST_NODES],
+    /// Of the middles of the edges over their chords.
+    bows: [f64; 4],
+}
+
+/// A plane over a cell: height at its centre, and slopes.
+struct Plane {
+    height: f64,
+    slope: [f64; 2],
+}
+
+/// What lies over a part of a cell on one side.
+#[derive(Clone, Copy)]
+enum Over<'a> {
+    Piece(&'a Piece),
+    Plane(&'a Plane),
+}
+
+/// The distance over one polygon of the common refinement.
+struct Part<'a> {
+    polygon: Polygon,
+    sides: [Over<'a>; 2],
+}
+
+/// The least distance found at the points looked at, and by how much it varies between them.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    least: f64,
+    spread: f64,
+}
+
+/// How far body 2 moves against the frame's n until the surfaces first touch, over the cells whose normal has at least
+/// the share `facing` of the largest component along n: the smallest distance along a cell's normal over that component
+/// (infinite without such cells). `None` is the plane through the global origin across n.
+///
+/// Faces of first order count as bowed by the curvature of the surface around: it is the surface that touches, not the
+/// corners its faces happen to have.
+pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
+    let sheets = surfaces.map(|surface| surface.map(Sheet::new));
+    let n = frame.axes.normal();
+    let cosines: Vec<f64> = frame.triads.iter().map(|triad| triad.normal().dot(&n)).collect();
+    let largest = cosines.iter().copied().fold(0.0, f64::max);
+    let cells: Vec<usize> = (0..frame.n_cells()).filter(|&cell| cosines[cell] > facing * largest).collect();
+    let seen: Vec<Seen> = cells.par_iter().map(|&cell| over_cell(frame, &sheets, cell, seen_of)).collect();
+    let touch = |i: usize, distance: f64| distance / cosines[cells[i]];
+    let first = (0..cells.len()).map(|i| touch(i, seen[i].least)).fold(f64::INFINITY, f64::min);
+    let may_fall = |&i: &usize| touch(i, seen[i].least - seen[i].spread) < first;
+    (0..cells.len())
+        .into_par_iter()
+        .filter(may_fall)
+        .map(|i| touch(i, over_cell(frame, &sheets, cells[i], lowest_of)))
+        .reduce(|| first, f64::min)
+}
+
+impl<'a> Sheet<'a> {
+    fn new(surface: &'a MeshedSurface<'a>) -> Self {
+        let space = SpaceFaces::new(surface.mesh, surface.faces, surface.side);
+        Self { surface, space, bows: edge_bows(surface.mesh, surface.faces) }
+    }
+
+    fn pieces(&self, frame: &ContactFrame, cell: usize) -> Vec<Piece> {
+        let (normal, center) = (frame.triads[cell].normal(), frame.centers[cell]);
+        let piece = |hit: super::cover::Hit| {
+            let index = self.space.face_of(&hit);
+            let face = &self.surface.faces[index];
+            let mut heights = [0.0; MOST_NODES];
+            for (height, &node) in heights.iter_mut().zip(&face.nodes) {
+                *height = normal.dot(&(Point::from(self.surface.mesh.points[node]) - center));
+            }
+            let bows = self.bows[index].map(|bow| normal.dot(&bow));
+            Piece { polygon: hit.common, plane: hit.plane, kind: face.kind, heights, bows }
+        };
+        self.space.parts(frame, cell).0.into_iter().map(piece).collect()
+    }
+}
+
+impl Piece {
+    fn height(&self, x: [f64; 2]) -> f64 {
+        let reference = self.plane.reference_at(x);
+        let sum =
+            |values: &[f64], weights: &[f64]| values.iter().zip(weights).map(|(v, w)| v * w).sum::<f64>();
+        let height = sum(&self.heights, &shape_values(self.kind, reference));
+        if is_quadratic(self.kind) {
+            return height;
+        }
+        let n = self.kind.n_corners();
+        let bowed = if n == 3 { ElementKind::Tri6 } else { ElementKind::Quad8 };
+        height + sum(&self.bows[..n], &shape_values(bowed, reference)[n..2 * n])
+    }
+}
+
+impl Plane {
+    /// The plane through the global origin across the frame's n, over a cell.
+    fn over(frame: &ContactFrame, cell: usize) -> Self {
+        let n = frame.triads[cell].to_local(&frame.axes.normal());
+        let height = -frame.axes.normal().dot(&frame.centers[cell]) / n.z;
+        Self { height, slope: [-n.x / n.z, -n.y / n.z] }
+    }
+}
+
+impl Part<'_> {
+    fn distance(&self, x: [f64; 2]) -> f64 {
+        let [lower, upper] = self.sides.map(|side| match side {
+            Over::Piece(piece) => piece.height(x),
+            Over::Plane(plane) => plane.height + plane.slope[0] * x[0] + plane.slope[1] * x[1],
+        });
+        upper - lower
+    }
+
+    /// Corners, middles of edges and the middle.
+    fn points(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let n = self.polygon.len();
+        let middle =
+            move |i: usize| [0, 1].map(|k| 0.5 * (self.polygon[i][k] + self.polygon[(i + 1) % n][k]));
+        let center = area_and_centroid(&self.polygon).1;
+        self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
+    }
+
+    fn contains(&self, x: [f64; 2]) -> bool {
+        let n = self.polygon.len();
+        (0..n).all(|i| cross(self.polygon[i], self.polygon[(i + 1) % n], x) >= 0.0)
+    }
+
+    /// The least distance, by steps in eight directions that are halved where none leads down.
+    fn lowest(&self) -> f64 {
+        let (mut least, mut place) = (f64::INFINITY, [0.0; 2]);
+        for x in self.points() {
+            let distance = self.distance(x);
+            if distance < least {
+                (least, place) = (distance, x);
+            }
+        }
+        let from = self.polygon[0];
+        let mut step =
+            self.polygon.iter().map(|x| (x[0] - from[0]).hypot(x[1] - from[1])).fold(0.0, f64::max);
+        for _ in 0..HALVINGS {
+            step *= 0.5;
+            for direction in 0..8 {
+                let (s, c) = (std::f64::consts::FRAC_PI_4 * f64::from(direction)).sin_cos();
+                let x = [place[0] + step * c, place[1] + step * s];
+                if !self.contains(x) {
+                    continue;
+                }
+                let distance = self.distance(x);
+                if distance < least {
+                    (least, place) = (distance, x);
+                }
+            }
+        }
+        least
+    }
+}
+
+/// Looks at the distance over a cell, part by part of the common refinement.
+fn over_cell<T>(frame: &ContactFrame, sheets: &[Option<Sheet>; 2], cell: usize, look: fn(&[Part]) -> T) -> T {
+    let plane = Plane::over(frame, cell);
+    let [lower, upper] = sheets.each_ref().map(|sheet| sheet.as_ref().map(|sheet| sheet.pieces(frame, cell)));
+    let mut parts = Vec::new();
+    match (&lower, &upper) {
+        (Some(lower), Some(upper)) => {
+            let (mut common, mut spare) = (Polygon::new(), Polygon::new());
+            for below in lower {
+                for above in upper {
+                    intersect(&below.polygon, &above.polygon, &mut common, &mut spare);
+                    if area_and_centroid(&common).0 > 1e-15 * frame.areas[cell] {
+                        let sides = [Over::Piece(below), Over::Piece(above)];
+                        parts.push(Part { polygon: common.clone(), sides });
+                    }
+                }
+            }
+        }
+        (Some(pieces), None) | (None, Some(pieces)) => {
+            for piece in pieces {
+                let mut sides = [Over::Piece(piece), Over::Plane(&plane)];
+                if lower.is_none() {
+                    sides.reverse();
+                }
+                parts.push(Part { polygon: piece.polygon.clone(), sides });
+            }
+        }
+        (None, None) => {}
+    }
+    look(&parts)
+}
+
+fn seen_of(parts: &[Part]) -> Seen {
+    let mut seen = Seen { least: f64::INFINITY, spread: 0.0 };
+    for part in parts {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        part.points().map(|x| part.distance(x)).for_each(|d| (low, high) = (low.min(d), high.max(d)));
+        seen = Seen { least: seen.least.min(low), spread: seen.spread.max(high - low) };
+    }
+    seen
+}
+
+fn lowest_of(parts: &[Part]) -> f64 {
+    parts.iter().map(Part::lowest).fold(f64::INFINITY, f64::min)
+}

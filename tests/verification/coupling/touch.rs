@@ -1,0 +1,146 @@
+//! Where meshed surfaces first touch.
+
+use super::grids::{boxes, full, growing, raise, serendipity, steps};
+use super::pairs::{Part, model, solved};
+use crate::common::{indent, steel};
+use orthowear::coupling::mesh_distance;
+use orthowear::element::ElementKind;
+use orthowear::frame::{ContactFrame, FaceMap, MeshedSurface, Side, first_touch};
+use orthowear::friction::FrictionLaw;
+use orthowear::mesh::Mesh;
+use orthowear::mesh::faces::{SurfaceFace, group_faces};
+
+const RADIUS: f64 = 50.0;
+
+/// Height of the sphere that touches z = `lift` at `vertex`, from below.
+fn sphere([x, y]: [f64; 2], vertex: [f64; 2], lift: f64) -> f64 {
+    let r2 = (x - vertex[0]).powi(2) + (y - vertex[1]).powi(2);
+    lift + r2 / (RADIUS + (RADIUS * RADIUS - r2).sqrt())
+}
+
+/// `n` x `n` faces over [-1.5, 1.5]^2, their nodes at z = `foot`, below a flat top at z = 2.
+fn above(n: usize, raised: fn(ElementKind) -> ElementKind, foot: impl Fn([f64; 2]) -> f64) -> Mesh {
+    let across = steps(-1.5, 1.5, n);
+    let mut mesh = raise(&boxes(&[across.clone(), across, growing(0.0, 2.0, 1.0, 2)], false, |x| x), raised);
+    for x in &mut mesh.points {
+        let foot = foot([x[0], x[1]]);
+        x[2] = foot + x[2] * (1.0 - foot / 2.0);
+    }
+    mesh
+}
+
+fn same(kind: ElementKind) -> ElementKind {
+    kind
+}
+
+fn with_surface<T>(
+    frame: &ContactFrame,
+    (mesh, group, side): (&Mesh, &str, Side),
+    then: impl FnOnce(&MeshedSurface) -> T,
+) -> T {
+    let faces: Vec<SurfaceFace> = group_faces(mesh, group).unwrap();
+    let heights = FaceMap::new(frame, mesh, &faces, side).unwrap().heights(frame, mesh);
+    then(&MeshedSurface { mesh, faces: &faces, side, heights })
+}
+
+/// Motion of the meshed surface down to the plane z = 0.
+fn touch_of(frame: &ContactFrame, mesh: &Mesh) -> f64 {
+    with_surface(frame, (mesh, "low2", Side::Upper), |surface| first_touch(frame, [None, Some(surface)], 0.5))
+}
+
+/// Truth: the vertex of the sphere, wherever it lies among the nodes (on one, in the middle of an edge or of a face,
+/// anywhere) and wherever the cells of the frame lie. The faces themselves stay up to 2 h^2 / 8R above it; the curvature
+/// of the nodes around leaves a 30th of that, and the faces of second order, which are on the sphere at nine points,
+/// a 2000th (fourth order in h).
+#[test]
+fn a_sphere_touches_at_its_vertex() {
+    for n in [10, 20] {
+        let h = 3.0 / n as f64;
+        for vertex in [[0.0; 2], [0.5 * h, 0.0], [0.5 * h; 2], [0.31 * h, -0.17 * h]] {
+            for (center, cells) in [([0.0; 2], [12; 2]), ([0.05, -0.07], [7, 10])] {
+                let frame = ContactFrame::grid([1.1; 2], cells, center, 0.2).unwrap();
+                let chord = 2.0 * h * h / (8.0 * RADIUS);
+                for (raised, part) in [(same as fn(_) -> _, 30.0), (serendipity, 2000.0), (full, 2000.0)] {
+                    let mesh = above(n, raised, |x| sphere(x, vertex, 0.4));
+                    let error = touch_of(&frame, &mesh) - 0.4;
+                    assert!(error.abs() < chord / part, "{n} {vertex:?} {error:e} {chord:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Truth: two roofs of plane faces, one upside down and across the other: the ridges cross at one point, where they are
+/// `lift` apart; no node of either mesh lies there, nor a corner of a cell. A crease is not a curve: exact to rounding
+/// for steep ridges and for ones of 3 degrees.
+#[test]
+fn two_ridges_touch_where_they_cross() {
+    for slope in [0.05, 0.6] {
+        let roof = above(10, same, |[x, _]| 0.3 + slope * x.abs());
+        let uneven = |x: f64| x + 0.04 * (1.5 - x.abs()) * (2.1 * x + 0.4).cos() * x.signum().abs();
+        let across = steps(-1.5, 1.5, 11).into_iter().map(uneven).collect();
+        let axes = [across, steps(-1.5, 1.5, 10), steps(-2.0, 0.0, 2)];
+        let ridge = boxes(&axes, false, |[x, y, z]| [x, y, z - slope * y.abs() * (1.0 + 0.5 * z)]);
+        let frame = ContactFrame::grid([1.1; 2], [7; 2], [0.03, 0.05], 0.0).unwrap();
+        let found = with_surface(&frame, (&ridge, "high2", Side::Lower), |lower| {
+            with_surface(&frame, (&roof, "low2", Side::Upper), |upper| {
+                first_touch(&frame, [Some(lower), Some(upper)], 0.5)
+            })
+        });
+        assert!((found - 0.3).abs() < 1e-13, "{slope} {found}");
+    }
+}
+
+/// Truth: a flat foot whose rim is bevelled touches with all of its flat part at once: the bevel bends no face of it.
+/// 1e-14: rounding.
+#[test]
+fn a_bevelled_foot_is_flat() {
+    let frame = ContactFrame::grid([1.1; 2], [9; 2], [0.0; 2], 0.0).unwrap();
+    let mesh = above(10, same, |[x, y]| 0.2 + 0.3 * (x.abs().max(y.abs()) - 0.9).max(0.0));
+    let found = touch_of(&frame, &mesh);
+    assert!((found - 0.2).abs() < 1e-14, "{found}");
+    let gap = with_surface(&frame, (&mesh, "low2", Side::Upper), |upper| {
+        mesh_distance(&frame, [None, Some(upper)]).unwrap()
+    });
+    assert!(gap.iter().all(|g| *g > -1e-14) && gap[40].abs() < 1e-14);
+}
+
+/// Truth: a row of faces, one element wide, around a cylinder: its lowest line, whether nodes lie on it or not.
+/// A 30th of what the faces cut off.
+#[test]
+fn a_strip_of_a_cylinder() {
+    for n in [14, 15] {
+        let axes = [steps(-1.5, 1.5, n), vec![0.0, 0.2], vec![0.0, 1.0]];
+        let mesh =
+            boxes(&axes, false, |[x, y, z]| [x, y, sphere([x, 0.0], [0.0; 2], 0.1) * (1.0 - z) + 2.0 * z]);
+        let frame = ContactFrame::grid([1.1, 0.1], [12, 1], [0.0, 0.1], 0.0).unwrap();
+        let (found, h) = (touch_of(&frame, &mesh), 3.0 / n as f64);
+        assert!((found - 0.1).abs() < h * h / (8.0 * RADIUS) / 30.0, "{n} {found}");
+    }
+}
+
+/// Truth: moving the nodes over the sphere moves nothing: the force at an approach of 0.02 does not depend on where the
+/// vertex lies among them. 2 % with four elements along the contact's radius (first touch of the faces themselves
+/// would change the approach by up to 4 %, the force by 6 %).
+#[test]
+fn the_force_does_not_depend_on_where_the_nodes_lie() {
+    let material = steel();
+    let force = |vertex: [f64; 2]| {
+        let across = steps(-1.5, 1.5, 12);
+        let down = growing(0.0, 2.0, 0.25, 4).into_iter().rev().map(|z| -z).collect();
+        let block = boxes(&[across.clone(), across, down], false, |x| x);
+        let cap = above(12, same, |x| sphere([x[0] - vertex[0], x[1] - vertex[1]], [0.0; 2], 0.0));
+        let frame = ContactFrame::from_nodes(&block, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
+        let supports = [("low2", [true; 3])];
+        let lower = Part { mesh: &block, contact: "high2", material: &material, supports: &supports };
+        let supports = [("high2", [true; 3])];
+        let upper = Part { mesh: &cap, contact: "low2", material: &material, supports: &supports };
+        solved(&model([&lower, &upper], &frame, FrictionLaw::None), &[indent(0.02)]).records[0].normal_force
+    };
+    let on_a_node = force([0.0; 2]);
+    for vertex in [[0.125, 0.0], [0.125; 2]] {
+        let between = force(vertex);
+        println!("{on_a_node} {between}");
+        assert!((between / on_a_node - 1.0).abs() < 0.02, "{between} {on_a_node}");
+    }
+}
