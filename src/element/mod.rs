@@ -12,6 +12,7 @@ mod quad4;
 mod quad8;
 mod quad9;
 mod shape;
+mod solids;
 mod tables;
 mod tet10;
 mod tet4;

@@ -222,3 +222,94 @@ fn a_frame_beyond_the_memory() {
     assert_eq!(code, Some(4), "{text}");
     assert!(text.contains("bytes") && text.contains("use fewer cells"), "{text}");
 }
+
+/// `check` of the scene with another mesh.
+fn check_mesh(mesh: &str) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cubes.msh"), mesh).unwrap();
+    fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
+    let output =
+        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+    let text = String::from_utf8([output.stderr, output.stdout].concat()).unwrap();
+    // Excerpts break lines anywhere.
+    (output.status.code(), text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" "))
+}
+
+/// A column of `n` cubes of side 2 below z = 0, as a mesh of 1 + n elements and more: the solids are numbered from 101 on
+/// and from the top down; `top` is the height of the nodes of the first cube's upper corners.
+fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {
+    let mut text =
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n\
+                    $EndPhysicalNames\n$Nodes\n"
+            .to_owned();
+    text += &format!("{}\n", 4 * (n + 1));
+    for level in 0..=n {
+        for (i, [x, y]) in [[-1, -1], [1, -1], [1, 1], [-1, 1]].into_iter().enumerate() {
+            text += &format!("{} {x} {y} {}\n", 4 * level + i + 1, -2 * level as i64);
+        }
+    }
+    let base: Vec<String> = [4, 3, 2, 1].map(|i| (4 * n + i).to_string()).to_vec();
+    text += &format!("$EndNodes\n$Elements\n{}\n1 3 2 1 1 {}\n2 3 2 2 2 1 2 3 4\n", n + 2, base.join(" "));
+    for cell in 0..n {
+        let nodes = order(cell).map(|i| (4 * cell + if i < 4 { i + 5 } else { i - 3 }).to_string());
+        text += &format!("{} 5 2 4 4 {}\n", 101 + cell, nodes.join(" "));
+    }
+    text + "$EndElements\n"
+}
+
+/// Truth: geometry. A hexahedron whose lower and upper faces are exchanged has the Jacobian -1 of its edges, here that of
+/// a cube of side 2 from one of side 2: -1 in all.
+#[test]
+fn inverted_elements_are_listed() {
+    let sound = [0, 1, 2, 3, 4, 5, 6, 7];
+    let (code, text) = check_mesh(&column(14, |_| sound));
+    assert_eq!(code, Some(0), "{text}");
+    let turned = [4, 5, 6, 7, 0, 1, 2, 3];
+    let (code, text) = check_mesh(&column(14, |cell| if cell == 1 || cell > 3 { turned } else { sound }));
+    assert_eq!(code, Some(2), "{text}");
+    for words in [
+        "body1.mesh",
+        "11 of 14 solid elements of",
+        "(11 turned inside out or folded)",
+        "hex8 102, hex8 105, hex8 106, hex8 107, hex8 108, hex8 109, hex8 110, hex8 111, hex8 112, hex8 113, ..",
+        "that of element 102: -1.000e0, or -1.000e0 of the lengths of its edges",
+        "ReverseMesh",
+    ] {
+        assert!(text.contains(words), "lacks \"{words}\":\n{text}");
+    }
+}
+
+/// One hexahedron of 20 nodes, a cube of side 2, the middle of its edge from (-1, -1, -2) to (1, -1, -2) moved along it to `x`.
+fn curved(x: f64) -> String {
+    let corners =
+        [[-1, -1, -2], [1, -1, -2], [1, 1, -2], [-1, 1, -2], [-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
+    let edges =
+        [[0, 1], [0, 3], [0, 4], [1, 2], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 7], [5, 6], [6, 7]];
+    let mut points: Vec<[f64; 3]> = corners.map(|c| c.map(f64::from)).to_vec();
+    for [a, b] in edges {
+        points.push(std::array::from_fn(|k| 0.5 * (points[a][k] + points[b][k])));
+    }
+    points[8][0] = x;
+    let lines = points.iter().enumerate().map(|(i, [x, y, z])| format!("{} {x} {y} {z}\n", i + 1));
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"base\"\n2 2 \"top\"\n3 4 \"solid\"\n$EndPhysicalNames\n\
+         $Nodes\n20\n{}$EndNodes\n$Elements\n3\n1 16 2 1 1 1 4 3 2 10 14 12 9\n2 16 2 2 2 5 6 7 8 17 19 20 18\n\
+         7 17 2 4 4 {}\n$EndElements\n",
+        lines.collect::<String>(),
+        (1..=20).map(|i| i.to_string()).collect::<Vec<_>>().join(" ")
+    )
+}
+
+/// Truth: a quadratic map of a line from nodes at -1, m, 1 has at its ends the slopes 1 - 2 m and 1 + 2 m: it folds beyond
+/// the quarter points m = -1/2 and 1/2, and so does the cube there, whose other two slopes are 1. The corners alone are
+/// those of a sound cube, and the Jacobian is positive at all integration points.
+#[test]
+fn folded_curved_elements_are_listed() {
+    let (code, text) = check_mesh(&curved(0.49));
+    assert_eq!(code, Some(0), "{text}");
+    let (code, text) = check_mesh(&curved(0.55));
+    assert_eq!(code, Some(2), "{text}");
+    for words in ["1 of 1 solid elements", "hex20 7", "folded", "-1.000e-1, or -1.000e0 of", "straighten"] {
+        assert!(text.contains(words), "lacks \"{words}\":\n{text}");
+    }
+}

@@ -1,17 +1,18 @@
-//! Jacobians of solids at their corners and Gauss points.
+//! Jacobians of solids at their nodes and integration points, in their own, curved geometry.
 
-use super::corners;
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::geometry::Point;
-use crate::mesh::{CellRef, Mesh};
+use crate::mesh::{Block, Mesh};
+use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
-/// The least Jacobian at a corner, as a share of the product of the three edge lengths there, that is not
-/// taken for a collapsed element.
+/// The least Jacobian, as a share of the product of the lengths of its columns, that is not taken for a collapsed
+/// element.
 const COLLAPSED: f64 = 1e-8;
+/// Number of elements that a message names.
+const NAMED: usize = 10;
 
 /// For corner by corner of a solid: the corner and its three neighbours, right-handed seen from it. The
-/// apex of a pyramid has four edges and is left out.
+/// tip of a pyramid has four edges and is left out.
 fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     match (kind.dim(), kind.n_corners()) {
         (3, 4) => &[[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [3, 0, 2, 1]],
@@ -31,74 +32,141 @@ fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
     }
 }
 
-/// Least Jacobian over the corners of a cell: as it is (of the three edges), and by the product of their lengths.
-fn corner_jacobian(mesh: &Mesh, cell: CellRef) -> (f64, f64) {
-    let x = corners(mesh, cell);
-    let mut least = (f64::INFINITY, f64::INFINITY);
-    for &[at, a, b, c] in corner_frames(mesh.kind(cell)) {
-        let (u, v, w) = (x[a] - x[at], x[b] - x[at], x[c] - x[at]);
-        let jacobian = u.dot(&v.cross(&w));
-        let lengths = u.norm() * v.norm() * w.norm();
-        let scaled = if lengths > 0.0 { jacobian / lengths } else { 0.0 };
-        if scaled < least.1 {
-            least = (jacobian, scaled);
-        }
-    }
-    least
+/// A point of the reference cell where the Jacobian is looked at.
+struct Sample {
+    /// Derivatives of the shape functions along three directions, `[n_nodes]`: at a corner those of its edges, elsewhere
+    /// those of the reference coordinates.
+    slopes: Vec<[f64; 3]>,
+    /// Determinant of the three directions.
+    directions: f64,
+    /// Weight in an integral over the cell; 0 at nodes.
+    weight: f64,
 }
 
-/// Refuses inverted and collapsed solids; the least scaled Jacobian and its element.
+impl Sample {
+    fn new(kind: ElementKind, xi: [f64; 3], directions: [[f64; 3]; 3], weight: f64) -> Self {
+        let along = |g: [f64; 3], d: [f64; 3]| g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
+        let slopes = kind.shape_gradients(xi).into_iter().map(|g| directions.map(|d| along(g, d))).collect();
+        Self { slopes, directions: determinant(directions), weight }
+    }
+
+    /// Determinant of the map at this point of the element with these nodes, as it is and by the lengths of the images
+    /// of the directions.
+    fn jacobian(&self, points: &[[f64; 3]], nodes: &[usize]) -> (f64, f64) {
+        let mut tangents = [[0.0; 3]; 3];
+        for (&node, slopes) in nodes.iter().zip(&self.slopes) {
+            for (tangent, slope) in tangents.iter_mut().zip(slopes) {
+                (0..3).for_each(|k| tangent[k] += slope * points[node][k]);
+            }
+        }
+        let spanned = determinant(tangents);
+        let lengths: f64 = tangents.iter().map(|t| t.iter().map(|x| x * x).sum::<f64>().sqrt()).product();
+        (spanned / self.directions, if lengths > 0.0 { spanned / lengths } else { 0.0 })
+    }
+}
+
+fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+/// The points of the stiffness's rule of a kind, which integrates its Jacobian exactly, and its nodes.
+fn samples(kind: ElementKind) -> Vec<Sample> {
+    const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
+        (4, false) => tetrahedron(1),
+        (4, true) => tetrahedron(3),
+        (5, false) => pyramid(2),
+        (5, true) => pyramid(3),
+        (6, false) => wedge(2, 2),
+        (6, true) => wedge(4, 3),
+        (_, false) => hexahedron(2),
+        (_, true) => hexahedron(3),
+    };
+    let nodes = kind.reference_nodes();
+    let inside = rule.into_iter().map(|(xi, weight)| Sample::new(kind, xi, AXES, weight));
+    let corners = corner_frames(kind).iter().map(|&[at, a, b, c]| {
+        let edge = |to: usize| std::array::from_fn(|k| nodes[to][k] - nodes[at][k]);
+        Sample::new(kind, nodes[at], [edge(a), edge(b), edge(c)], 0.0)
+    });
+    let others = nodes[kind.n_corners()..].iter().map(|&xi| Sample::new(kind, xi, AXES, 0.0));
+    inside.chain(corners).chain(others).collect()
+}
+
+/// The least Jacobian of an element.
+struct Least {
+    kind: ElementKind,
+    tag: u64,
+    jacobian: f64,
+    scaled: f64,
+}
+
+impl Least {
+    /// That of a cell of a block, and the cell's volume.
+    fn new(mesh: &Mesh, block: &Block, cell: usize, samples: &[Sample]) -> (Self, f64) {
+        let nodes = block.cell_nodes(cell);
+        let (mut least, mut volume) = ((f64::INFINITY, f64::INFINITY), 0.0);
+        for sample in samples {
+            let found = sample.jacobian(&mesh.points, nodes);
+            // A Jacobian that is not a number is the least of all.
+            if found.1 < least.1 || found.1.is_nan() {
+                least = found;
+            }
+            volume += sample.weight * found.0;
+        }
+        (Self { kind: block.kind, tag: block.tags[cell], jacobian: least.0, scaled: least.1 }, volume)
+    }
+
+    fn is_sound(&self) -> bool {
+        self.scaled > COLLAPSED
+    }
+}
+
+/// Refuses inverted, folded and collapsed solids; the least scaled Jacobian with its element, and the volume.
 ///
-/// At the corners of hex8 and tet4 these are the Jacobians of the element's own map; a hexahedron is tested at
-/// its Gauss points besides. Curved elements are tested as if their edges were straight.
-pub(super) fn check_jacobians(mesh: &Mesh) -> Result<(f64, u64)> {
-    let mut least = (f64::INFINITY, 0);
-    let mut bad = 0_usize;
-    let mut first_bad = None;
-    for cell in mesh.volume_cells() {
-        let (jacobian, scaled) = corner_jacobian(mesh, cell);
-        let inside =
-            if mesh.kind(cell).n_corners() == 8 { least_gauss_jacobian(mesh, cell) } else { jacobian };
-        if scaled < least.0 {
-            least = (scaled, mesh.tag(cell));
-        }
-        // Written so that a Jacobian that is not a number counts as bad.
-        let fit = scaled > COLLAPSED && inside > 0.0;
-        if !fit {
-            bad += 1;
-            first_bad.get_or_insert((cell, jacobian.min(inside), scaled));
+/// The Jacobian is that of the element's own map, curved for elements of second order, at its integration points and at
+/// its nodes but the tip of a pyramid, where the map has no derivative.
+pub(super) fn check_jacobians(mesh: &Mesh) -> Result<((f64, u64), f64)> {
+    let (mut least, mut bad, mut volume) = ((f64::INFINITY, 0), Vec::new(), 0.0);
+    for block in mesh.blocks.iter().filter(|block| block.kind.dim() == 3) {
+        let samples = samples(block.kind);
+        for cell in 0..block.n_cells() {
+            let (found, cell_volume) = Least::new(mesh, block, cell, &samples);
+            volume += cell_volume;
+            if found.scaled < least.0 {
+                least = (found.scaled, found.tag);
+            }
+            if !found.is_sound() {
+                bad.push(found);
+            }
         }
     }
-    match first_bad {
-        None => Ok(least),
-        Some((cell, jacobian, scaled)) => Err(Error::input(format!(
-            "{} {} of {} is {}: its least Jacobian is {jacobian:.3e} ({scaled:.3e} of its edge lengths), it must be \
-             positive; {bad} elements are so. Mend the mesh (turned solids: reverse the node order, in gmsh \
-             `ReverseMesh`; folded ones: move or refine nodes)",
-            mesh.kind(cell).name(),
-            mesh.tag(cell),
-            mesh.source,
-            if jacobian < 0.0 { "turned inside out or folded" } else { "collapsed" },
-        ))),
-    }
+    if bad.is_empty() { Ok((least, volume)) } else { Err(refusal(mesh, &bad)) }
 }
 
-/// Least Jacobian of a trilinear hexahedron over the eight Gauss points, in the scale of the edges' product.
-fn least_gauss_jacobian(mesh: &Mesh, cell: CellRef) -> f64 {
-    let x = corners(mesh, cell);
-    let g = 0.5 - 0.5 / 3.0_f64.sqrt();
-    let mut least = f64::INFINITY;
-    for point in 0..8 {
-        let [r, s, t] = [1, 2, 4].map(|bit| if point & bit == 0 { g } else { 1.0 - g });
-        let mix = |a: Point, b: Point, w: f64| a * (1.0 - w) + b * w;
-        let along = |p: [usize; 8], w: f64, v: f64| {
-            let edge = |i: usize| x[p[2 * i + 1]] - x[p[2 * i]];
-            mix(mix(edge(0), edge(1), w), mix(edge(2), edge(3), w), v)
-        };
-        let dr = along([0, 1, 3, 2, 4, 5, 7, 6], s, t);
-        let ds = along([0, 3, 1, 2, 4, 7, 5, 6], r, t);
-        let dt = along([0, 4, 1, 5, 3, 7, 2, 6], r, s);
-        least = least.min(dr.dot(&ds.cross(&dt)));
-    }
-    least
+/// Names the first of the bad elements, their number, and the worst of them.
+fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
+    let named: Vec<String> =
+        bad.iter().take(NAMED).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
+    let worst = bad.iter().min_by(|a, b| a.scaled.total_cmp(&b.scaled)).expect("at least one");
+    let turned = bad.iter().filter(|least| least.jacobian < 0.0).count();
+    let states = [(turned, "turned inside out or folded"), (bad.len() - turned, "collapsed")];
+    let states: Vec<String> =
+        states.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    Error::input(format!(
+        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; the worst is that of element {}: {:.3e}, or \
+         {:.3e} of the lengths of its edges. Mend the mesh (turned solids: reverse the node order, in gmsh \
+         `ReverseMesh`; folded or collapsed ones: move or refine nodes; curved ones: straighten or refine them, in gmsh \
+         `Mesh.HighOrderOptimize = 2`)",
+        bad.len(),
+        mesh.volume_cells().count(),
+        mesh.source,
+        states.join(", "),
+        named.join(", "),
+        if bad.len() > NAMED { ", .." } else { "" },
+        worst.tag,
+        worst.jacobian,
+        worst.scaled,
+    ))
 }

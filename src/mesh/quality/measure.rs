@@ -1,36 +1,10 @@
-//! Volumes, aspect ratios, connected parts, and points that lie on each other.
+//! Aspect ratios, connected parts, and points that lie on each other.
 
 use super::corners;
-use crate::element::ElementKind;
-use crate::geometry::Point;
-use crate::mesh::{CellRef, Mesh};
+use crate::mesh::Mesh;
 
 /// Points closer than this share of the diagonal of the bounding box count as unmerged.
 const UNMERGED: f64 = 1e-9;
-
-/// Volume of a solid with straight edges, V = 1/3 ∮ x·n dS, exact for bilinear faces.
-pub(super) fn cell_volume(mesh: &Mesh, cell: CellRef) -> f64 {
-    let x = corners(mesh, cell);
-    let origin = x[0];
-    let face = |(kind, local): &(ElementKind, &[usize])| {
-        let p: Vec<Point> = local[..kind.n_corners()].iter().map(|&i| x[i] - origin).collect();
-        if p.len() == 3 { p[0].dot(&p[1].cross(&p[2])) / 6.0 } else { quad_volume(&p) }
-    };
-    mesh.kind(cell).local_faces().iter().map(face).sum()
-}
-
-/// 1/3 ∫ x·n dS over a bilinear quadrilateral by 2 x 2 Gauss points, which integrate it exactly.
-fn quad_volume(p: &[Point]) -> f64 {
-    let g = 0.5 - 0.5 / 3.0_f64.sqrt();
-    let mut sum = 0.0;
-    for (s, t) in [(g, g), (1.0 - g, g), (g, 1.0 - g), (1.0 - g, 1.0 - g)] {
-        let x = (p[0] * (1.0 - s) + p[1] * s) * (1.0 - t) + (p[3] * (1.0 - s) + p[2] * s) * t;
-        let xs = (p[1] - p[0]) * (1.0 - t) + (p[2] - p[3]) * t;
-        let xt = (p[3] - p[0]) * (1.0 - s) + (p[2] - p[1]) * s;
-        sum += x.dot(&xs.cross(&xt));
-    }
-    sum / 12.0
-}
 
 /// Mean and largest ratio of longest to shortest edge over the solids.
 pub(super) fn aspect_ratios(mesh: &Mesh) -> (f64, (f64, u64)) {

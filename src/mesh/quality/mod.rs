@@ -11,7 +11,7 @@ use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use jacobian::check_jacobians;
-use measure::{aspect_ratios, cell_volume, coincident_points, connected_parts};
+use measure::{aspect_ratios, coincident_points, connected_parts};
 
 /// What [`check`] found out of a mesh that is fit for analysis.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +20,10 @@ pub struct Quality {
     pub n_points: usize,
     /// Number of solid cells of each kind.
     pub solids: Vec<(ElementKind, usize)>,
-    /// Volume of the solids, edges taken as straight, cubic length unit.
+    /// Volume of the solids, cubic length unit.
     pub volume: f64,
-    /// Least Jacobian at a corner by the product of the three edge lengths there: 1 for a box; and its element.
+    /// Least Jacobian at a node or integration point by the product of the lengths of its columns: 1 for a box; and its
+    /// element.
     pub least_jacobian: (f64, u64),
     /// Largest ratio of the longest to the shortest edge of a solid, and its element.
     pub largest_aspect: (f64, u64),
@@ -96,8 +97,8 @@ impl fmt::Display for Quality {
 /// Checks the solids of a mesh and measures them.
 ///
 /// # Errors
-/// If there are no solids; if an element is turned inside out or collapsed (its number and least Jacobian are
-/// named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
+/// If there are no solids; if elements are turned inside out, folded or collapsed (their numbers and the least Jacobian
+/// are named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(Error::input(format!(
@@ -105,7 +106,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
             mesh.source
         )));
     }
-    let least_jacobian = check_jacobians(mesh)?;
+    let (least_jacobian, volume) = check_jacobians(mesh)?;
     if let Some([a, b, c]) = face_of_three_solids(mesh) {
         return Err(Error::input(format!(
             "the elements {}, {} and {} of {} share one face; solids may overlap nowhere",
@@ -120,7 +121,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     Ok(Quality {
         n_points: mesh.n_points(),
         solids,
-        volume: mesh.volume_cells().map(|cell| cell_volume(mesh, cell)).sum(),
+        volume,
         least_jacobian,
         largest_aspect,
         mean_aspect,

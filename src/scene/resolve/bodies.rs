@@ -11,7 +11,7 @@ use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
 use crate::mesh::faces::group_faces;
-use crate::mesh::{Mesh, gmsh};
+use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
 use crate::scene::suggest::{closest, list};
@@ -269,7 +269,7 @@ fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
     }
     match gmsh::read(&path) {
         Ok(mesh) => {
-            r.notes.extend(mesh.warnings.iter().map(|warning| format!("{place}: {warning}")));
+            check_quality(r, &place, &mesh);
             Some(mesh)
         }
         Err(error) => {
@@ -277,6 +277,19 @@ fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
             None
         }
     }
+}
+
+/// Reports solids that are not fit for analysis, and notes what the reader mended and what deserves a look.
+fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
+    let mut warnings = mesh.warnings.clone();
+    match quality::check(mesh) {
+        Ok(quality) => warnings.extend(quality.warnings()),
+        Err(error) => {
+            let mend = "every solid needs a positive volume of its own";
+            r.wrong(place, error.message().to_owned(), "this mesh", mend);
+        }
+    }
+    r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
 
 /// The mesh files that lie where one was looked for.

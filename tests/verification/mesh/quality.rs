@@ -98,11 +98,11 @@ fn inverted_and_collapsed_elements_are_named() {
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
     };
     let first = |mesh: &Mesh| mesh.volume_cells().next().expect("a solid");
-    let tag = format!("hex8 {} ", cube.tag(first(&cube)));
+    let tag = format!("hex8 {}; ", cube.tag(first(&cube)));
 
     let mut folded = cube.clone();
     folded.points[0] = [0.5, 0.5, 0.5];
-    named(&folded, &[&tag, "folded", "1 elements"]);
+    named(&folded, &[&tag, "1 turned inside out or folded", "1 of 8 solid"]);
 
     let mut inverted = cube.clone();
     inverted.blocks[1].nodes[..8].rotate_left(4);
@@ -115,7 +115,7 @@ fn inverted_and_collapsed_elements_are_named() {
     let middle =
         (0..3).map(|k| 0.5 * (flat.points[nodes[0]][k] + flat.points[nodes[3]][k])).collect::<Vec<_>>();
     flat.points[nodes[1]] = [middle[0], middle[1], middle[2]];
-    named(&flat, &["tet4", "collapsed"]);
+    named(&flat, &["tet4", " collapsed)"]);
 
     let surfaces = Mesh { blocks: vec![cube.blocks[0].clone()], ..cube.clone() };
     named(&surfaces, &["no solid elements", "gmsh -3"]);
