@@ -4,7 +4,10 @@
 //! Rows with the same pattern (the components of a node) are one *group*; all of the analysis is done on groups. The
 //! last `n_trailing` rows of the order are never eliminated on their own: they are the root of the tree.
 
+use std::ops::Range;
+
 use super::column_counts::column_counts;
+use super::lower_blocks;
 use super::merging::{Merging, trapezoid};
 use super::ordering::{NodeGraph, elimination_tree, postorder};
 use super::sparse::SymmetricSparse;
@@ -38,9 +41,9 @@ impl Front {
         self.size() * self.n_pivots
     }
 
-    /// Values of what it leaves to its parent, both triangles.
+    /// Values of what it leaves to its parent.
     pub fn n_remainder(&self) -> usize {
-        self.rows.len() * self.rows.len()
+        lower_blocks::n_values(self.rows.len())
     }
 
     /// Operations of its elimination: factor, triangular solve, symmetric update.
@@ -242,15 +245,10 @@ impl FrontTree {
         self.children[front].iter().copied()
     }
 
-    /// Most values that remainders take at one time while the fronts of `range` are worked on one after the other.
-    pub fn peak_remainders(&self, range: std::ops::Range<usize>) -> usize {
-        let (mut held, mut peak) = (0, 0);
-        for front in range {
-            held += self.fronts[front].n_remainder();
-            peak = peak.max(held);
-            held -= self.children(front).map(|child| self.fronts[child].n_remainder()).sum::<usize>();
-        }
-        peak
+    /// Where the columns of L of neighbouring fronts are among the stored values.
+    pub fn values_of(&self, fronts: Range<usize>) -> Range<usize> {
+        let end = self.fronts.get(fronts.end).map_or(self.n_values(), |front| front.offset);
+        self.fronts.get(fronts.start).map_or(end, |front| front.offset)..end
     }
 }
 
@@ -259,7 +257,7 @@ fn touched_groups(
     merging: &Merging,
     graph: &NodeGraph,
     sequence: &[usize],
-    span: &[std::ops::Range<usize>],
+    span: &[Range<usize>],
 ) -> Vec<Vec<usize>> {
     let mut number = vec![NONE; merging.parent.len()];
     sequence.iter().enumerate().for_each(|(new, &old)| number[old] = new);

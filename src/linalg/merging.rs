@@ -4,7 +4,7 @@ use super::fronts::NONE;
 
 /// When a front is merged into its parent: with at most so many pivots together, if at most this share of the merged
 /// columns is zeros. Small fronts cost more by their handling than by their zeros.
-const RELAX: [(usize, f64); 4] = [(12, 0.8), (48, 0.25), (144, 0.10), (usize::MAX, 0.05)];
+const RELAX: [(usize, f64); 4] = [(12, 0.8), (36, 0.25), (144, 0.05), (usize::MAX, 0.01)];
 
 /// Fronts while they are being merged; groups stand for rows.
 pub(super) struct Merging {

@@ -1,10 +1,12 @@
 //! Linear algebra behind small traits: flexibility operators, sparse symmetric factorisation, ordering.
 
 mod cgroup;
+mod assembly;
 mod column_counts;
 pub mod dense;
 pub mod factor;
 mod fronts;
+mod lower_blocks;
 pub mod lu;
 pub mod memory;
 mod merging;
@@ -12,4 +14,6 @@ mod multifrontal;
 pub mod operator;
 pub mod ordering;
 pub mod packed;
+mod partial;
 pub mod sparse;
+mod workspace;

@@ -7,25 +7,19 @@
 //! # Source
 //! Duff and Reid (1983), ACM Trans. Math. Softw. 9; Liu (1992), SIAM Review 34.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, MatMut, Par, Spec};
+use faer::{MatMut, Par};
 use rayon::prelude::*;
 
+use super::assembly::Embedding;
 use super::dense::zeroed;
-use super::fronts::{Front, FrontTree, NONE};
+use super::fronts::{Front, FrontTree};
+use super::partial;
 use super::sparse::SymmetricSparse;
+use super::workspace::Workspace;
 use crate::error::{Error, Result};
-
-/// Subtrees of at most this share of all operations are not split further.
-const SHARE: f64 = 1.0 / 64.0;
-
-/// Subtrees worked on side by side before the fronts that wait for them.
-const ROUND: usize = 16;
 
 /// Why a factor was not made.
 pub(super) enum Failure {
@@ -79,207 +73,135 @@ pub(super) fn factorise(
     matrix: &SymmetricSparse,
     par: Par,
 ) -> std::result::Result<Vec<f64>, Failure> {
-    let columns = Columns::new(matrix, &tree.place)?;
+    let space = Workspace::new(tree);
     let mut values = zeroed(tree.n_values())?;
-    let tasks = subtrees(tree);
-    let (mut pieces, mut top) = split(tree, &tasks, &mut values);
-    let stack = |&root: &usize| tree.peak_remainders(tree.first[root]..root + 1);
-    let work = Work {
-        tree,
-        columns: &columns,
-        stacks: Buffers::default(),
-        stack_length: tasks.iter().map(stack).max().unwrap_or(0),
-        remainders: Buffers::default(),
-    };
-    let mut left: Vec<Vec<f64>> = vec![Vec::new(); tree.fronts.len()];
+    let mut shared = zeroed(space.shared)?;
+    let work =
+        Work { tree, columns: &Columns::new(matrix, &tree.place)?, space: &space, own: Mutex::default() };
+    let (mut rest, mut taken) = (values.as_mut_slice(), 0);
     let mut local = vec![0; tree.order.len()];
-    while !pieces.is_empty() || !top.is_empty() {
-        // Remainders of a few subtrees at a time: those of all together would take more memory than L.
-        let round: Vec<Share> = pieces.drain(..pieces.len().min(ROUND)).collect();
-        let roots: Vec<usize> = round.iter().map(|(root, _)| *root).collect();
-        let remainders: Vec<_> =
-            round.into_par_iter().with_max_len(1).map(|(root, own)| work.subtree(root, own)).collect();
-        for (root, remainder) in roots.into_iter().zip(remainders) {
-            left[root] = remainder?;
+    for round in &space.rounds {
+        // Subtrees and fronts of a round lie side by side among the values, whoever is worked on first.
+        let mut ranges: Vec<Range<usize>> =
+            round.subtrees.iter().map(|&root| tree.values_of(tree.first[root]..root + 1)).collect();
+        ranges.extend(round.fronts.iter().map(|&front| tree.values_of(front..front + 1)));
+        let length = ranges.iter().map(Range::len).sum();
+        let (own, after) = rest.split_at_mut(length);
+        ranges.iter_mut().for_each(|range| *range = range.start - taken..range.end - taken);
+        (rest, taken) = (after, taken + length);
+        let mut panels = disjoint(own, &ranges);
+        let of_fronts = panels.split_off(round.subtrees.len());
+        let places: Vec<_> = round.subtrees.iter().map(|&root| space.place(root)).collect();
+        let subtrees: Vec<_> =
+            round.subtrees.iter().zip(panels).zip(disjoint(&mut shared, &places)).collect();
+        let subtree = |((&root, panel), left)| work.subtree(root, panel, left);
+        match par {
+            Par::Seq => subtrees.into_iter().try_for_each(subtree)?,
+            Par::Rayon(_) => {
+                let outcomes: Vec<_> = subtrees.into_par_iter().with_max_len(1).map(subtree).collect();
+                outcomes.into_iter().collect::<std::result::Result<(), _>>()?;
+            }
         }
-        let next = pieces.first().map_or(tree.fronts.len(), |(root, _)| tree.first[*root]);
-        let ready = top.iter().take_while(|(front, _)| *front < next).count();
-        for (front, panel) in top.drain(..ready) {
-            left[front] = work.top_front(front, panel, &mut left, &mut local, par)?;
+        for (&front, panel) in round.fronts.iter().zip(of_fronts) {
+            work.front(front, panel, Memory { waiting: &mut shared, left: None, local: &mut local }, par)?;
         }
     }
     Ok(values)
 }
 
-/// Most values that remainders and stacks take at one time, with `n_threads` subtrees side by side.
+/// Most values that remainders take at one time, with `n_threads` subtrees side by side.
 pub(super) fn peak_workspace(tree: &FrontTree, n_threads: usize) -> usize {
-    let tasks = subtrees(tree);
-    let stack = |&root: &usize| tree.peak_remainders(tree.first[root]..root + 1);
-    let stacks = n_threads.min(ROUND) * tasks.iter().map(stack).max().unwrap_or(0);
-    let mut above = vec![true; tree.fronts.len()];
-    tasks.iter().for_each(|&root| above[tree.first[root]..=root].fill(false));
-    let remainder = |front: usize| tree.fronts[front].n_remainder();
-    let (mut held, mut peak, mut done) = (0, 0, 0);
-    for first in (0..=tasks.len()).step_by(ROUND) {
-        let round = &tasks[first..(first + ROUND).min(tasks.len())];
-        held += round.iter().map(|&root| remainder(root)).sum::<usize>();
-        let next = tasks.get(first + ROUND).map_or(tree.fronts.len(), |&root| tree.first[root]);
-        for front in (done..next).filter(|&front| above[front]) {
-            held += remainder(front);
-            peak = peak.max(held);
-            held -= tree.children(front).map(remainder).sum::<usize>();
-        }
-        (peak, done) = (peak.max(held), next);
-    }
-    stacks + peak
+    let space = Workspace::new(tree);
+    let widest = space.rounds.iter().map(|round| round.subtrees.len()).max().unwrap_or(0);
+    space.shared + n_threads.min(widest) * space.own
 }
 
-/// A subtree or a front with its values of L.
-type Share<'v> = (usize, &'v mut [f64]);
-
-/// Deals out the values: to the subtrees of `tasks`, and to the fronts above them.
-fn split<'v>(tree: &FrontTree, tasks: &[usize], values: &'v mut [f64]) -> (Vec<Share<'v>>, Vec<Share<'v>>) {
-    let (mut pieces, mut top) = (Vec::with_capacity(tasks.len()), Vec::new());
-    let (mut rest, mut next) = (values, 0);
-    for &root in tasks.iter().chain([&tree.fronts.len()]) {
-        let subtree = tree.first.get(root).map_or(root..root, |&first| first..root + 1);
-        for front in next..subtree.start {
-            let (own, after) = std::mem::take(&mut rest).split_at_mut(tree.fronts[front].n_values());
-            top.push((front, own));
-            rest = after;
-        }
-        if !subtree.is_empty() {
-            let length = tree.fronts[subtree.clone()].iter().map(Front::n_values).sum();
-            let (own, after) = std::mem::take(&mut rest).split_at_mut(length);
-            pieces.push((root, own));
-            rest = after;
-        }
-        next = subtree.end;
+/// The parts of `values` in `ranges`, which do not overlap; in the order of `ranges`.
+fn disjoint<'v>(values: &'v mut [f64], ranges: &[Range<usize>]) -> Vec<&'v mut [f64]> {
+    let mut sorted: Vec<usize> = (0..ranges.len()).collect();
+    sorted.sort_by_key(|&i| (ranges[i].start, ranges[i].end));
+    let mut parts: Vec<&mut [f64]> = ranges.iter().map(|_| Default::default()).collect();
+    let (mut rest, mut at) = (values, 0);
+    for i in sorted {
+        let (_, from) = rest.split_at_mut(ranges[i].start - at);
+        (parts[i], rest) = from.split_at_mut(ranges[i].len());
+        at = ranges[i].end;
     }
-    (pieces, top)
-}
-
-/// Roots of the subtrees worked on side by side, in the order of the fronts.
-fn subtrees(tree: &FrontTree) -> Vec<usize> {
-    let mut flops: Vec<f64> = tree.fronts.iter().map(Front::flops).collect();
-    for front in 0..tree.fronts.len() {
-        if tree.fronts[front].parent != NONE {
-            flops[tree.fronts[front].parent] += flops[front];
-        }
-    }
-    let limit = SHARE * tree.flops();
-    let small = |front: usize| front != NONE && flops[front] <= limit;
-    (0..tree.fronts.len()).filter(|&front| small(front) && !small(tree.fronts[front].parent)).collect()
+    parts
 }
 
 struct Work<'a> {
     tree: &'a FrontTree,
     columns: &'a Columns,
-    /// Stacks of the subtrees, all of the size that the largest needs.
-    stacks: Buffers,
-    stack_length: usize,
-    remainders: Buffers,
+    space: &'a Workspace,
+    /// What threads use for subtrees: remainders, and places of rows in a front.
+    own: Mutex<Vec<(Vec<f64>, Vec<u32>)>>,
 }
 
-/// Memory that is used again: a page touched for the first time costs more than the numbers put on it.
-#[derive(Default)]
-struct Buffers(Mutex<Vec<Vec<f64>>>);
-
-impl Buffers {
-    /// At least `length` values of any content, and at most twice as many.
-    fn take(&self, length: usize) -> Result<Vec<f64>> {
-        let mut free = self.0.lock().expect("no panic while the buffers are held");
-        let fits = (0..free.len()).filter(|&i| (length..=2 * length).contains(&free[i].len()));
-        match fits.min_by_key(|&i| free[i].len()) {
-            Some(i) => Ok(free.swap_remove(i)),
-            None => {
-                // Sizes grow towards the root: what is too small now will not be asked for often again.
-                free.retain(|buffer| buffer.len() > length);
-                zeroed(length)
-            }
-        }
-    }
-
-    fn give(&self, buffer: Vec<f64>) {
-        self.0.lock().expect("no panic while the buffers are held").push(buffer);
-    }
+/// What a front works in besides its columns of L.
+struct Memory<'m> {
+    /// Where the remainders of its children are, and its own unless it is in `left`.
+    waiting: &'m mut [f64],
+    left: Option<&'m mut [f64]>,
+    /// A number per row.
+    local: &'m mut [u32],
 }
 
 impl Work<'_> {
-    /// A front above the subtrees: its remainder; those of its children are given back.
-    fn top_front(
-        &self,
-        front: usize,
-        panel: &mut [f64],
-        left: &mut [Vec<f64>],
-        local: &mut [u32],
-        par: Par,
-    ) -> std::result::Result<Vec<f64>, Failure> {
-        let f = &self.tree.fronts[front];
-        let mut remainder = self.remainders.take(f.n_remainder())?;
-        let children: Vec<_> =
-            self.tree.children(front).map(|child| (child, left[child].as_slice())).collect();
-        self.front(f, panel, &children, &mut remainder[..f.n_remainder()], local, par)?;
-        self.tree.children(front).for_each(|child| self.remainders.give(std::mem::take(&mut left[child])));
-        Ok(remainder)
-    }
-
-    /// All fronts of the subtree of `root`, whose values are `values`; the remainder of the root.
-    ///
-    /// The remainders lie on a stack: the children of a front are on top when it comes, and it replaces them.
-    fn subtree(&self, root: usize, values: &mut [f64]) -> std::result::Result<Vec<f64>, Failure> {
-        let range = self.tree.first[root]..root + 1;
-        let base = self.tree.fronts[range.start].offset;
-        let mut local = vec![0; self.tree.order.len()];
-        let mut stack = self.stacks.take(self.stack_length)?;
-        let mut bottom = vec![0];
-        for front in range {
-            let f = &self.tree.fronts[front];
-            let panel = &mut values[f.offset - base..][..f.n_values()];
-            let children = self.tree.children(front);
-            let n_children = children.clone().count();
-            let top = bottom[bottom.len() - 1];
-            let below = bottom.len() - 1 - n_children;
-            let (waiting, free) = stack.split_at_mut(top);
-            let of_children = children.zip(&bottom[below..]).map(|(child, &from)| (child, &waiting[from..]));
-            let length = f.n_remainder();
-            self.front(
-                f,
-                panel,
-                &of_children.collect::<Vec<_>>(),
-                &mut free[..length],
-                &mut local,
-                Par::Seq,
-            )?;
-            bottom.truncate(below + 1);
-            stack.copy_within(top..top + length, bottom[below]);
-            bottom.push(bottom[below] + length);
+    /// All fronts of the subtree of `root`, whose values are `values`; what the root leaves goes to `left`.
+    fn subtree(&self, root: usize, values: &mut [f64], left: &mut [f64]) -> std::result::Result<(), Failure> {
+        let used = self.own.lock().expect("no panic while the memory is held").pop();
+        let (mut waiting, mut local) = match used {
+            Some(memory) => memory,
+            None => (zeroed(self.space.own)?, vec![0; self.tree.order.len()]),
+        };
+        let (base, mut left) = (self.tree.fronts[self.tree.first[root]].offset, Some(left));
+        for front in self.tree.first[root]..root + 1 {
+            let range = self.tree.values_of(front..front + 1);
+            let left = if front == root { left.take() } else { None };
+            let memory = Memory { waiting: &mut waiting, left, local: &mut local };
+            self.front(front, &mut values[range.start - base..range.end - base], memory, Par::Seq)?;
         }
-        let mut remainder = self.remainders.take(bottom[1])?;
-        remainder[..bottom[1]].copy_from_slice(&stack[..bottom[1]]);
-        self.stacks.give(stack);
-        Ok(remainder)
+        self.own.lock().expect("no panic while the memory is held").push((waiting, local));
+        Ok(())
     }
 
-    /// One front: its columns of L into `panel` (zeros before), its remainder into `remainder`, lower triangle by
-    /// columns, from the remainders of its children.
+    /// One front: its columns of L into `panel`, and what it leaves, from its entries and what its children left.
     fn front(
         &self,
-        front: &Front,
+        index: usize,
         panel: &mut [f64],
-        children: &[(usize, &[f64])],
-        remainder: &mut [f64],
-        local: &mut [u32],
+        memory: Memory<'_>,
         par: Par,
     ) -> std::result::Result<(), Failure> {
-        self.take_entries(front, panel, local);
-        let children: Vec<Remainder> = children
-            .iter()
-            .map(|&(child, values)| Remainder::new(&self.tree.fronts[child], values, front))
+        let Memory { waiting, mut left, local } = memory;
+        let front = &self.tree.fronts[index];
+        let children: Vec<(Embedding, Range<usize>)> = self
+            .tree
+            .children(index)
+            .map(|child| (Embedding::new(&self.tree.fronts[child], front), self.space.place(child)))
             .collect();
-        children.iter().for_each(|child| child.add_to_panel(front, panel));
-        eliminate(front, panel, remainder, par)?;
-        children.iter().for_each(|child| child.add_to_remainder(front, remainder));
+        // Fresh memory is written before it is read: a page read first would be mapped twice.
+        panel.fill(0.0);
+        self.take_entries(front, panel, local);
+        children.iter().for_each(|(child, place)| child.add_to_panel(&waiting[place.clone()], front, panel));
+        let own = self.space.place(index);
+        let columns = MatMut::from_column_major_slice_mut(panel, front.size(), front.n_pivots);
+        let remainder = match left.as_deref_mut() {
+            Some(left) => left,
+            None => &mut waiting[own.clone()],
+        };
+        partial::eliminate(columns, remainder, par).map_err(|i| Failure::Pivot(front.start + i))?;
+        for (child, place) in children {
+            match left.as_deref_mut() {
+                Some(left) => child.add_to_remainder(&waiting[place], front, left),
+                None => {
+                    let [source, target] =
+                        waiting.get_disjoint_mut([place, own.clone()]).expect("places in use do not overlap");
+                    child.add_to_remainder(source, front, target);
+                }
+            }
+        }
         Ok(())
     }
 
@@ -298,109 +220,4 @@ impl Work<'_> {
             }
         }
     }
-}
-
-/// Pieces of a child's rows that are contiguous in its parent too: (place in the child, in the parent, length), none
-/// of them across the end of the parent's pivots.
-fn runs(child: &Front, parent: &Front) -> Vec<(usize, usize, usize)> {
-    let mut runs: Vec<(usize, usize, usize)> = Vec::new();
-    let mut below = 0;
-    for (i, &row) in child.rows.iter().enumerate() {
-        let place = if row < parent.start + parent.n_pivots {
-            row - parent.start
-        } else {
-            while parent.rows[below] != row {
-                below += 1;
-            }
-            parent.n_pivots + below
-        };
-        match runs.last_mut() {
-            Some((_, at, length)) if *at + *length == place && place != parent.n_pivots => *length += 1,
-            _ => runs.push((i, place, 1)),
-        }
-    }
-    runs
-}
-
-/// What a child left, and where its rows are in its parent.
-struct Remainder<'a> {
-    values: &'a [f64],
-    /// Number of its rows.
-    n: usize,
-    runs: Vec<(usize, usize, usize)>,
-    /// Number of the runs that lie among the parent's pivots.
-    n_pivot_runs: usize,
-}
-
-impl<'a> Remainder<'a> {
-    fn new(child: &Front, values: &'a [f64], parent: &Front) -> Self {
-        let runs = runs(child, parent);
-        let n_pivot_runs = runs.partition_point(|&(_, to, _)| to < parent.n_pivots);
-        Self { values, n: child.rows.len(), runs, n_pivot_runs }
-    }
-
-    /// Adds its columns among the parent's pivots.
-    fn add_to_panel(&self, parent: &Front, panel: &mut [f64]) {
-        for r in 0..self.n_pivot_runs {
-            self.add_run(r, 0, parent.size(), panel);
-        }
-    }
-
-    /// Adds its other columns.
-    fn add_to_remainder(&self, parent: &Front, remainder: &mut [f64]) {
-        for r in self.n_pivot_runs..self.runs.len() {
-            self.add_run(r, parent.n_pivots, parent.rows.len(), remainder);
-        }
-    }
-
-    /// Adds the columns of a run to a matrix of `height` rows whose first row and column is row `first` of the parent.
-    fn add_run(&self, r: usize, first: usize, height: usize, target: &mut [f64]) {
-        let (from, to, length) = self.runs[r];
-        for c in 0..length {
-            let source = &self.values[(from + c) * self.n..(from + c + 1) * self.n];
-            let column = &mut target[(to + c - first) * height..(to + c - first + 1) * height];
-            add(&source[from + c..from + length], &mut column[to + c - first..]);
-            for &(from, to, length) in &self.runs[r + 1..] {
-                add(&source[from..from + length], &mut column[to - first..]);
-            }
-        }
-    }
-}
-
-fn add(source: &[f64], target: &mut [f64]) {
-    target.iter_mut().zip(source).for_each(|(t, s)| *t += s);
-}
-
-/// L11 L11^T = A11, L21 = A21 L11^-T, remainder = -L21 L21^T (lower triangle).
-fn eliminate(
-    front: &Front,
-    panel: &mut [f64],
-    remainder: &mut [f64],
-    par: Par,
-) -> std::result::Result<(), Failure> {
-    let (k, r) = (front.n_pivots, front.rows.len());
-    let columns = MatMut::from_column_major_slice_mut(panel, k + r, k);
-    let (mut pivots, mut below) = columns.split_at_row_mut(k);
-    let request = cholesky_in_place_scratch::<f64>(k, par, Spec::default());
-    let mut memory = MemBuffer::try_new(request).map_err(|_| {
-        Error::resources("not enough memory to factorise the stiffness matrix; use a coarser mesh")
-    })?;
-    cholesky_in_place(pivots.as_mut(), Default::default(), par, MemStack::new(&mut memory), Spec::default())
-        .map_err(|LltError::NonPositivePivot { index }| Failure::Pivot(front.start + index))?;
-    if r > 0 {
-        solve_lower_triangular_in_place(pivots.as_ref(), below.as_mut().transpose_mut(), par);
-        let structure = [BlockStructure::TriangularLower, BlockStructure::Rectangular];
-        matmul(
-            MatMut::from_column_major_slice_mut(remainder, r, r),
-            structure[0],
-            Accum::Replace,
-            below.as_ref(),
-            structure[1],
-            below.as_ref().transpose(),
-            structure[1],
-            -1.0,
-            par,
-        );
-    }
-    Ok(())
 }
