@@ -20,7 +20,7 @@ fn linear_field(strain: [f64; 6]) -> impl Fn([f64; 3]) -> [f64; 3] {
 
 /// Solves a body with the linear field on its whole boundary and checks the patch test: displacements, stresses,
 /// reactions, energy.
-fn patch_test(
+pub fn patch_test(
     mut mesh: Mesh,
     stiffness: Stiffness,
     formulation: HexFormulation,

@@ -15,4 +15,5 @@ mod fields;
 mod laws;
 mod mesh;
 mod recovery;
+mod structures;
 mod wear;

@@ -6,5 +6,6 @@ mod kinds;
 mod meshio_writes;
 mod quality;
 mod reader;
-mod tools;
+pub mod tools;
+mod vtu_cells;
 mod writer;

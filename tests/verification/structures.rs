@@ -1,0 +1,11 @@
+//! Problems of solid mechanics with known answers, for the elements they are meant for (catalogue finite-elements).
+
+mod bending;
+mod free_modes;
+mod gmsh_solids;
+mod membranes;
+mod meshes;
+mod patch;
+mod plate;
+mod sphere;
+mod torsion;
