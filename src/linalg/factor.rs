@@ -91,7 +91,12 @@ impl SymbolicFactor {
 
     /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
     pub fn memory_bytes(&self) -> usize {
-        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, rayon::current_num_threads()))
+        self.memory_bytes_with(rayon::current_num_threads())
+    }
+
+    /// The same with `n_threads` at work; more than 16 take no more.
+    pub fn memory_bytes_with(&self, n_threads: usize) -> usize {
+        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, n_threads))
     }
 
     /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.

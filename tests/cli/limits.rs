@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const BLOCK: &str = r#"
+pub(crate) const BLOCK: &str = r#"
 [materials.cfrp]
 model = "transversely-isotropic"
 E1 = 167230.0
