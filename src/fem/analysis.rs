@@ -85,9 +85,20 @@ impl Analysis {
     /// Bytes of what solves the systems.
     pub(super) fn solver_bytes(&self, model: &FeModel, method: Method) -> usize {
         match method {
-            Method::Factorisation => 8 * self.factor_entries(),
+            // With its workspace: what an entry of the cache knows, too.
+            Method::Factorisation => self.memory_bytes() - self.model_bytes,
             Method::ConjugateGradients(_) => iterative_bytes(model, 0) - self.model_bytes,
         }
+    }
+
+    /// Number of values that the factor is stored in.
+    pub(super) fn n_values(&self) -> usize {
+        self.symbolic.n_values()
+    }
+
+    /// The factor from its stored values; `None` if they do not pass its check.
+    pub(super) fn restore(self, model: &FeModel, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
+        self.symbolic.restore(model.stiffness(), values)
     }
 
     pub(super) fn factorise(self, model: &FeModel) -> Result<CholeskyFactor> {

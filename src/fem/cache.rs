@@ -18,13 +18,14 @@ use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
+use super::kept_factor;
 use crate::error::{Error, Result};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
 const MAGIC: &[u8; 8] = b"ORTHOFLX";
 /// Raised whenever layout or arithmetic change.
-const FORMAT: u64 = 2;
+pub(super) const FORMAT: u64 = 2;
 const HEAD: usize = 48;
 const CHECKSUM: usize = 32;
 /// Values converted at a time.
@@ -137,14 +138,20 @@ impl FlexibilityCache {
         Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
     }
 
-    fn path(&self, key: &CacheKey) -> PathBuf {
-        self.directory.join(format!("{}.{ENDING}", key.0))
+    /// The file of a key with an ending.
+    pub(super) fn path(&self, key: &CacheKey, ending: &str) -> PathBuf {
+        self.directory.join(format!("{}.{ending}", key.0))
+    }
+
+    /// Bytes of all files together.
+    pub(super) fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
     }
 
     /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
     /// read; `None` if there is none.
     pub fn expects(&self, key: &CacheKey, n: usize) -> Option<usize> {
-        let mut file = File::open(self.path(key)).ok()?;
+        let mut file = File::open(self.path(key, ENDING)).ok()?;
         let mut head = [0; HEAD];
         file.read_exact(&mut head).ok()?;
         (file.metadata().ok()?.len() == file_bytes(n)).then(|| u64::from_le_bytes(word(&head, 5)) as usize)
@@ -155,7 +162,7 @@ impl FlexibilityCache {
     /// # Errors
     /// If memory does not suffice.
     pub fn read(&self, key: &CacheKey, n: usize) -> Result<Lookup> {
-        let path = self.path(key);
+        let path = self.path(key, ENDING);
         let Ok(mut file) = File::open(&path) else { return Ok(Lookup::Miss) };
         if file.metadata().map_or(0, |found| found.len()) != file_bytes(n) {
             return Ok(Lookup::Damaged("its size is wrong".to_owned()));
@@ -182,6 +189,19 @@ impl FlexibilityCache {
         if file_bytes(entry.flexibility.n()) > self.limit_bytes {
             return Ok(());
         }
+        self.put(key, ENDING, |path| write_entry(path, entry))
+    }
+
+    /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub(super) fn put(
+        &self,
+        key: &CacheKey,
+        ending: &str,
+        write: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> Result<()> {
         let failed = |error: io::Error| {
             Error::resources(format!("the cache {} cannot be written: {error}", self.directory.display()))
         };
@@ -189,7 +209,7 @@ impl FlexibilityCache {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let unfinished = self.directory.join(format!("{}.{}-{count}.unfinished", key.0, std::process::id()));
-        let written = write_entry(&unfinished, entry).and_then(|()| fs::rename(&unfinished, self.path(key)));
+        let written = write(&unfinished).and_then(|()| fs::rename(&unfinished, self.path(key, ending)));
         if let Err(error) = written {
             let _ = fs::remove_file(&unfinished);
             return Err(failed(error));
@@ -206,7 +226,7 @@ impl FlexibilityCache {
             let Ok(found) = fs::metadata(&path) else { continue };
             let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             match path.extension().and_then(|ending| ending.to_str()) {
-                Some(ENDING) => entries.push((used, found.len(), path)),
+                Some(ENDING | kept_factor::ENDING) => entries.push((used, found.len(), path)),
                 Some("unfinished") if used.elapsed().is_ok_and(|age| age > STALE) => {
                     let _ = fs::remove_file(&path);
                 }
@@ -322,7 +342,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = FlexibilityCache::new(folder.path(), 1 << 20);
         cache.write(&key(0), &entry(5)).unwrap();
-        let path = cache.path(&key(0));
+        let path = cache.path(&key(0), ENDING);
         let whole = fs::read(&path).unwrap();
         for place in [0, 8, 16, 30, 39, 40, 100, whole.len() - 1] {
             let mut bytes = whole.clone();
@@ -348,7 +368,12 @@ mod tests {
         File::create(&leftover).unwrap().set_modified(old).unwrap();
         for number in 0..2 {
             cache.write(&key(number), &entry(9)).unwrap();
-            File::options().append(true).open(cache.path(&key(number))).unwrap().set_modified(old).unwrap();
+            File::options()
+                .append(true)
+                .open(cache.path(&key(number), ENDING))
+                .unwrap()
+                .set_modified(old)
+                .unwrap();
         }
         assert!(matches!(cache.read(&key(0), 9).unwrap(), Lookup::Hit(_)), "used again");
         cache.write(&key(2), &entry(9)).unwrap();

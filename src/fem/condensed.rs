@@ -8,12 +8,12 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use super::analysis::{Analysis, flexibility_bytes};
-use super::cache::{CacheEntry, FlexibilityCache, Lookup};
+use super::cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
 use super::method::Method;
 use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::dense::SymmetricDense;
-use crate::linalg::factor::SymmetricFactor;
+use crate::linalg::factor::{CholeskyFactor, SymmetricFactor};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 
@@ -22,6 +22,8 @@ use crate::linalg::two_level::TwoLevelSolver;
 pub struct Resources<'a> {
     /// Where flexibilities are kept between runs, if they are.
     pub cache: Option<&'a FlexibilityCache>,
+    /// What is kept there.
+    pub keep: Keep,
     /// Memory that may be taken.
     pub memory: MemoryLimit,
 }
@@ -29,8 +31,17 @@ pub struct Resources<'a> {
 impl Default for Resources<'_> {
     /// No cache, the memory that the machine has now.
     fn default() -> Self {
-        Self { cache: None, memory: MemoryLimit::of_machine() }
+        Self { cache: None, keep: Keep::Flexibility, memory: MemoryLimit::of_machine() }
     }
+}
+
+/// What a cache keeps of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// The flexibility of its contact nodes.
+    Flexibility,
+    /// That, and the factor that its fields are recovered with.
+    FactorToo,
 }
 
 /// Where a flexibility came from.
@@ -51,6 +62,9 @@ pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
     solver: OnceLock<Box<dyn SymmetricFactor>>,
+    /// Where the factor is kept, if it is.
+    kept: Option<(FlexibilityCache, CacheKey)>,
+    had_factor: bool,
     held_bytes: usize,
     residual: f64,
     origin: Origin,
@@ -71,8 +85,8 @@ struct Condensed {
 impl CondensedBody {
     pub(super) fn new(model: FeModel, analysis: Analysis, memory: MemoryLimit) -> Result<Self> {
         let method = analysis.method(&model, &memory)?;
-        let condensed = compute(&model, analysis, method)?;
-        Self::build(model, condensed)
+        let condensed = compute(&model, analysis, method, None)?;
+        Self::build(model, condensed, None)
     }
 
     /// The flexibility from the cache, or computed and put there.
@@ -80,8 +94,9 @@ impl CondensedBody {
         model: FeModel,
         contact_nodes: &[usize],
         cache: &FlexibilityCache,
-        memory: MemoryLimit,
+        (memory, keep): (MemoryLimit, Keep),
     ) -> Result<Self> {
+        let wanted = keep == Keep::FactorToo || model.is_loaded() || model.floating().is_some();
         let n = model.contact_rows(contact_nodes).len();
         let mut damage = None;
         let mut find = |method: Method| -> Result<Option<CacheEntry>> {
@@ -97,21 +112,25 @@ impl CondensedBody {
             }
             Ok(None)
         };
+        let key = model.cache_key(contact_nodes, Method::Factorisation);
+        let kept = wanted.then(|| (cache.clone(), key));
         if let Some(entry) = find(Method::Factorisation)?
             && Method::choose(&model, n, entry.needed_bytes, &memory)? == Method::Factorisation
         {
-            let condensed = from_cache(contact_nodes, entry, Method::Factorisation);
-            return Self::build(model, condensed);
+            let factor_bytes = entry.needed_bytes.saturating_sub(model.memory_bytes());
+            let mut condensed = from_cache(contact_nodes, entry, Method::Factorisation);
+            condensed.solver_bytes = if wanted { factor_bytes } else { 0 };
+            return Self::build(model, condensed, kept);
         }
         let analysis = model.analyse(contact_nodes)?;
         let method = analysis.method(&model, &memory)?;
         if method != Method::Factorisation
             && let Some(entry) = find(method)?
         {
-            return Self::build(model, from_cache(contact_nodes, entry, method));
+            return Self::build(model, from_cache(contact_nodes, entry, method), None);
         }
         let (start, needed_bytes) = (Instant::now(), analysis.memory_bytes());
-        let mut condensed = compute(&model, analysis, method)?;
+        let mut condensed = compute(&model, analysis, method, kept.as_ref())?;
         let entry = CacheEntry {
             flexibility: std::mem::take(&mut condensed.trailing),
             residual: condensed.residual,
@@ -119,20 +138,28 @@ impl CondensedBody {
             needed_bytes,
         };
         let written = cache.write(&model.cache_key(contact_nodes, method), &entry);
-        condensed.origin.note = damage.or(written.err().map(|error| error.to_string()));
+        condensed.origin.note =
+            damage.or(condensed.origin.note).or(written.err().map(|error| error.to_string()));
         condensed.trailing = entry.flexibility;
-        Self::build(model, condensed)
+        Self::build(model, condensed, None)
     }
 
-    fn build(model: FeModel, condensed: Condensed) -> Result<Self> {
+    fn build(
+        model: FeModel,
+        condensed: Condensed,
+        kept: Option<(FlexibilityCache, CacheKey)>,
+    ) -> Result<Self> {
         let Condensed { contact_nodes, trailing, solver, solver_bytes, residual, origin } = condensed;
         let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
+        let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.expects_factor(key));
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
         let held_bytes = model.memory_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
         let mut body = Self {
             model,
             contact_nodes,
             solver,
+            kept,
+            had_factor,
             held_bytes,
             residual,
             origin,
@@ -161,13 +188,31 @@ impl CondensedBody {
             return Ok(solver.as_ref());
         }
         let solver: Box<dyn SymmetricFactor> = match self.origin.method {
-            Method::Factorisation => {
-                Box::new(self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?)
-            }
+            Method::Factorisation => Box::new(self.factor()?),
             Method::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
         };
         // A second thread may have been faster; both are equal.
         Ok(self.solver.get_or_init(|| solver).as_ref())
+    }
+
+    /// The factor, from the cache where it has it; else it is put there.
+    fn factor(&self) -> Result<CholeskyFactor> {
+        let analysis = self.model.analyse(&self.contact_nodes)?;
+        let Some((cache, key)) = &self.kept else { return analysis.factorise(&self.model) };
+        if let Some(values) = cache.read_factor(key, analysis.n_values())?
+            && let Some(factor) = analysis.restore(&self.model, values)?
+        {
+            return Ok(factor);
+        }
+        let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
+        // A cache that cannot be written costs the next run time and nothing else.
+        let _ = cache.write_factor(key, factor.values());
+        Ok(factor)
+    }
+
+    /// Whether the cache was expected to have the factor when the body was made, so that solving takes no factorisation.
+    pub fn had_factor(&self) -> bool {
+        self.had_factor
     }
 
     /// Bytes that it keeps: the assembled body, its factor if there is one, the flexibility and its copy in use.
@@ -256,13 +301,21 @@ fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
     TwoLevelSolver::new(model.stiffness(), &model.unknowns())
 }
 
-fn compute(model: &FeModel, analysis: Analysis, method: Method) -> Result<Condensed> {
+/// By `method`; a factor is put where it is kept.
+fn compute(
+    model: &FeModel,
+    analysis: Analysis,
+    method: Method,
+    kept: Option<&(FlexibilityCache, CacheKey)>,
+) -> Result<Condensed> {
     let contact_nodes = analysis.contact_nodes().to_vec();
     let mut origin = Origin { method, ..Origin::default() };
     let solver_bytes = analysis.solver_bytes(model, method);
     let (solver, trailing, residual): (Box<dyn SymmetricFactor>, _, _) = match method {
         Method::Factorisation => {
             let factor = analysis.factorise(model)?;
+            let written = kept.map_or(Ok(()), |(cache, key)| cache.write_factor(key, factor.values()));
+            origin.note = written.err().map(|error| error.to_string());
             let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
             (Box::new(factor), trailing, residual)
         }

@@ -17,6 +17,7 @@ mod enhanced;
 mod floating;
 mod foundation;
 mod integration;
+mod kept_factor;
 mod loads;
 mod method;
 mod model;
@@ -29,7 +30,7 @@ mod symmetry;
 
 pub use analysis::{Analysis, flexibility_bytes};
 pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-pub use condensed::{CondensedBody, Origin, Resources};
+pub use condensed::{CondensedBody, Keep, Origin, Resources};
 pub use method::{Method, Shortage};
 pub use model::FeModel;
 pub use recovery::{

@@ -205,10 +205,10 @@ impl FeModel {
     /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
     pub fn condense_with(self, contact_nodes: &[usize], resources: &Resources) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let Resources { cache, memory } = *resources;
+        let Resources { cache, keep, memory } = *resources;
         let name = self.name.clone();
         match cache {
-            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, memory),
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, keep)),
             None => {
                 let analysis = self.analyse(contact_nodes)?;
                 CondensedBody::new(self, analysis, memory)
@@ -236,6 +236,11 @@ impl FeModel {
         cache: &FlexibilityCache,
     ) -> Option<usize> {
         cache.expects(&self.cache_key(contact_nodes, method), self.contact_rows(contact_nodes).len())
+    }
+
+    /// Whether a cache has the factor that fields are recovered with.
+    pub fn expects_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
+        cache.expects_factor(&self.cache_key(contact_nodes, Method::Factorisation))
     }
 
     /// Number of nodes of its solids.

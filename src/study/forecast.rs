@@ -23,6 +23,9 @@ const PER_UNKNOWN: f64 = 5e-6;
 const ITERATIONS: usize = 40;
 const PER_ENTRY: f64 = 1.1e-8;
 
+/// Bytes per second in which kept factors are read and checked.
+const READING: f64 = 6e8;
+
 /// Seconds per unknown of assembly.
 const ASSEMBLY: f64 = 1e-5;
 
@@ -31,6 +34,17 @@ const BANDWIDTH: f64 = 6e9;
 
 /// Seconds per point of the zero-padded grid and application of a half-space operator.
 const PER_POINT: f64 = 4.0e-8;
+
+/// What a cache is expected to have of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cached {
+    /// Not all that is needed.
+    Nothing,
+    /// The flexibility, and no more is needed.
+    Flexibility,
+    /// The flexibility and the factor that loads or fields need.
+    FactorToo,
+}
 
 /// What one body is and needs.
 #[derive(Debug, Clone)]
@@ -47,8 +61,8 @@ pub struct BodyForecast {
     pub seconds: f64,
     /// Seconds per application of its flexibility.
     pub application: f64,
-    /// Whether its flexibility is expected in the cache.
-    pub cached: bool,
+    /// What is expected in the cache, so that nothing is factorised.
+    pub cached: Cached,
 }
 
 /// Expectations of a run.
@@ -95,7 +109,8 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let mend = "take fewer cells in the frame, or a coarser mesh";
     plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = skips(plan, &frame)?;
-    skipped.extend((0..2).filter(|&index| bodies[index].cached).map(|index| cached(index, None)));
+    let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
+    skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
 }
 
@@ -123,7 +138,7 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
             note: None,
             seconds: 0.0,
             application: 0.0,
-            cached: false,
+            cached: Cached::Nothing,
         },
         BodySpec::HalfSpace(elastic) => {
             let what = format!("half-space, {}", elastic.name);
@@ -134,7 +149,15 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
             } else {
                 (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
             };
-            BodyForecast { what, memory_bytes, held_bytes, note: None, seconds, application, cached: false }
+            BodyForecast {
+                what,
+                memory_bytes,
+                held_bytes,
+                note: None,
+                seconds,
+                application,
+                cached: Cached::Nothing,
+            }
         }
         BodySpec::Fe(fe) => finite_elements(plan, fe, index, (frame, left))?,
     })
@@ -173,6 +196,9 @@ fn finite_elements(
     let known = expected(Method::Factorisation).filter(|&bytes| left.allows(bytes as u128));
     // Fields and loads need to solve all the same.
     let solves = model.is_loaded() || recovers(plan);
+    let has_factor = solves
+        && known.is_some()
+        && plan.cache.as_ref().is_some_and(|cache| model.expects_factor(map.nodes(), cache));
     let (mut cached, mut path) = (known.is_some(), "flexibility from the cache".to_owned());
     let ([mut memory_bytes, mut held_bytes], mut seconds) = ([flexibility; 2], 0.0);
     let mut note = None;
@@ -183,10 +209,12 @@ fn finite_elements(
         let how = how(&model, &analysis, method);
         if !cached || solves {
             [memory_bytes, held_bytes] = analysis.bytes_by(&model, method);
-            seconds = how.1 + PER_UNKNOWN * n_free;
+            let solving = if has_factor { held_bytes as f64 / READING } else { how.1 };
+            seconds = solving + PER_UNKNOWN * n_free;
         }
         path = match (cached, solves) {
             (false, _) => how.0,
+            (true, true) if has_factor => format!("{path}, and the factor for fields or loads"),
             (true, true) => format!("{path}, {} for fields or loads", how.0),
             (true, false) => path,
         };
@@ -207,6 +235,10 @@ fn finite_elements(
         note,
         seconds: seconds + ASSEMBLY * n_free,
         application: 4.0 * n_contact * n_contact / BANDWIDTH,
-        cached: cached && !solves,
+        cached: match (cached, solves) {
+            (true, false) => Cached::Flexibility,
+            (true, true) if has_factor => Cached::FactorToo,
+            _ => Cached::Nothing,
+        },
     })
 }

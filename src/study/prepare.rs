@@ -94,8 +94,10 @@ pub fn prepare_on<'p>(
         let BodyEquations::FiniteElements(body) = body.equations() else { continue };
         let origin = body.condensed().origin();
         // Loads and fields need the factor all the same.
-        let saved = origin.saved_seconds.filter(|_| !body.condensed().model().is_loaded() && !recovers(plan));
-        skipped.extend(saved.map(|seconds| cached(index, Some(seconds))));
+        let condensed = body.condensed();
+        let solves = condensed.model().is_loaded() || recovers(plan);
+        let saved = origin.saved_seconds.filter(|_| !solves || condensed.had_factor());
+        skipped.extend(saved.map(|seconds| cached(index, Some(seconds), solves)));
         notes.extend(origin.note.clone());
         let record = CondensationRecord::new(index, body.condensed());
         notes.extend(record.note());
