@@ -11,6 +11,8 @@ pub enum Kind {
     Resources,
     /// A numerical stage failed in a way the input does not explain (exit code 1).
     Numerical,
+    /// An iteration did not converge (exit code 3).
+    NotConverged,
 }
 
 /// An error with the context it was met in, outermost first.
@@ -40,6 +42,11 @@ impl Error {
         Self { kind: Kind::Numerical, message: message.into(), context: Vec::new() }
     }
 
+    /// An iteration did not converge.
+    pub fn not_converged(message: impl Into<String>) -> Self {
+        Self { kind: Kind::NotConverged, message: message.into(), context: Vec::new() }
+    }
+
     /// The same error, met while doing `place` (file, group, step, ...).
     pub fn context(mut self, place: impl Into<String>) -> Self {
         self.context.insert(0, place.into());
@@ -57,6 +64,7 @@ impl Error {
             Kind::Input => 2,
             Kind::Resources => 4,
             Kind::Numerical => 1,
+            Kind::NotConverged => 3,
         }
     }
 

@@ -25,10 +25,14 @@ fn main() -> Outcome<()> {
             let route = if route == "solves" { Route::BackSolve } else { Route::Schur };
             measure::measure(name, ordering, route)
         }
+        ["iterate", name, threads] => {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.parse()?).build_global()?;
+            measure::iterate(name)
+        }
         ["compare", ref settings @ ..] => compare::compare(&compare::Settings::new(settings)?),
         ["write", name, path] => Case::new(name)?.write(path.as_ref()),
         _ => Err(format!(
-            "allowed: measure NAME metis|amd schur|solves THREADS; write NAME FILE; compare FOLDER OF PEERS [--repeats N] [--out DIR] [NAME..]; \
+            "allowed: measure NAME metis|amd schur|solves THREADS; iterate NAME THREADS; write NAME FILE; compare FOLDER OF PEERS [--repeats N] [--out DIR] [NAME..]; \
              names: {}",
             case::NAMES.join(", ")
         )

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use orthowear::linalg::factor::{SymbolicFactor, SymmetricFactor};
+use orthowear::linalg::two_level::TwoLevelSolver;
 
 use crate::Outcome;
 use crate::case::{Case, Ordering};
@@ -89,4 +90,25 @@ fn back_solves(factor: &impl SymmetricFactor, contact: &[usize]) -> Outcome<f64>
         trace += batch.iter().enumerate().map(|(c, &row)| columns[c * n + row]).sum::<f64>();
     }
     Ok(trace)
+}
+
+/// The same flexibility without a factor, by conjugate gradients; prints iterations, seconds, memory and trace.
+pub fn iterate(name: &str) -> Outcome<()> {
+    let mut watch = Watch(Instant::now(), cpu_seconds());
+    let case = Case::new(name)?;
+    let assemble = watch.lap();
+    let model = &case.model;
+    let rows = model.contact_rows(&case.contact);
+    let solver = TwoLevelSolver::new(model.stiffness(), &model.unknowns())?;
+    let set_up = watch.lap();
+    let block = solver.inverse_block(&rows)?;
+    let flexibility = watch.lap();
+    for (stage, [wall, cpu]) in [("assemble", assemble), ("set_up", set_up), ("flexibility", flexibility)] {
+        println!("{stage}_wall {wall:.4}\n{stage}_cpu {cpu:.4}");
+    }
+    let trace: f64 = (0..rows.len()).map(|i| block.values.at(i, i)).sum();
+    println!("unknowns {}\ncontact {}\ncoarse {}", solver.n(), rows.len(), solver.n_coarse());
+    println!("iterations {}\nresidual {:.1e}", block.convergence.iterations, block.residual);
+    println!("peak_bytes {}\ntrace {trace:.15e}", orthowear::results::memory::peak_bytes());
+    Ok(())
 }

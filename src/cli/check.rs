@@ -68,7 +68,8 @@ fn describe(plan: &Plan, forecast: &Forecast, notes: &[String]) -> String {
     for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(&plan.document, key)) {
         text.push_str(&format!("  {key}: {value}\n"));
     }
-    for note in plan.notes.iter().chain(notes) {
+    let of_bodies = forecast.bodies.iter().filter_map(|body| body.note.as_ref());
+    for note in plan.notes.iter().chain(of_bodies).chain(notes) {
         text.push_str(&format!("\nnote: {note}\n"));
     }
     text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));

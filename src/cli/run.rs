@@ -164,6 +164,7 @@ pub(super) fn compute(
     };
     summary.warnings.extend(study.notes.iter().cloned());
     summary.skipped.extend(study.skipped.iter().cloned());
+    summary.condensation.clone_from(&study.condensation);
     study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
     let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
     let mut recorder =
@@ -250,6 +251,9 @@ pub(super) fn reason(word: Option<&str>) -> String {
         }
         Some("contact-lost") => "the bodies came apart (contact-lost): check approach and forces",
         Some("frame-edge") => "contact reached the edge of the frame (frame-edge): enlarge frame.half_width",
+        Some("linear-solver") => {
+            "the systems of a body were not solved (linear-solver): raise solver.memory_limit"
+        }
         Some(other) => other,
         None => "no reason known",
     }

@@ -3,7 +3,8 @@
 //! An entry is a file named by the SHA-256 of all that determines its content:
 //!
 //! ```text
-//! 8 bytes "ORTHOFLX", u64 format, u64 n, f64 residual of the factorisation, f64 seconds that it took,
+//! 8 bytes "ORTHOFLX", u64 format, u64 n, f64 residual of the solution, f64 seconds that it took,
+//! u64 bytes that a factorisation takes,
 //! f64 [n (n + 1) / 2] lower triangle row by row, 32 bytes SHA-256 of all before; little-endian
 //! ```
 //!
@@ -17,14 +18,15 @@ use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
+use super::kept_factor;
 use crate::error::{Error, Result};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
 const MAGIC: &[u8; 8] = b"ORTHOFLX";
 /// Raised whenever layout or arithmetic change.
-const FORMAT: u64 = 1;
-const HEAD: usize = 40;
+pub(super) const FORMAT: u64 = 2;
+const HEAD: usize = 48;
 const CHECKSUM: usize = 32;
 /// Values converted at a time.
 const CHUNK: usize = 1 << 13;
@@ -51,10 +53,12 @@ pub struct CacheKey(String);
 pub struct CacheEntry {
     /// (K^-1)_cc of the free contact dofs, `[n, n]`, mm/N.
     pub flexibility: SymmetricDense,
-    /// Relative residual of the factorisation's check.
+    /// Relative residual of the check of factorisation or solutions.
     pub residual: f64,
-    /// Seconds that ordering, factorisation and inverse took.
+    /// Seconds that it took.
     pub seconds: f64,
+    /// Bytes that a factorisation takes.
+    pub needed_bytes: usize,
 }
 
 /// What the cache has under a key.
@@ -69,11 +73,12 @@ pub enum Lookup {
 }
 
 impl CacheKey {
-    /// The key of the flexibility of the rows `contact` of `stiffness`: of the matrix, the rows in their order, the
-    /// version of the program, and the instructions that its dense kernels choose among.
-    pub fn new(stiffness: &SymmetricSparse, contact: &[usize]) -> Self {
+    /// The key of the flexibility of the rows `contact` of `stiffness` by `method`: of the matrix, the rows in their
+    /// order, the method, the version of the program, and the instructions that its dense kernels choose among.
+    pub fn new(stiffness: &SymmetricSparse, contact: &[usize], method: &str) -> Self {
         let mut hash = Sha256::new();
-        hash.update(format!("orthowear {} format {FORMAT} {}", env!("CARGO_PKG_VERSION"), instructions()));
+        let version = env!("CARGO_PKG_VERSION");
+        hash.update(format!("orthowear {version} format {FORMAT} {method} {}", instructions()));
         let (offsets, rows, values) = stiffness.lower();
         for list in [&[stiffness.n(), contact.len()], contact, offsets, rows] {
             update(&mut hash, list, |&i| (i as u64).to_le_bytes());
@@ -133,13 +138,23 @@ impl FlexibilityCache {
         Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
     }
 
-    fn path(&self, key: &CacheKey) -> PathBuf {
-        self.directory.join(format!("{}.{ENDING}", key.0))
+    /// The file of a key with an ending.
+    pub(super) fn path(&self, key: &CacheKey, ending: &str) -> PathBuf {
+        self.directory.join(format!("{}.{ending}", key.0))
     }
 
-    /// Whether there is an entry of a flexibility of `n` rows, judged by its size alone.
-    pub fn expects(&self, key: &CacheKey, n: usize) -> bool {
-        fs::metadata(self.path(key)).is_ok_and(|found| found.len() == file_bytes(n))
+    /// Bytes of all files together.
+    pub(super) fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
+    }
+
+    /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
+    /// read; `None` if there is none.
+    pub fn expects(&self, key: &CacheKey, n: usize) -> Option<usize> {
+        let mut file = File::open(self.path(key, ENDING)).ok()?;
+        let mut head = [0; HEAD];
+        file.read_exact(&mut head).ok()?;
+        (file.metadata().ok()?.len() == file_bytes(n)).then(|| u64::from_le_bytes(word(&head, 5)) as usize)
     }
 
     /// Reads the entry of a flexibility of `n` rows, and marks it as used.
@@ -147,17 +162,19 @@ impl FlexibilityCache {
     /// # Errors
     /// If memory does not suffice.
     pub fn read(&self, key: &CacheKey, n: usize) -> Result<Lookup> {
-        let path = self.path(key);
+        let path = self.path(key, ENDING);
         let Ok(mut file) = File::open(&path) else { return Ok(Lookup::Miss) };
         if file.metadata().map_or(0, |found| found.len()) != file_bytes(n) {
             return Ok(Lookup::Damaged("its size is wrong".to_owned()));
         }
         let mut flexibility = SymmetricDense::zeros(n)?;
         match read_entry(&mut file, &mut flexibility) {
-            Ok(Some((residual, seconds))) => {
+            Ok(Some(head)) => {
                 // Only the order of removal depends on it.
                 let _ = file.set_modified(SystemTime::now());
-                Ok(Lookup::Hit(Box::new(CacheEntry { flexibility, residual, seconds })))
+                let [residual, seconds] = [3, 4].map(|i| f64::from_le_bytes(word(&head, i)));
+                let needed_bytes = u64::from_le_bytes(word(&head, 5)) as usize;
+                Ok(Lookup::Hit(Box::new(CacheEntry { flexibility, residual, seconds, needed_bytes })))
             }
             Ok(None) => Ok(Lookup::Damaged("its checksum is wrong".to_owned())),
             Err(error) => Ok(Lookup::Damaged(error.to_string())),
@@ -172,6 +189,19 @@ impl FlexibilityCache {
         if file_bytes(entry.flexibility.n()) > self.limit_bytes {
             return Ok(());
         }
+        self.put(key, ENDING, |path| write_entry(path, entry))
+    }
+
+    /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub(super) fn put(
+        &self,
+        key: &CacheKey,
+        ending: &str,
+        write: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> Result<()> {
         let failed = |error: io::Error| {
             Error::resources(format!("the cache {} cannot be written: {error}", self.directory.display()))
         };
@@ -179,7 +209,7 @@ impl FlexibilityCache {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let unfinished = self.directory.join(format!("{}.{}-{count}.unfinished", key.0, std::process::id()));
-        let written = write_entry(&unfinished, entry).and_then(|()| fs::rename(&unfinished, self.path(key)));
+        let written = write(&unfinished).and_then(|()| fs::rename(&unfinished, self.path(key, ending)));
         if let Err(error) = written {
             let _ = fs::remove_file(&unfinished);
             return Err(failed(error));
@@ -196,7 +226,7 @@ impl FlexibilityCache {
             let Ok(found) = fs::metadata(&path) else { continue };
             let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             match path.extension().and_then(|ending| ending.to_str()) {
-                Some(ENDING) => entries.push((used, found.len(), path)),
+                Some(ENDING | kept_factor::ENDING) => entries.push((used, found.len(), path)),
                 Some("unfinished") if used.elapsed().is_ok_and(|age| age > STALE) => {
                     let _ = fs::remove_file(&path);
                 }
@@ -220,15 +250,20 @@ fn file_bytes(n: usize) -> u64 {
     (HEAD + CHECKSUM) as u64 + 4 * (n as u64) * (n as u64 + 1)
 }
 
-/// Residual and seconds; `None` if head or checksum do not fit.
-fn read_entry(file: &mut File, flexibility: &mut SymmetricDense) -> io::Result<Option<(f64, f64)>> {
+/// Word `i` of a head.
+fn word(head: &[u8; HEAD], i: usize) -> [u8; 8] {
+    head[8 * i..8 * i + 8].try_into().expect("eight bytes")
+}
+
+/// The head; `None` if it or the checksum do not fit.
+fn read_entry(file: &mut File, flexibility: &mut SymmetricDense) -> io::Result<Option<[u8; HEAD]>> {
     let n = flexibility.n();
     let mut hash = Sha256::new();
     let mut head = [0; HEAD];
     file.read_exact(&mut head)?;
     hash.update(head);
-    let word = |i: usize| <[u8; 8]>::try_from(&head[8 * i..8 * i + 8]).expect("eight bytes");
-    if word(0) != *MAGIC || u64::from_le_bytes(word(1)) != FORMAT || u64::from_le_bytes(word(2)) != n as u64 {
+    let number = |i| u64::from_le_bytes(word(&head, i));
+    if word(&head, 0) != *MAGIC || number(1) != FORMAT || number(2) != n as u64 {
         return Ok(None);
     }
     let mut bytes = vec![0; 8 * n];
@@ -245,7 +280,7 @@ fn read_entry(file: &mut File, flexibility: &mut SymmetricDense) -> io::Result<O
     let mut checksum = [0; CHECKSUM];
     file.read_exact(&mut checksum)?;
     let whole = hash.finalize()[..] == checksum;
-    Ok(whole.then(|| (f64::from_le_bytes(word(3)), f64::from_le_bytes(word(4)))))
+    Ok(whole.then_some(head))
 }
 
 fn write_entry(path: &Path, entry: &CacheEntry) -> io::Result<()> {
@@ -261,6 +296,7 @@ fn write_entry(path: &Path, entry: &CacheEntry) -> io::Result<()> {
     put(&(n as u64).to_le_bytes())?;
     put(&entry.residual.to_le_bytes())?;
     put(&entry.seconds.to_le_bytes())?;
+    put(&(entry.needed_bytes as u64).to_le_bytes())?;
     for i in 0..n {
         put(&entry.flexibility.row(i)[..=i].iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?;
     }
@@ -277,7 +313,7 @@ mod tests {
     fn key(number: usize) -> CacheKey {
         let mut triplets = SymmetricTriplets::new(3, 3);
         (0..3).for_each(|i| triplets.add(i, i, 1.0));
-        CacheKey::new(&triplets.build(), &[number])
+        CacheKey::new(&triplets.build(), &[number], "method")
     }
 
     fn entry(n: usize) -> CacheEntry {
@@ -285,7 +321,7 @@ mod tests {
         for i in 0..n * n {
             flexibility.values_mut()[i] = 1.0 / (1.0 + (i / n + i % n) as f64);
         }
-        CacheEntry { flexibility, residual: 1e-15, seconds: 2.5 }
+        CacheEntry { flexibility, residual: 1e-15, seconds: 2.5, needed_bytes: 77 }
     }
 
     /// Truth: what was written is read, to the last bit; another matrix or other rows have another key.
@@ -296,7 +332,7 @@ mod tests {
         assert_eq!(cache.read(&key(0), 7).unwrap(), Lookup::Miss);
         cache.write(&key(0), &entry(7)).unwrap();
         assert_eq!(cache.read(&key(0), 7).unwrap(), Lookup::Hit(Box::new(entry(7))));
-        assert!(cache.expects(&key(0), 7) && !cache.expects(&key(1), 7));
+        assert_eq!((cache.expects(&key(0), 7), cache.expects(&key(1), 7)), (Some(77), None));
         assert!(key(0) != key(1) && cache.read(&key(1), 7).unwrap() == Lookup::Miss);
     }
 
@@ -306,7 +342,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = FlexibilityCache::new(folder.path(), 1 << 20);
         cache.write(&key(0), &entry(5)).unwrap();
-        let path = cache.path(&key(0));
+        let path = cache.path(&key(0), ENDING);
         let whole = fs::read(&path).unwrap();
         for place in [0, 8, 16, 30, 39, 40, 100, whole.len() - 1] {
             let mut bytes = whole.clone();
@@ -332,13 +368,18 @@ mod tests {
         File::create(&leftover).unwrap().set_modified(old).unwrap();
         for number in 0..2 {
             cache.write(&key(number), &entry(9)).unwrap();
-            File::options().append(true).open(cache.path(&key(number))).unwrap().set_modified(old).unwrap();
+            File::options()
+                .append(true)
+                .open(cache.path(&key(number), ENDING))
+                .unwrap()
+                .set_modified(old)
+                .unwrap();
         }
         assert!(matches!(cache.read(&key(0), 9).unwrap(), Lookup::Hit(_)), "used again");
         cache.write(&key(2), &entry(9)).unwrap();
-        assert_eq!([0, 1, 2].map(|number| cache.expects(&key(number), 9)), [true, false, true]);
+        assert_eq!([0, 1, 2].map(|number| cache.expects(&key(number), 9).is_some()), [true, false, true]);
         cache.write(&key(3), &entry(90)).unwrap();
-        assert!(!cache.expects(&key(3), 90) && !leftover.exists());
+        assert!(cache.expects(&key(3), 90).is_none() && !leftover.exists());
     }
 
     /// Truth: runs that write the same entry at the same time leave one whole entry.

@@ -1,23 +1,29 @@
 //! A body condensed to its contact nodes: F_cc = (K⁻¹)_cc from the trailing block of the factor.
 //!
 //! With the contact dofs ordered last, K = L Lᵀ gives K_cc - K_ci K_ii⁻¹ K_ic = L_cc L_ccᵀ, the Schur complement, without
-//! any back-substitution; its inverse is the flexibility of the contact nodes.
+//! any back-substitution; its inverse is the flexibility of the contact nodes. Where L does not fit into the memory, the
+//! columns of F_cc are solved for by conjugate gradients.
 
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use super::cache::{CacheEntry, FlexibilityCache, Lookup};
+use super::analysis::{Analysis, flexibility_bytes};
+use super::cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
+use super::method::Method;
 use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::dense::SymmetricDense;
-use crate::linalg::factor::{CholeskyFactor, SymbolicFactor, SymmetricFactor};
+use crate::linalg::factor::{CholeskyFactor, SymmetricFactor};
 use crate::linalg::memory::MemoryLimit;
+use crate::linalg::two_level::TwoLevelSolver;
 
 /// What condensing a body may use.
 #[derive(Debug, Clone, Copy)]
 pub struct Resources<'a> {
     /// Where flexibilities are kept between runs, if they are.
     pub cache: Option<&'a FlexibilityCache>,
+    /// What is kept there.
+    pub keep: Keep,
     /// Memory that may be taken.
     pub memory: MemoryLimit,
 }
@@ -25,114 +31,62 @@ pub struct Resources<'a> {
 impl Default for Resources<'_> {
     /// No cache, the memory that the machine has now.
     fn default() -> Self {
-        Self { cache: None, memory: MemoryLimit::of_machine() }
+        Self { cache: None, keep: Keep::Flexibility, memory: MemoryLimit::of_machine() }
     }
 }
 
-/// What factorising a body for some contact nodes will take.
-pub struct Analysis {
-    contact_nodes: Vec<usize>,
-    n_trailing: usize,
-    n_free: usize,
-    model_bytes: usize,
-    symbolic: SymbolicFactor,
-}
-
-impl Analysis {
-    pub(super) fn new(model: &FeModel, contact_nodes: &[usize], order: Vec<usize>) -> Result<Self> {
-        let n_trailing = model.contact_rows(contact_nodes).len();
-        Ok(Self {
-            contact_nodes: contact_nodes.to_vec(),
-            n_trailing,
-            n_free: model.n_free(),
-            model_bytes: model.memory_bytes(),
-            symbolic: SymbolicFactor::new(model.stiffness(), &order, n_trailing)?,
-        })
-    }
-
-    /// Number of free dofs.
-    pub fn n_free(&self) -> usize {
-        self.n_free
-    }
-
-    /// Number of entries of the factor.
-    pub fn factor_entries(&self) -> usize {
-        self.symbolic.n_stored()
-    }
-
-    /// Floating-point operations of factor and flexibility.
-    pub fn flops(&self) -> f64 {
-        self.symbolic.flops() + 2.0 / 3.0 * (self.n_trailing as f64).powi(3)
-    }
-
-    /// Bytes taken at the peak: the assembled body, the factor, and the larger of the factorisation's workspace and the
-    /// three dense matrices of the contact dofs.
-    pub fn memory_bytes(&self) -> usize {
-        let factor = 8 * self.factor_entries();
-        let workspace = self.symbolic.memory_bytes() - factor;
-        let rest = workspace.max(24 * self.n_trailing * self.n_trailing);
-        self.model_bytes + factor + rest
-    }
-
-    /// Bytes that a body condensed so keeps.
-    pub fn held_bytes(&self) -> usize {
-        self.model_bytes + 8 * self.factor_entries() + flexibility_bytes(self.contact_nodes.len())
-    }
-
-    /// Checks that the factorisation fits into what `memory` leaves.
-    ///
-    /// # Errors
-    /// If it does not (kind `Resources`), with the bytes needed and allowed.
-    pub fn ensure(&self, memory: &MemoryLimit) -> Result<()> {
-        let what = format!(
-            "factorising {} unknowns, {} of them under the frame ({} entries),",
-            self.n_free,
-            self.n_trailing,
-            self.factor_entries()
-        );
-        memory.ensure(self.memory_bytes() as u128, &what, "use a coarser mesh, or a smaller frame")
-    }
+/// What a cache keeps of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// The flexibility of its contact nodes.
+    Flexibility,
+    /// That, and the factor that its fields are recovered with.
+    FactorToo,
 }
 
 /// Where a flexibility came from.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Origin {
-    /// Seconds of ordering, factorisation and inverse that an entry of the cache saved; `None` if it was computed.
+    /// How it was computed, in this run or in the one that put it into the cache.
+    pub method: Method,
+    /// Iterations of conjugate gradients in this run; 0 where there were none.
+    pub iterations: usize,
+    /// Seconds that an entry of the cache saved; `None` if it was computed.
     pub saved_seconds: Option<f64>,
     /// What the user should know of the cache: a damaged entry, or one that could not be written.
     pub note: Option<String>,
 }
 
-/// A body with the flexibility of its contact nodes; the factor is made when something else needs it.
+/// A body with the flexibility of its contact nodes; what solves its systems is made when something else needs it.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
-    memory: MemoryLimit,
-    factor: OnceLock<CholeskyFactor>,
+    solver: OnceLock<Box<dyn SymmetricFactor>>,
+    /// Where the factor is kept, if it is.
+    kept: Option<(FlexibilityCache, CacheKey)>,
+    had_factor: bool,
+    held_bytes: usize,
     residual: f64,
     origin: Origin,
     flexibility: SymmetricDense,
     free_displacement: Vec<[f64; 3]>,
 }
 
-/// A flexibility and how it was come by.
+/// A flexibility of the free contact dofs and how it was come by.
 struct Condensed {
     contact_nodes: Vec<usize>,
-    /// Of the free contact dofs.
     trailing: SymmetricDense,
-    factor: OnceLock<CholeskyFactor>,
+    solver: OnceLock<Box<dyn SymmetricFactor>>,
+    solver_bytes: usize,
     residual: f64,
     origin: Origin,
 }
 
 impl CondensedBody {
     pub(super) fn new(model: FeModel, analysis: Analysis, memory: MemoryLimit) -> Result<Self> {
-        let contact_nodes = analysis.contact_nodes.clone();
-        let factor = factorise(&model, analysis, &memory)?;
-        let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
-        let origin = Origin::default();
-        let condensed = Condensed { contact_nodes, trailing, factor: factor.into(), residual, origin };
-        Self::build(model, condensed, memory)
+        let method = analysis.method(&model, &memory)?;
+        let condensed = compute(&model, analysis, method, None)?;
+        Self::build(model, condensed, None)
     }
 
     /// The flexibility from the cache, or computed and put there.
@@ -140,72 +94,130 @@ impl CondensedBody {
         model: FeModel,
         contact_nodes: &[usize],
         cache: &FlexibilityCache,
-        memory: MemoryLimit,
+        (memory, keep): (MemoryLimit, Keep),
     ) -> Result<Self> {
-        let key = model.cache_key(contact_nodes);
+        let wanted = keep == Keep::FactorToo || model.is_loaded() || model.floating().is_some();
         let n = model.contact_rows(contact_nodes).len();
-        let contact_nodes = contact_nodes.to_vec();
-        let damage = match cache.read(&key, n)? {
-            Lookup::Hit(entry) => {
-                let CacheEntry { flexibility: trailing, residual, seconds } = *entry;
-                let origin = Origin { saved_seconds: Some(seconds), note: None };
-                let factor = OnceLock::new();
-                let condensed = Condensed { contact_nodes, trailing, factor, residual, origin };
-                return Self::build(model, condensed, memory);
+        let mut damage = None;
+        let mut find = |method: Method| -> Result<Option<CacheEntry>> {
+            match cache.read(&model.cache_key(contact_nodes, method), n)? {
+                Lookup::Hit(entry) => return Ok(Some(*entry)),
+                Lookup::Miss => {}
+                Lookup::Damaged(how) => {
+                    damage = Some(format!(
+                        "the flexibility of {} in the cache was damaged ({how}); it was computed anew",
+                        model.name()
+                    ));
+                }
             }
-            Lookup::Miss => None,
-            Lookup::Damaged(how) => Some(format!(
-                "the flexibility of {} in the cache was damaged ({how}); it was computed anew",
-                model.name()
-            )),
+            Ok(None)
         };
-        let start = Instant::now();
-        let factor = factorise(&model, model.analyse(&contact_nodes)?, &memory)?;
-        let (flexibility, residual) = (factor.trailing_inverse()?, factor.residual());
-        let entry = CacheEntry { flexibility, residual, seconds: start.elapsed().as_secs_f64() };
-        let note = damage.or(cache.write(&key, &entry).err().map(|error| error.to_string()));
-        let origin = Origin { saved_seconds: None, note };
-        let trailing = entry.flexibility;
-        let condensed = Condensed { contact_nodes, trailing, factor: factor.into(), residual, origin };
-        Self::build(model, condensed, memory)
+        let key = model.cache_key(contact_nodes, Method::Factorisation);
+        let kept = wanted.then(|| (cache.clone(), key));
+        if let Some(entry) = find(Method::Factorisation)?
+            && Method::choose(&model, n, entry.needed_bytes, &memory)? == Method::Factorisation
+        {
+            let factor_bytes = entry.needed_bytes.saturating_sub(model.memory_bytes());
+            let mut condensed = from_cache(contact_nodes, entry, Method::Factorisation);
+            condensed.solver_bytes = if wanted { factor_bytes } else { 0 };
+            return Self::build(model, condensed, kept);
+        }
+        let analysis = model.analyse(contact_nodes)?;
+        let method = analysis.method(&model, &memory)?;
+        if method != Method::Factorisation
+            && let Some(entry) = find(method)?
+        {
+            return Self::build(model, from_cache(contact_nodes, entry, method), None);
+        }
+        let (start, needed_bytes) = (Instant::now(), analysis.memory_bytes());
+        let mut condensed = compute(&model, analysis, method, kept.as_ref())?;
+        let entry = CacheEntry {
+            flexibility: std::mem::take(&mut condensed.trailing),
+            residual: condensed.residual,
+            seconds: start.elapsed().as_secs_f64(),
+            needed_bytes,
+        };
+        let written = cache.write(&model.cache_key(contact_nodes, method), &entry);
+        condensed.origin.note =
+            damage.or(condensed.origin.note).or(written.err().map(|error| error.to_string()));
+        condensed.trailing = entry.flexibility;
+        Self::build(model, condensed, None)
     }
 
-    fn build(model: FeModel, condensed: Condensed, memory: MemoryLimit) -> Result<Self> {
-        let Condensed { contact_nodes, trailing, factor, residual, origin } = condensed;
+    fn build(
+        model: FeModel,
+        condensed: Condensed,
+        kept: Option<(FlexibilityCache, CacheKey)>,
+    ) -> Result<Self> {
+        let Condensed { contact_nodes, trailing, solver, solver_bytes, residual, origin } = condensed;
         let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
+        let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.expects_factor(key));
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
-        let mut body =
-            Self { model, contact_nodes, memory, factor, residual, origin, flexibility, free_displacement };
+        let held_bytes = model.memory_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
+        let mut body = Self {
+            model,
+            contact_nodes,
+            solver,
+            kept,
+            had_factor,
+            held_bytes,
+            residual,
+            origin,
+            flexibility,
+            free_displacement,
+        };
         if let Some(floating) = body.model.floating() {
             let dofs = body.contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
             let rows: Vec<Option<usize>> = dofs.map(|dof| body.model.dofs().row(dof)).collect();
             let mut flexibility = std::mem::take(&mut body.flexibility);
-            let factor = body.factor()?;
-            floating.centre(&mut flexibility, &rows, |rhs| factor.solve_in_place(rhs, 1))?;
+            let solver = body.solver()?;
+            floating.centre(&mut flexibility, &rows, |rhs| solver.solve_in_place(rhs, 1))?;
             body.flexibility = flexibility;
         }
         if body.model.is_loaded() {
             let mut rhs = body.model.load_vector();
-            solve_in_place(&body.model, body.factor()?, &mut rhs)?;
+            solve_in_place(&body.model, body.solver()?, &mut rhs)?;
             body.free_displacement = body.model.expand(&rhs);
         }
         Ok(body)
     }
 
-    /// The factor, made now if it was not needed before.
-    fn factor(&self) -> Result<&CholeskyFactor> {
-        if let Some(factor) = self.factor.get() {
+    /// What solves the systems, made now if it was not needed before.
+    fn solver(&self) -> Result<&dyn SymmetricFactor> {
+        if let Some(solver) = self.solver.get() {
+            return Ok(solver.as_ref());
+        }
+        let solver: Box<dyn SymmetricFactor> = match self.origin.method {
+            Method::Factorisation => Box::new(self.factor()?),
+            Method::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
+        };
+        // A second thread may have been faster; both are equal.
+        Ok(self.solver.get_or_init(|| solver).as_ref())
+    }
+
+    /// The factor, from the cache where it has it; else it is put there.
+    fn factor(&self) -> Result<CholeskyFactor> {
+        let analysis = self.model.analyse(&self.contact_nodes)?;
+        let Some((cache, key)) = &self.kept else { return analysis.factorise(&self.model) };
+        if let Some(values) = cache.read_factor(key, analysis.n_values())?
+            && let Some(factor) = analysis.restore(&self.model, values)?
+        {
             return Ok(factor);
         }
-        let factor = factorise(&self.model, self.model.analyse(&self.contact_nodes)?, &self.memory)?;
-        // A second thread may have been faster; both are equal.
-        Ok(self.factor.get_or_init(|| factor))
+        let factor = self.model.analyse(&self.contact_nodes)?.factorise(&self.model)?;
+        // A cache that cannot be written costs the next run time and nothing else.
+        let _ = cache.write_factor(key, factor.values());
+        Ok(factor)
+    }
+
+    /// Whether the cache was expected to have the factor when the body was made, so that solving takes no factorisation.
+    pub fn had_factor(&self) -> bool {
+        self.had_factor
     }
 
     /// Bytes that it keeps: the assembled body, its factor if there is one, the flexibility and its copy in use.
     pub fn held_bytes(&self) -> usize {
-        let factor = self.factor.get().map_or(0, |factor| 8 * factor.n_stored());
-        self.model.memory_bytes() + factor + flexibility_bytes(self.contact_nodes.len())
+        self.held_bytes
     }
 
     /// Where the flexibility came from.
@@ -240,7 +252,7 @@ impl CondensedBody {
         &self.free_displacement
     }
 
-    /// Relative residual of the factorisation's check.
+    /// Relative residual of the factorisation's check; of the solved columns, the largest, where there was none.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -264,28 +276,57 @@ impl CondensedBody {
                 }
             }
         }
-        solve_in_place(&self.model, self.factor()?, &mut rhs)?;
+        solve_in_place(&self.model, self.solver()?, &mut rhs)?;
         Ok(self.model.expand(&rhs))
     }
 }
 
 /// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
 /// inverse.
-fn solve_in_place(model: &FeModel, factor: &CholeskyFactor, rhs: &mut [f64]) -> Result<()> {
+fn solve_in_place(model: &FeModel, solver: &dyn SymmetricFactor, rhs: &mut [f64]) -> Result<()> {
     match model.floating() {
-        Some(floating) => floating.solve(rhs, |rhs| factor.solve_in_place(rhs, 1)),
-        None => factor.solve_in_place(rhs, 1),
+        Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
+        None => solver.solve_in_place(rhs, 1),
     }
 }
 
-/// Bytes of a flexibility of `n_nodes` contact nodes and of the packed copy in use.
-pub fn flexibility_bytes(n_nodes: usize) -> usize {
-    16 * 9 * n_nodes * n_nodes
+fn from_cache(contact_nodes: &[usize], entry: CacheEntry, method: Method) -> Condensed {
+    let CacheEntry { flexibility: trailing, residual, seconds, .. } = entry;
+    let origin = Origin { method, saved_seconds: Some(seconds), ..Origin::default() };
+    let contact_nodes = contact_nodes.to_vec();
+    Condensed { contact_nodes, trailing, solver: OnceLock::new(), solver_bytes: 0, residual, origin }
 }
 
-fn factorise(model: &FeModel, analysis: Analysis, memory: &MemoryLimit) -> Result<CholeskyFactor> {
-    analysis.ensure(memory)?;
-    analysis.symbolic.factorise(model.stiffness(), |row| model.row_name(row))
+fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
+    TwoLevelSolver::new(model.stiffness(), &model.unknowns())
+}
+
+/// By `method`; a factor is put where it is kept.
+fn compute(
+    model: &FeModel,
+    analysis: Analysis,
+    method: Method,
+    kept: Option<&(FlexibilityCache, CacheKey)>,
+) -> Result<Condensed> {
+    let contact_nodes = analysis.contact_nodes().to_vec();
+    let mut origin = Origin { method, ..Origin::default() };
+    let solver_bytes = analysis.solver_bytes(model, method);
+    let (solver, trailing, residual): (Box<dyn SymmetricFactor>, _, _) = match method {
+        Method::Factorisation => {
+            let factor = analysis.factorise(model)?;
+            let written = kept.map_or(Ok(()), |(cache, key)| cache.write_factor(key, factor.values()));
+            origin.note = written.err().map(|error| error.to_string());
+            let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
+            (Box::new(factor), trailing, residual)
+        }
+        Method::ConjugateGradients(_) => {
+            let solver = iterative(model)?;
+            let block = solver.inverse_block(&model.contact_rows(&contact_nodes))?;
+            origin.iterations = block.convergence.iterations;
+            (Box::new(solver), block.values, block.residual)
+        }
+    };
+    Ok(Condensed { contact_nodes, trailing, solver: solver.into(), solver_bytes, residual, origin })
 }
 
 /// The flexibility of the free contact dofs spread over all contact dofs, zero where prescribed.

@@ -6,6 +6,7 @@
 //!
 //! Unknowns are nodal displacements in global axes. Voigt order 11 22 33 23 13 12, engineering shears.
 
+mod analysis;
 mod assembly;
 mod cache;
 mod condensed;
@@ -16,7 +17,9 @@ mod enhanced;
 mod floating;
 mod foundation;
 mod integration;
+mod kept_factor;
 mod loads;
+mod method;
 mod model;
 mod recovery;
 mod regions;
@@ -25,8 +28,10 @@ mod solids;
 mod spec;
 mod symmetry;
 
+pub use analysis::{Analysis, flexibility_bytes};
 pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-pub use condensed::{Analysis, CondensedBody, Origin, Resources, flexibility_bytes};
+pub use condensed::{CondensedBody, Keep, Origin, Resources};
+pub use method::{Method, Shortage};
 pub use model::FeModel;
 pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,

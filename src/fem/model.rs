@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
+use super::analysis::Analysis;
 use super::assembly::{Elements, assemble};
-use super::cache::CacheKey;
-use super::condensed::{Analysis, CondensedBody, Resources};
+use super::cache::{CacheKey, FlexibilityCache};
+use super::condensed::{CondensedBody, Resources};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
 use super::foundation;
 use super::loads::{NodalForces, add_body_force, external_forces};
+use super::method::Method;
 use super::regions::Regions;
 use super::rigid::{self, FreeMotions};
 use super::solids::Rules;
@@ -17,6 +19,7 @@ use crate::error::{Context, Error, Result};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
+use crate::linalg::two_level::Unknowns;
 use crate::mesh::Mesh;
 
 /// Bytes per unknown of mesh, elements and the assembly of the matrix.
@@ -202,10 +205,10 @@ impl FeModel {
     /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
     pub fn condense_with(self, contact_nodes: &[usize], resources: &Resources) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let Resources { cache, memory } = *resources;
+        let Resources { cache, keep, memory } = *resources;
         let name = self.name.clone();
         match cache {
-            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, memory),
+            Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, keep)),
             None => {
                 let analysis = self.analyse(contact_nodes)?;
                 CondensedBody::new(self, analysis, memory)
@@ -219,9 +222,30 @@ impl FeModel {
         MODEL_BYTES * self.n_free() + 16 * self.stiffness.n_stored()
     }
 
-    /// The key of the flexibility of `contact_nodes` in a cache.
-    pub fn cache_key(&self, contact_nodes: &[usize]) -> CacheKey {
-        CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes))
+    /// The key of the flexibility of `contact_nodes` by `method` in a cache.
+    pub fn cache_key(&self, contact_nodes: &[usize], method: Method) -> CacheKey {
+        CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes), method.name())
+    }
+
+    /// The entry that a cache has of the flexibility of `contact_nodes` by `method`, judged by its head and size: the
+    /// bytes that a factorisation takes.
+    pub fn expects(
+        &self,
+        contact_nodes: &[usize],
+        method: Method,
+        cache: &FlexibilityCache,
+    ) -> Option<usize> {
+        cache.expects(&self.cache_key(contact_nodes, method), self.contact_rows(contact_nodes).len())
+    }
+
+    /// Whether a cache has the factor that fields are recovered with.
+    pub fn expects_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
+        cache.expects_factor(&self.cache_key(contact_nodes, Method::Factorisation))
+    }
+
+    /// Number of nodes of its solids.
+    pub fn n_nodes(&self) -> usize {
+        self.dofs.nodes.len()
     }
 
     /// Rows of the free dofs of `contact_nodes`.
@@ -241,6 +265,22 @@ impl FeModel {
             }
         }
         Ok(())
+    }
+
+    /// Nodes and components of the rows of the system.
+    pub fn unknowns(&self) -> Unknowns {
+        let mut place = vec![usize::MAX; self.mesh.n_points()];
+        let mut points = Vec::new();
+        let of_row = self.dofs.dofs_of_rows().iter().map(|&dof| {
+            let node = &mut place[dof / 3];
+            if *node == usize::MAX {
+                *node = points.len();
+                points.push(self.mesh.points[dof / 3]);
+            }
+            (*node, dof % 3)
+        });
+        let of_row = of_row.collect();
+        Unknowns { of_row, points }
     }
 
     /// What a row of the system is, for messages.

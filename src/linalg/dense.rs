@@ -48,7 +48,7 @@ impl SymmetricDense {
 ///
 /// # Errors
 /// If memory does not suffice (kind `Resources`).
-pub(super) fn zeroed(len: usize) -> Result<Vec<f64>> {
+pub(crate) fn zeroed(len: usize) -> Result<Vec<f64>> {
     let error = || {
         Error::resources(format!(
             "not enough memory for a matrix of {:.2} GiB; use a coarser mesh, or fewer nodes in the contact group",

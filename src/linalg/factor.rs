@@ -91,7 +91,12 @@ impl SymbolicFactor {
 
     /// Bytes that the numeric factorisation takes at its peak: L and its workspace.
     pub fn memory_bytes(&self) -> usize {
-        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, rayon::current_num_threads()))
+        self.memory_bytes_with(rayon::current_num_threads())
+    }
+
+    /// The same with `n_threads` at work; more than 16 take no more.
+    pub fn memory_bytes_with(&self, n_threads: usize) -> usize {
+        8 * (self.tree.n_values() + multifrontal::peak_workspace(&self.tree, n_threads))
     }
 
     /// Computes L and checks it: K (L L^T)^-1 K v must be K v for a fixed vector v of random entries.
@@ -123,6 +128,27 @@ impl SymbolicFactor {
 }
 
 impl SymbolicFactor {
+    /// Number of values that L is stored in.
+    pub fn n_values(&self) -> usize {
+        self.tree.n_values()
+    }
+
+    /// L from its stored values, [`CholeskyFactor::values`], checked as by [`Self::factorise`]; `None` if they do not
+    /// pass.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    ///
+    /// # Panics
+    /// If their number is not [`Self::n_values`].
+    pub fn restore(self, matrix: &SymmetricSparse, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
+        assert_eq!(values.len(), self.n_values(), "all values of the factor");
+        let Self { tree, n_trailing } = self;
+        let mut factor = CholeskyFactor { tree, n_trailing, values, residual: f64::NAN };
+        factor.residual = factor.measure_residual(matrix)?;
+        Ok((factor.residual < RESIDUAL_LIMIT).then_some(factor))
+    }
+
     /// L without any check; the inner error is the row of a pivot that is not positive.
     fn compute(
         self,
@@ -171,6 +197,11 @@ impl CholeskyFactor {
     /// Number of entries of L.
     pub fn n_stored(&self) -> usize {
         self.tree.n_entries()
+    }
+
+    /// The values that L is stored in.
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// The columns of L of a front, `[size, n_pivots]`.

@@ -16,4 +16,5 @@ pub mod ordering;
 pub mod packed;
 mod partial;
 pub mod sparse;
+pub mod two_level;
 mod workspace;

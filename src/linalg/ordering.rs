@@ -4,7 +4,7 @@
 
 use std::sync::Mutex;
 
-use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_SetDefaultOptions, idx_t};
+use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_PartGraphKway, METIS_SetDefaultOptions, idx_t};
 
 use crate::error::{Error, Result};
 
@@ -111,23 +111,97 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
+/// Part (numbers from 0 to fewer than `n_parts`) of each node: connected nodes in few and equal parts, those with a
+/// large `weight(a, b)` (positive) rather in one.
+///
+/// # Errors
+/// As [`nested_dissection`].
+///
+/// # Source
+/// Karypis and Kumar (1998), J. Parallel Distrib. Comput. 48.
+pub(super) fn partition(
+    graph: &NodeGraph,
+    n_parts: usize,
+    weight: impl Fn(usize, usize) -> i32,
+) -> Result<Vec<usize>> {
+    let n = graph.n_nodes();
+    if n_parts < 2 || graph.neighbours.is_empty() {
+        return Ok(vec![0; n]);
+    }
+    let [mut offsets, mut neighbours] = to_metis(graph)?;
+    let edges = (0..n).flat_map(|node| graph.neighbours(node).iter().map(move |&other| (node, other)));
+    let mut weights: Vec<idx_t> = edges.map(|(a, b)| weight(a, b)).collect();
+    let (mut n_metis, mut n_parts_metis) = (n as idx_t, n_parts as idx_t);
+    let (mut one, mut cut) = (1, 0);
+    let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
+    let mut parts = vec![0 as idx_t; n];
+    let guard = METIS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    // SAFETY: the arrays have the lengths METIS asks for (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n), the graph is
+    // symmetric without loops and the weights are positive; null stands for equal weights of nodes and parts.
+    let status = unsafe {
+        METIS_SetDefaultOptions(options.as_mut_ptr());
+        METIS_PartGraphKway(
+            &mut n_metis,
+            &mut one,
+            offsets.as_mut_ptr(),
+            neighbours.as_mut_ptr(),
+            std::ptr::null_mut(),
+            std::ptr::null_mut(),
+            weights.as_mut_ptr(),
+            &mut n_parts_metis,
+            std::ptr::null_mut(),
+            std::ptr::null_mut(),
+            options.as_mut_ptr(),
+            &mut cut,
+            parts.as_mut_ptr(),
+        )
+    };
+    drop(guard);
+    if status != metis_sys::rstatus_et_METIS_OK {
+        return Err(Error::numerical(format!(
+            "METIS failed to divide a mesh of {n} nodes (status {status})"
+        )));
+    }
+    // METIS may leave parts without nodes.
+    let mut number = vec![usize::MAX; n_parts];
+    let mut count = 0;
+    Ok(parts
+        .into_iter()
+        .map(|part| {
+            let number = &mut number[part as usize];
+            if *number == usize::MAX {
+                *number = count;
+                count += 1;
+            }
+            *number
+        })
+        .collect())
+}
+
+/// Offsets and neighbours with METIS's indices.
+fn to_metis(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
+    let too_large = |_| {
+        Error::resources(format!(
+            "the mesh has {} nodes and {} connections between them, more than the 2^31 that the ordering can handle; use \
+             a coarser mesh",
+            graph.n_nodes(),
+            graph.neighbours.len()
+        ))
+    };
+    let convert = |list: &[usize]| -> Result<Vec<idx_t>> {
+        list.iter().map(|&i| idx_t::try_from(i).map_err(too_large)).collect()
+    };
+    idx_t::try_from(graph.n_nodes()).map_err(too_large)?;
+    Ok([convert(&graph.offsets)?, convert(&graph.neighbours)?])
+}
+
 fn metis_order(graph: &NodeGraph) -> Result<Vec<usize>> {
     let n = graph.n_nodes();
     if n < 8 || graph.neighbours.is_empty() {
         return Ok((0..n).collect());
     }
-    let too_large = |_| {
-        Error::resources(format!(
-            "the mesh has {n} nodes and {} connections between them, more than the 2^31 that the ordering can \
-             handle; use a coarser mesh",
-            graph.neighbours.len()
-        ))
-    };
-    let to_metis = |list: &[usize]| -> Result<Vec<idx_t>> {
-        list.iter().map(|&i| idx_t::try_from(i).map_err(too_large)).collect()
-    };
-    let (mut offsets, mut neighbours) = (to_metis(&graph.offsets)?, to_metis(&graph.neighbours)?);
-    let mut n_metis = idx_t::try_from(n).map_err(too_large)?;
+    let [mut offsets, mut neighbours] = to_metis(graph)?;
+    let mut n_metis = n as idx_t;
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let (mut order, mut inverse) = (vec![0 as idx_t; n], vec![0 as idx_t; n]);
     let guard = METIS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -6,6 +6,7 @@
 pub mod body_fields;
 pub mod body_peaks;
 pub mod comparison;
+pub mod condensation;
 pub mod fields;
 pub mod frame_fields;
 pub mod locate;

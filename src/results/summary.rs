@@ -5,9 +5,10 @@ use std::time::Instant;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 use crate::history::step::{IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
+use crate::results::condensation::CondensationRecord;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -101,7 +102,7 @@ pub struct Summary {
     pub units: Units,
     /// How the run ended.
     pub status: Status,
-    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost" or "frame-edge".
+    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge" or "linear-solver".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The message of the error that ended a failed run.
@@ -114,6 +115,9 @@ pub struct Summary {
     pub bodies: Vec<BodyRecord>,
     /// Work that the scene did not need.
     pub skipped: Vec<Skipped>,
+    /// How the meshed bodies were condensed to their contact nodes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub condensation: Vec<CondensationRecord>,
     /// Seconds by stage.
     pub timings: Timings,
     /// Peak resident memory of the process, bytes (0 where unknown).
@@ -139,6 +143,7 @@ impl Summary {
             steps: Vec::new(),
             bodies: Vec::new(),
             skipped: Vec::new(),
+            condensation: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,
             warnings: Vec::new(),
@@ -160,10 +165,11 @@ impl Summary {
         }
     }
 
-    /// Marks the run as failed by `error`.
+    /// Marks the run as failed by `error`, or as not converged if that is what it says.
     pub fn fail(&mut self, error: &Error) {
-        self.status = Status::Failed;
-        self.reason = None;
+        let not_converged = error.kind() == Kind::NotConverged;
+        self.status = if not_converged { Status::NotConverged } else { Status::Failed };
+        self.reason = not_converged.then(|| "linear-solver".to_owned());
         self.error = Some(error.to_string());
     }
 
@@ -259,6 +265,18 @@ mod tests {
         let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["status"], "failed");
         assert!(value["error"].as_str().unwrap().contains("tangential_force"));
+    }
+
+    /// Truth: docs/results.md: a linear system that was not solved is no convergence, with exit code 3.
+    #[test]
+    fn a_linear_solver_that_does_not_converge() {
+        let (mut summary, error) = (summary(), Error::not_converged("too slow"));
+        summary.conclude(&Err(error.clone()));
+        assert_eq!(
+            (summary.status, summary.reason.as_deref()),
+            (Status::NotConverged, Some("linear-solver"))
+        );
+        assert_eq!((summary.error.as_deref(), error.exit_code()), (Some("too slow"), 3));
     }
 
     /// Truth: an error's kind is not lost by the outcome before it.

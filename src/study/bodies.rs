@@ -2,10 +2,11 @@
 
 use super::failure::{AtKey, Failure};
 use super::memory;
+use super::skips::recovers;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error};
-use crate::fem::Resources;
+use crate::fem::{Keep, Resources};
 use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::linalg::memory::MemoryLimit;
@@ -82,7 +83,8 @@ pub(super) fn body(
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            let resources = Resources { cache: plan.cache.as_ref(), memory: left };
+            let keep = if recovers(plan) { Keep::FactorToo } else { Keep::Flexibility };
+            let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
             let body =
                 FeBody::new_with(fe.inputs(key), &fe.contact, SIDES[index], frame, &resources).at(key)?;
             Box::new(body.with_limits(plan.limits.clone()))

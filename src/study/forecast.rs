@@ -6,10 +6,11 @@ use super::failure::{AtKey, Failure};
 use super::memory::{self, of_frame, of_half_space};
 use super::skips::{cached, recovers, skips};
 use crate::error::Context;
-use crate::fem::{FeModel, FlexibilityCache, flexibility_bytes};
+use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
 use crate::history::step::{Integrator, Skipped, Step};
 use crate::linalg::memory::MemoryLimit;
+use crate::linalg::two_level::TwoLevelSolver;
 use crate::scene::plan::{BodySpec, FeSpec, Plan};
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -17,6 +18,13 @@ const FLOPS: f64 = 2.8e10;
 
 /// Seconds per unknown of ordering and analysis.
 const PER_UNKNOWN: f64 = 5e-6;
+
+/// Iterations of conjugate gradients, and seconds of each per entry of the matrix.
+const ITERATIONS: usize = 40;
+const PER_ENTRY: f64 = 1.1e-8;
+
+/// Bytes per second in which kept factors are read and checked.
+const READING: f64 = 6e8;
 
 /// Seconds per unknown of assembly.
 const ASSEMBLY: f64 = 1e-5;
@@ -27,6 +35,17 @@ const BANDWIDTH: f64 = 6e9;
 /// Seconds per point of the zero-padded grid and application of a half-space operator.
 const PER_POINT: f64 = 4.0e-8;
 
+/// What a cache is expected to have of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cached {
+    /// Not all that is needed.
+    Nothing,
+    /// The flexibility, and no more is needed.
+    Flexibility,
+    /// The flexibility and the factor that loads or fields need.
+    FactorToo,
+}
+
 /// What one body is and needs.
 #[derive(Debug, Clone)]
 pub struct BodyForecast {
@@ -36,12 +55,14 @@ pub struct BodyForecast {
     pub memory_bytes: f64,
     /// Memory that it keeps, bytes.
     pub held_bytes: usize,
+    /// What the user should know of how it is made ready.
+    pub note: Option<String>,
     /// Seconds to make it ready.
     pub seconds: f64,
     /// Seconds per application of its flexibility.
     pub application: f64,
-    /// Whether its flexibility is expected in the cache.
-    pub cached: bool,
+    /// What is expected in the cache, so that nothing is factorised.
+    pub cached: Cached,
 }
 
 /// Expectations of a run.
@@ -88,7 +109,8 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let mend = "take fewer cells in the frame, or a coarser mesh";
     plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = skips(plan, &frame)?;
-    skipped.extend((0..2).filter(|&index| bodies[index].cached).map(|index| cached(index, None)));
+    let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
+    skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
 }
 
@@ -113,9 +135,10 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
             what: "rigid".to_owned(),
             memory_bytes: 0.0,
             held_bytes: 0,
+            note: None,
             seconds: 0.0,
             application: 0.0,
-            cached: false,
+            cached: Cached::Nothing,
         },
         BodySpec::HalfSpace(elastic) => {
             let what = format!("half-space, {}", elastic.name);
@@ -126,10 +149,35 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
             } else {
                 (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
             };
-            BodyForecast { what, memory_bytes, held_bytes, seconds, application, cached: false }
+            BodyForecast {
+                what,
+                memory_bytes,
+                held_bytes,
+                note: None,
+                seconds,
+                application,
+                cached: Cached::Nothing,
+            }
         }
         BodySpec::Fe(fe) => finite_elements(plan, fe, index, (frame, left))?,
     })
+}
+
+/// How a body is condensed in words, and seconds.
+fn how(model: &FeModel, analysis: &Analysis, method: Method) -> (String, f64) {
+    match method {
+        Method::Factorisation => {
+            let gflop = analysis.flops() * 1e-9;
+            let factor = format!("factor of {} entries, {gflop:.1} GFLOP", analysis.factor_entries());
+            (factor, analysis.flops() / FLOPS)
+        }
+        Method::ConjugateGradients(_) => {
+            let batches = analysis.n_trailing().div_ceil(TwoLevelSolver::batch());
+            let steps = (batches * ITERATIONS) as f64;
+            let seconds = steps * PER_ENTRY * model.stiffness().n_stored() as f64;
+            ("conjugate gradients".to_owned(), seconds)
+        }
+    }
 }
 
 /// A meshed body: the structure of its factor is found, and whether its flexibility is in the cache.
@@ -142,25 +190,37 @@ fn finite_elements(
     let key = KEYS[index];
     let model = FeModel::new(fe.inputs(key)).at(key)?;
     let map = face_map(fe, index, frame)?;
-    let n_contact = 3.0 * map.nodes().len() as f64;
-    let n_free = model.n_free() as f64;
-    let rows = model.contact_rows(map.nodes()).len();
-    let in_cache = |cache: &FlexibilityCache| cache.expects(&model.cache_key(map.nodes()), rows);
-    let cached = plan.cache.as_ref().is_some_and(in_cache);
-    // Fields and loads need the factor all the same.
-    let needs_factor = !cached || model.is_loaded() || recovers(plan);
-    let mut held_bytes = model.memory_bytes() + flexibility_bytes(map.nodes().len());
-    let (mut memory_bytes, mut seconds) = (held_bytes as f64, 0.0);
-    let mut path = "flexibility from the cache".to_owned();
-    if needs_factor {
+    let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);
+    let flexibility = model.memory_bytes() + flexibility_bytes(map.nodes().len());
+    let expected = |method: Method| model.expects(map.nodes(), method, plan.cache.as_ref()?);
+    let known = expected(Method::Factorisation).filter(|&bytes| left.allows(bytes as u128));
+    // Fields and loads need to solve all the same.
+    let solves = model.is_loaded() || recovers(plan);
+    let has_factor = solves
+        && known.is_some()
+        && plan.cache.as_ref().is_some_and(|cache| model.expects_factor(map.nodes(), cache));
+    let (mut cached, mut path) = (known.is_some(), "flexibility from the cache".to_owned());
+    let ([mut memory_bytes, mut held_bytes], mut seconds) = ([flexibility; 2], 0.0);
+    let mut note = None;
+    if !cached || solves {
         let analysis = model.analyse(map.nodes()).at(key)?;
-        analysis.ensure(&left).context(|| key.to_owned()).at(key)?;
-        memory_bytes = analysis.memory_bytes() as f64;
-        held_bytes = analysis.held_bytes();
-        seconds = analysis.flops() / FLOPS + PER_UNKNOWN * n_free;
-        let gflop = analysis.flops() * 1e-9;
-        let factor = format!("factor of {} entries, {gflop:.1} GFLOP", analysis.factor_entries());
-        path = if cached { format!("{path}, {factor} for fields or loads") } else { factor };
+        let method = analysis.method(&model, &left).context(|| key.to_owned()).at(key)?;
+        cached = cached || expected(method).is_some();
+        let how = how(&model, &analysis, method);
+        if !cached || solves {
+            [memory_bytes, held_bytes] = analysis.bytes_by(&model, method);
+            let solving = if has_factor { held_bytes as f64 / READING } else { how.1 };
+            seconds = solving + PER_UNKNOWN * n_free;
+        }
+        path = match (cached, solves) {
+            (false, _) => how.0,
+            (true, true) if has_factor => format!("{path}, and the factor for fields or loads"),
+            (true, true) => format!("{path}, {} for fields or loads", how.0),
+            (true, false) => path,
+        };
+        if let Method::ConjugateGradients(shortage) = method {
+            note = Some(format!("{key} is condensed by conjugate gradients: {shortage}"));
+        }
     }
     Ok(BodyForecast {
         what: format!(
@@ -170,10 +230,15 @@ fn finite_elements(
             model.n_free(),
             map.nodes().len()
         ),
-        memory_bytes,
+        memory_bytes: memory_bytes as f64,
         held_bytes,
+        note,
         seconds: seconds + ASSEMBLY * n_free,
         application: 4.0 * n_contact * n_contact / BANDWIDTH,
-        cached: !needs_factor,
+        cached: match (cached, solves) {
+            (true, false) => Cached::Flexibility,
+            (true, true) if has_factor => Cached::FactorToo,
+            _ => Cached::Nothing,
+        },
     })
 }

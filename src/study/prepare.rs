@@ -17,6 +17,7 @@ use crate::geometry::Side;
 use crate::history::step::{Observer, Skipped};
 use crate::history::{self, Model, RunResult};
 use crate::results::body_fields::{BodyOutput, BodyShape};
+use crate::results::condensation::CondensationRecord;
 use crate::results::summary::Timings;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
@@ -31,6 +32,8 @@ pub struct Study<'p> {
     pub notes: Vec<String>,
     /// Work that was not needed so far.
     pub skipped: Vec<Skipped>,
+    /// How the meshed bodies were condensed.
+    pub condensation: Vec<CondensationRecord>,
     /// Seconds by stage so far.
     pub timings: Timings,
 }
@@ -86,13 +89,19 @@ pub fn prepare_on<'p>(
     let initial_gap = coupled.initial_gap(&distance);
     let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
     skipped.extend(skipped_fields(plan));
+    let mut condensation = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {
         let BodyEquations::FiniteElements(body) = body.equations() else { continue };
         let origin = body.condensed().origin();
         // Loads and fields need the factor all the same.
-        let saved = origin.saved_seconds.filter(|_| !body.condensed().model().is_loaded() && !recovers(plan));
-        skipped.extend(saved.map(|seconds| cached(index, Some(seconds))));
+        let condensed = body.condensed();
+        let solves = condensed.model().is_loaded() || recovers(plan);
+        let saved = origin.saved_seconds.filter(|_| !solves || condensed.had_factor());
+        skipped.extend(saved.map(|seconds| cached(index, Some(seconds), solves)));
         notes.extend(origin.note.clone());
+        let record = CondensationRecord::new(index, body.condensed());
+        notes.extend(record.note());
+        condensation.push(record);
     }
     let model = Model {
         frame,
@@ -104,7 +113,16 @@ pub fn prepare_on<'p>(
         wear_share: plan.wear_share,
     };
     let contact_nodes = [contact_nodes(plan, 0)?, contact_nodes(plan, 1)?];
-    Ok(Some(Study { plan, model, bodies: [body1, body2], contact_nodes, skipped, notes, timings }))
+    Ok(Some(Study {
+        plan,
+        model,
+        bodies: [body1, body2],
+        contact_nodes,
+        skipped,
+        condensation,
+        notes,
+        timings,
+    }))
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.

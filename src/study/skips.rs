@@ -55,13 +55,14 @@ pub(super) fn recovers(plan: &Plan) -> bool {
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg)
 }
 
-/// The entry of the ledger for a flexibility of body `index` that the cache has, and that took `seconds` to compute
-/// where that is known.
-pub(super) fn cached(index: usize, seconds: Option<f64>) -> Skipped {
+/// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs
+/// it, and that took `seconds` to compute where that is known.
+pub(super) fn cached(index: usize, seconds: Option<f64>, solves: bool) -> Skipped {
     let saved = seconds.map_or(String::new(), |seconds| format!(", which saves {seconds:.2} s"));
+    let factor = if solves { " and the factor for fields or loads" } else { "" };
     Skipped {
-        what: format!("factorisation of body {} for its flexibility", index + 1),
-        why: format!("the cache has the flexibility{saved}"),
+        what: format!("factorisation of body {}", index + 1),
+        why: format!("the cache has the flexibility{factor}{saved}"),
     }
 }
 

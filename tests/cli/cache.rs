@@ -112,14 +112,30 @@ fn a_second_run_skips_the_factorisation() {
     let rebuilt = place.run(&[]);
     assert!(rebuilt["warnings"].to_string().contains("was damaged (its checksum is wrong)"), "{rebuilt}");
     assert!(!hit(&rebuilt) && hit(&place.run(&[])));
-    // Loads and fields need the factor, which is then made after all.
-    let fields = place.run(&["--set", "output.fields=[\"volume\"]"]);
-    assert!(!hit(&fields));
-    for other in [&first, &second, &rebuilt, &fields] {
+    // Fields need the factor, which is then made after all, and kept for the next run.
+    let volume = || fs::read(place.folder.path().join("scene.out/body1_volume_0001.vtu")).unwrap();
+    let wanted = ["--set", "output.fields=[\"volume\"]"];
+    let fields = place.run(&wanted);
+    let factorised = volume();
+    assert!(!hit(&fields) && place.entries().len() == 2);
+    let text = place.call("check", &wanted, "100").1;
+    assert!(text.contains("the flexibility and the factor for fields or loads"), "{text}");
+    let restored = place.run(&wanted);
+    assert!(hit(&restored) && volume() == factorised);
+    // A damaged factor is made anew.
+    let kept = place.entries().into_iter().find(|path| path.extension().is_some_and(|end| end == "factor"));
+    let kept = kept.expect("a kept factor");
+    let mut bytes = fs::read(&kept).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&kept, &bytes).unwrap();
+    place.run(&wanted);
+    assert!(volume() == factorised && fs::read(&kept).unwrap() != bytes);
+    for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
-    assert_eq!(place.entries().len(), 2);
+    assert_eq!(place.entries().len(), 3);
 }
 
 /// Truth: docs/command-line.md: 0 is no cache, anything but a number is a mistake.

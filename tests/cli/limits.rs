@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const BLOCK: &str = r#"
+pub(crate) const BLOCK: &str = r#"
 [materials.cfrp]
 model = "transversely-isotropic"
 E1 = 167230.0
@@ -251,7 +251,8 @@ fn memory_is_refused_beforehand() {
     for (limit, words) in [
         (
             "\"50 MiB\"",
-            &["body1", "factorising", "is 21.", "of the rest of the scene", "solver.memory_limit"][..],
+            &["body1", "by conjugate gradients", "is 21.", "of the rest of the scene", "solver.memory_limit"]
+                [..],
         ),
         ("1000", &["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"]),
     ] {

@@ -2,6 +2,7 @@
 mod bad_input;
 mod cache;
 mod compare;
+mod iterative;
 mod limits;
 mod materials;
 mod outputs;

@@ -1,0 +1,253 @@
+//! The coarse space: the six rigid motions of each of many small parts.
+
+use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
+
+use super::super::factor::{CholeskyFactor, SymbolicFactor, SymmetricFactor};
+use super::super::ordering::{NodeGraph, nested_dissection, partition};
+use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
+use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, three, three_mut, wide};
+use crate::error::Result;
+
+/// Motions of a part whose mean square is below this share of the largest are none: a part of few nodes, or of nodes
+/// on a line, has fewer than six.
+const NO_MOTION: f64 = 1e-6;
+
+/// Blocks of A Z below this share of the diagonal are rounding: a rigid motion of all its neighbours moves no node.
+const NO_FORCE: f64 = 1e-12;
+
+/// Motions of a part at a node.
+type Motions = [f64; 18];
+
+/// Z: displacements of all nodes by rigid motions of the parts; and the factor of Zᵀ A Z.
+pub(super) struct CoarseSpace {
+    /// Part of each node.
+    part: Vec<u32>,
+    /// Rigid motions at each node, `[3, 6]` row by row, orthonormal over the part.
+    motions: Vec<Motions>,
+    /// A Z: where the blocks of each node begin, `[n + 1]`, their parts and values.
+    offsets: Vec<usize>,
+    parts: Vec<u32>,
+    forces: Vec<Motions>,
+    factor: CholeskyFactor,
+}
+
+impl CoarseSpace {
+    /// Of `matrix`, with parts of about `nodes_per_part` nodes.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or Zᵀ A Z is not positive definite.
+    pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
+        let graph = matrix.graph();
+        // Parts follow the strong connections, so that weak directions are left to the coarse space.
+        let weight = |a: usize, b: usize| 1 + (1e3 * matrix.strength(a, b)) as i32;
+        let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
+        let n_parts = part.iter().max().map_or(0, |&last| last + 1);
+        let motions = motions(matrix, &part, n_parts);
+        let (offsets, parts, forces) = forces(matrix, &part, &motions);
+        let coarse = coarse_matrix(&part, &motions, (&offsets, &parts, &forces), n_parts);
+        let pairs = edges(&part, &offsets, &parts);
+        let graph = NodeGraph::from_pairs(n_parts, &pairs);
+        let order = nested_dissection(&graph, &(0..n_parts).collect::<Vec<_>>(), &[])?;
+        let order: Vec<usize> = order.into_iter().flat_map(|p| 6 * p..6 * p + 6).collect();
+        let factor = SymbolicFactor::new(&coarse, &order, 0)?
+            .factorise(&coarse, |row| format!("a part of the mesh (motion {row})"))?;
+        let part = part.into_iter().map(|p| p as u32).collect();
+        Ok(Self { part, motions, offsets, parts, forces, factor })
+    }
+
+    /// Number of coarse unknowns.
+    pub fn n(&self) -> usize {
+        self.factor.n()
+    }
+
+    /// `y += Z (Zᵀ A Z)⁻¹ (Zᵀ x - (A Z)ᵀ y)`, both `[3 n]`: what rigid motions of the parts can take of the error is gone.
+    ///
+    /// # Errors
+    /// If memory for the workspace of the factor does not suffice.
+    pub fn correct(&self, x: &[Lanes], y: &mut [Lanes], work: &mut CoarseVectors) -> Result<()> {
+        restrict(self, x, y, &mut work.lanes);
+        let n = self.n();
+        for (row, lanes) in work.lanes.iter().enumerate() {
+            (0..LANES).for_each(|l| work.columns[l * n + row] = lanes[l]);
+        }
+        self.factor.solve_in_place(&mut work.columns, LANES)?;
+        for (row, lanes) in work.lanes.iter_mut().enumerate() {
+            (0..LANES).for_each(|l| lanes[l] = work.columns[l * n + row]);
+        }
+        prolong(self, &work.lanes, y);
+        Ok(())
+    }
+}
+
+/// Coarse unknowns of all lanes, row by row and lane by lane.
+pub(super) struct CoarseVectors {
+    lanes: Vec<Lanes>,
+    columns: Vec<f64>,
+}
+
+impl CoarseVectors {
+    /// Room for those of `space`.
+    pub fn new(space: &CoarseSpace) -> Self {
+        Self { lanes: vec![[0.0; LANES]; space.n()], columns: vec![0.0; LANES * space.n()] }
+    }
+}
+
+/// `c = Zᵀ x - (A Z)ᵀ y`.
+fn restrict(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
+    wide!(restrict_in(
+        space => space: &CoarseSpace,
+        x => x: &[Lanes],
+        y => y: &[Lanes],
+        coarse => coarse: &mut [Lanes]
+    ));
+}
+
+#[inline(always)]
+fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
+    coarse.fill([0.0; LANES]);
+    for node in 0..space.part.len() {
+        gather(&space.motions[node], three(x, node), 1.0, six(coarse, space.part[node]));
+        for k in space.offsets[node]..space.offsets[node + 1] {
+            gather(&space.forces[k], three(y, node), -1.0, six(coarse, space.parts[k]));
+        }
+    }
+}
+
+/// `c += sign Mᵀ x`.
+#[inline(always)]
+fn gather(motions: &Motions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
+    for (m, coarse) in coarse.iter_mut().enumerate() {
+        for l in 0..LANES {
+            let sum = motions[m] * x[0][l] + motions[6 + m] * x[1][l] + motions[12 + m] * x[2][l];
+            coarse[l] += sign * sum;
+        }
+    }
+}
+
+/// The motions of a part.
+#[inline(always)]
+fn six(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
+    &mut coarse[6 * part as usize..6 * part as usize + 6]
+}
+
+/// `y += Z c`.
+fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
+    for (node, &part) in space.part.iter().enumerate() {
+        let coarse = &coarse[6 * part as usize..6 * part as usize + 6];
+        for (c, own) in three_mut(y, node).iter_mut().enumerate() {
+            for (m, coarse) in coarse.iter().enumerate() {
+                let factor = space.motions[node][6 * c + m];
+                (0..LANES).for_each(|l| own[l] += factor * coarse[l]);
+            }
+        }
+    }
+}
+
+/// Rigid motions at each node, orthonormal over the nodes of a part.
+fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<Motions> {
+    let (mut centre, mut count) = (vec![[0.0; 3]; n_parts], vec![0.0; n_parts]);
+    for (&part, point) in part.iter().zip(&matrix.points) {
+        (0..3).for_each(|c| centre[part][c] += point[c]);
+        count[part] += 1.0;
+    }
+    let rigid: Vec<Matrix3x6<f64>> = (0..matrix.n())
+        .map(|node| {
+            let p = part[node];
+            let [x, y, z] = std::array::from_fn(|c| matrix.points[node][c] - centre[p][c] / count[p]);
+            #[rustfmt::skip]
+            let mut motions = Matrix3x6::new(
+                1.0, 0.0, 0.0, 0.0, z, -y,
+                0.0, 1.0, 0.0, -z, 0.0, x,
+                0.0, 0.0, 1.0, y, -x, 0.0,
+            );
+            for c in (0..3).filter(|&c| !matrix.exists[node][c]) {
+                motions.row_mut(c).fill(0.0);
+            }
+            motions
+        })
+        .collect();
+    let mut gram = vec![Matrix6::zeros(); n_parts];
+    for (motions, &part) in rigid.iter().zip(part) {
+        gram[part] += motions.transpose() * motions;
+    }
+    let turn: Vec<Matrix6<f64>> = gram.into_iter().map(orthonormal).collect();
+    let row_by_row = |m: Matrix3x6<f64>| std::array::from_fn(|i| m[(i / 6, i % 6)]);
+    rigid.iter().zip(part).map(|(motions, &part)| row_by_row(motions * turn[part])).collect()
+}
+
+/// T with Tᵀ G T = 1 on the motions that there are; columns of the others are zero.
+fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
+    // Turns and shifts have different units.
+    let scale = Matrix6::from_diagonal(&gram.diagonal().map(|g| if g > 0.0 { 1.0 / g.sqrt() } else { 0.0 }));
+    let eigen = SymmetricEigen::new(scale * gram * scale);
+    let factor = eigen.eigenvalues.map(|v| if v > NO_MOTION { 1.0 / v.sqrt() } else { 0.0 });
+    scale * eigen.eigenvectors * Matrix6::from_diagonal(&factor)
+}
+
+/// A Z by nodes: where the blocks of each node begin, their parts and values.
+fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[Motions]) -> (Vec<usize>, Vec<u32>, Vec<Motions>) {
+    let mut of_node: Vec<Vec<(u32, Motions)>> = vec![Vec::new(); matrix.n()];
+    let mut add = |node: usize, from: usize, block: Block| {
+        let own = &mut of_node[node];
+        let at = own.iter().position(|(p, _)| *p as usize == part[from]).unwrap_or_else(|| {
+            own.push((part[from] as u32, [0.0; 18]));
+            own.len() - 1
+        });
+        for (i, value) in own[at].1.iter_mut().enumerate() {
+            let (r, m) = (i / 6, i % 6);
+            *value += (0..3).map(|c| block[3 * r + c] * motions[from][6 * c + m]).sum::<f64>();
+        }
+    };
+    for i in 0..matrix.n() {
+        add(i, i, matrix.diagonal[i]);
+        for (j, block) in matrix.row(i) {
+            add(i, j, *block);
+            add(j, i, std::array::from_fn(|k| block[3 * (k % 3) + k / 3]));
+        }
+    }
+    let (mut offsets, mut parts, mut forces) = (vec![0], Vec::new(), Vec::new());
+    let size = |values: &[f64]| values.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    for (i, mut own) in of_node.into_iter().enumerate() {
+        let least = NO_FORCE * size(&matrix.diagonal[i]) * size(&motions[i]);
+        own.retain(|(_, block)| size(block) > least);
+        own.sort_unstable_by_key(|(part, _)| *part);
+        parts.extend(own.iter().map(|(part, _)| *part));
+        forces.extend(own.iter().map(|(_, block)| *block));
+        offsets.push(parts.len());
+    }
+    (offsets, parts, forces)
+}
+
+/// Zᵀ A Z; motions that a part has not are rows of the identity.
+fn coarse_matrix(
+    part: &[usize],
+    motions: &[Motions],
+    (offsets, parts, forces): (&[usize], &[u32], &[Motions]),
+    n_parts: usize,
+) -> SymmetricSparse {
+    let mut triplets = SymmetricTriplets::new(6 * n_parts, 0);
+    let mut there = vec![false; 6 * n_parts];
+    for (node, own) in motions.iter().enumerate() {
+        let p = part[node];
+        (0..18).filter(|&i| own[i] != 0.0).for_each(|i| there[6 * p + i % 6] = true);
+        for k in (offsets[node]..offsets[node + 1]).filter(|&k| parts[k] as usize <= p) {
+            let q = parts[k] as usize;
+            for (a, b) in (0..36).map(|i| (i / 6, i % 6)).filter(|&(a, b)| q < p || b <= a) {
+                let value = (0..3).map(|c| own[6 * c + a] * forces[k][6 * c + b]).sum();
+                triplets.add(6 * p + a, 6 * q + b, value);
+            }
+        }
+    }
+    (0..6 * n_parts).filter(|&i| !there[i]).for_each(|i| triplets.add(i, i, 1.0));
+    triplets.build()
+}
+
+/// Pairs of parts that touch, each once.
+fn edges(part: &[usize], offsets: &[usize], parts: &[u32]) -> Vec<(usize, usize)> {
+    let others = |node: usize| parts[offsets[node]..offsets[node + 1]].iter().map(|&q| q as usize);
+    let pairs = part.iter().enumerate().flat_map(|(node, &p)| others(node).map(move |q| (p, q)));
+    let mut pairs: Vec<(usize, usize)> = pairs.filter(|(p, q)| q < p).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}

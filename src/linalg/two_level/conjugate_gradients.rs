@@ -1,0 +1,153 @@
+//! Preconditioned conjugate gradients for several right-hand sides, each with its own steps.
+
+use super::coarse::CoarseVectors;
+use super::node_matrix::{LANES, Lanes};
+use super::{TOLERANCE, TwoLevelSolver};
+use crate::error::{Error, Result};
+
+/// Most iterations; a preconditioner that needs more is of no use.
+const MOST: usize = 2000;
+
+/// Steps over which the error is estimated.
+const DELAY: usize = 5;
+
+/// Vectors of the iteration, `[3 n]` each; those of the next system use the memory again.
+pub(super) struct Vectors {
+    /// The right-hand sides; the residuals in the end.
+    pub residual: Vec<Lanes>,
+    /// The solutions.
+    pub solution: Vec<Lanes>,
+    direction: Vec<Lanes>,
+    image: Vec<Lanes>,
+    preconditioned: Vec<Lanes>,
+    coarse: CoarseVectors,
+}
+
+/// How the iteration went.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Convergence {
+    /// Iterations; of several systems the most.
+    pub iterations: usize,
+    /// Estimated relative error in the energy norm; the largest.
+    pub error: f64,
+}
+
+impl Vectors {
+    /// Bytes for `n` nodes and `n_coarse` coarse unknowns.
+    pub fn bytes(n: usize, n_coarse: usize) -> usize {
+        8 * LANES * (5 * 3 * n + 2 * n_coarse)
+    }
+
+    /// Zeros for the systems of `solver`.
+    pub fn new(solver: &TwoLevelSolver) -> Self {
+        let zeros = || vec![[0.0; LANES]; 3 * solver.matrix.n()];
+        Self {
+            residual: zeros(),
+            solution: zeros(),
+            direction: zeros(),
+            image: zeros(),
+            preconditioned: zeros(),
+            coarse: CoarseVectors::new(&solver.coarse),
+        }
+    }
+
+    /// Solves for the right-hand sides in `residual`. The estimate of the error is the sum of the energies that the last
+    /// steps took from it, against the energy of the solution.
+    ///
+    /// # Errors
+    /// If it does not converge (kind `NotConverged`).
+    ///
+    /// # Source
+    /// Hestenes and Stiefel (1952), J. Res. Nat. Bur. Standards 49; Strakoš and Tichý (2002), ETNA 13.
+    pub fn solve(&mut self, solver: &TwoLevelSolver) -> Result<Convergence> {
+        let mut energy = self.begin(solver)?;
+        let mut products = [0.0; LANES];
+        let mut taken = [[0.0; LANES]; DELAY];
+        for iteration in 0..MOST {
+            self.precondition(solver)?;
+            let new = dot(&self.residual, &self.preconditioned);
+            let ratio: Lanes = std::array::from_fn(|l| quotient(new[l], products[l]));
+            combine(&mut self.direction, &self.preconditioned, &ratio);
+            products = new;
+            solver.matrix.multiply(&self.direction, &mut self.image);
+            let curvature = dot(&self.direction, &self.image);
+            let step: Lanes = std::array::from_fn(|l| quotient(products[l], curvature[l]));
+            advance(&mut self.solution, &self.direction, &step);
+            advance(&mut self.residual, &self.image, &step.map(|s| -s));
+            let gain: Lanes = std::array::from_fn(|l| step[l] * products[l]);
+            (0..LANES).for_each(|l| energy[l] += gain[l]);
+            taken[iteration % DELAY] = gain;
+            let left = |l: usize| taken.iter().map(|gain| gain[l]).sum::<f64>();
+            let error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, f64::max).sqrt();
+            if !error.is_finite() {
+                return Err(not_converged(iteration + 1, error));
+            }
+            if iteration + 1 >= DELAY && error <= TOLERANCE {
+                return Ok(Convergence { iterations: iteration + 1, error });
+            }
+        }
+        Err(not_converged(MOST, f64::NAN))
+    }
+
+    /// |A x - b| / |b| of the solutions, the largest, computed afresh; `subtract` takes the right-hand sides away.
+    pub fn true_residual(&mut self, solver: &TwoLevelSolver, subtract: impl Fn(&mut [Lanes])) -> f64 {
+        solver.matrix.multiply(&self.solution, &mut self.image);
+        subtract(&mut self.image);
+        self.residual.fill([0.0; LANES]);
+        subtract(&mut self.residual);
+        let (left, whole) = (dot(&self.image, &self.image), dot(&self.residual, &self.residual));
+        (0..LANES).map(|l| quotient(left[l], whole[l])).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Starts from the best of the coarse space, which the preconditioner relies on; its energy.
+    fn begin(&mut self, solver: &TwoLevelSolver) -> Result<Lanes> {
+        self.solution.fill([0.0; LANES]);
+        self.direction.fill([0.0; LANES]);
+        solver.coarse.correct(&self.residual, &mut self.solution, &mut self.coarse)?;
+        let energy = dot(&self.residual, &self.solution);
+        solver.matrix.multiply(&self.solution, &mut self.image);
+        advance(&mut self.residual, &self.image, &[-1.0; LANES]);
+        Ok(energy)
+    }
+
+    /// One smoothing, then the coarse correction of what it left.
+    fn precondition(&mut self, solver: &TwoLevelSolver) -> Result<()> {
+        let Self { residual, preconditioned, image, coarse, .. } = self;
+        solver.smoother.apply(&solver.matrix, residual, preconditioned, image);
+        solver.coarse.correct(residual, preconditioned, coarse)
+    }
+}
+
+fn not_converged(iterations: usize, error: f64) -> Error {
+    Error::not_converged(format!(
+        "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
+         {TOLERANCE:.0e}): raise solver.memory_limit so that the stiffness matrix can be factorised"
+    ))
+}
+
+/// `a / b`, 0 for 0 / 0: a lane without a right-hand side, or one that is solved.
+fn quotient(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a / b }
+}
+
+fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        (0..LANES).for_each(|l| sum[l] += a[l] * b[l]);
+    }
+    sum
+}
+
+/// `p = z + ratio p`.
+fn combine(p: &mut [Lanes], z: &[Lanes], ratio: &Lanes) {
+    for (p, z) in p.iter_mut().zip(z) {
+        (0..LANES).for_each(|l| p[l] = z[l] + ratio[l] * p[l]);
+    }
+}
+
+/// `x += step p`.
+fn advance(x: &mut [Lanes], p: &[Lanes], step: &Lanes) {
+    for (x, p) in x.iter_mut().zip(p) {
+        (0..LANES).for_each(|l| x[l] += step[l] * p[l]);
+    }
+}

@@ -1,0 +1,198 @@
+//! Solutions with a stiffness matrix that is too large to be factorised: conjugate gradients with two levels, one
+//! Gauss-Seidel sweep to and fro, and the rigid motions of many small parts of the body.
+//!
+//! With Z the rigid motions of the parts, E = Zᵀ A Z and M the sweeps, the preconditioner is
+//! `M⁻¹ + Z E⁻¹ Zᵀ (1 - A M⁻¹)` (adapted deflation, A-DEF2): stiff motions inside a part are the sweeps', what bends over
+//! many parts is the coarse space's, so that the number of iterations hardly grows with the mesh.
+//!
+//! # Source
+//! Nicolaides (1987), SIAM J. Numer. Anal. 24 (deflation); Tang, Nabben, Vuik and Erlangga (2009), J. Sci. Comput. 39
+//! (A-DEF2); Jönsthövel, van Gijzen, MacLachlan, Vuik and Scarpas (2012), Comput. Mech. 50 (rigid motions of parts).
+
+mod coarse;
+mod conjugate_gradients;
+mod node_matrix;
+mod smoother;
+
+use rayon::prelude::*;
+
+use super::dense::SymmetricDense;
+use super::factor::SymmetricFactor;
+use super::sparse::SymmetricSparse;
+use crate::error::{Error, Result};
+
+use coarse::CoarseSpace;
+use conjugate_gradients::Vectors;
+use node_matrix::{LANES, NodeMatrix};
+use smoother::GaussSeidel;
+
+pub use conjugate_gradients::Convergence;
+pub use node_matrix::Unknowns;
+
+/// Relative error in the energy norm at which the iteration ends.
+const TOLERANCE: f64 = 1e-11;
+
+/// A relative residual above this is not what the estimate of the error promised.
+const RESIDUAL_LIMIT: f64 = 1e-7;
+
+/// Bytes per stored entry of the matrix: the entry in its block, and the lists of neighbours while it is made.
+const PER_ENTRY: usize = 15;
+
+/// Bytes per node: inverse of the diagonal, motions, and forces of the motions of the parts around it.
+const PER_NODE: usize = 3000;
+
+/// Bytes of the coarse factor and its workspace, for the number of coarse unknowns to the power of 4/3.
+const COARSE_FILL: f64 = 500.0;
+
+/// A symmetric positive definite matrix that can be solved with, with no factor of it.
+pub struct TwoLevelSolver {
+    matrix: NodeMatrix,
+    smoother: GaussSeidel,
+    coarse: CoarseSpace,
+}
+
+/// A block of the inverse, and how it was come by.
+pub struct InverseBlock {
+    /// (A⁻¹)_cc, `[n_c, n_c]`.
+    pub values: SymmetricDense,
+    /// Iterations and estimated error.
+    pub convergence: Convergence,
+    /// Largest relative residual of a column, computed afresh.
+    pub residual: f64,
+}
+
+/// Nodes of a part: fewer need fewer iterations, and a larger coarse factor.
+fn nodes_per_part(n_nodes: usize) -> usize {
+    (1.2 * (n_nodes as f64).cbrt()).max(32.0) as usize
+}
+
+impl TwoLevelSolver {
+    /// Bytes that it takes at its peak for a matrix of `n_stored` entries (of a triangle) on `n_nodes` nodes, with
+    /// `n_batches` times eight right-hand sides; an estimate from above.
+    pub fn memory_bytes(n_stored: usize, n_nodes: usize, n_batches: usize) -> usize {
+        let n_coarse = 6 * n_nodes.div_ceil(nodes_per_part(n_nodes));
+        let side_by_side = n_batches.clamp(1, rayon::current_num_threads());
+        PER_ENTRY * n_stored
+            + PER_NODE * n_nodes
+            + (COARSE_FILL * (n_coarse as f64).powf(4.0 / 3.0)) as usize
+            + side_by_side * Vectors::bytes(n_nodes, n_coarse)
+    }
+
+    /// For `matrix`, whose rows are components of displacement at nodes.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or the matrix is not positive definite on the nodes or the parts.
+    ///
+    /// # Panics
+    /// If `unknowns` are not those of the matrix.
+    pub fn new(matrix: &SymmetricSparse, unknowns: &Unknowns) -> Result<Self> {
+        assert_eq!(matrix.n(), unknowns.of_row.len(), "a node for every row");
+        let matrix = NodeMatrix::new(matrix, unknowns)?;
+        let smoother = GaussSeidel::new(&matrix)?;
+        let coarse = CoarseSpace::new(&matrix, nodes_per_part(matrix.n()))?;
+        Ok(Self { matrix, smoother, coarse })
+    }
+
+    /// The block of the inverse of `rows`, column by column, several at a time and side by side. The bits are the same
+    /// for any number of threads.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or the iteration does not converge (kind `NotConverged`).
+    pub fn inverse_block(&self, rows: &[usize]) -> Result<InverseBlock> {
+        let n = rows.len();
+        let mut values = SymmetricDense::zeros(n)?;
+        let batches = values.values_mut().par_chunks_mut((LANES * n).max(1)).zip(rows.par_chunks(LANES));
+        let reports: Result<Vec<(Convergence, f64)>> = batches
+            .map_init(
+                || Vectors::new(self),
+                |vectors, (columns, batch)| {
+                    vectors.residual.fill([0.0; LANES]);
+                    for (lane, &row) in batch.iter().enumerate() {
+                        vectors.residual[self.matrix.places[row]][lane] = 1.0;
+                    }
+                    let convergence = vectors.solve(self)?;
+                    for (lane, column) in columns.chunks_exact_mut(n).enumerate() {
+                        for (value, &row) in column.iter_mut().zip(rows) {
+                            *value = vectors.solution[self.matrix.places[row]][lane];
+                        }
+                    }
+                    let residual = vectors.true_residual(self, |vectors| {
+                        for (lane, &row) in batch.iter().enumerate() {
+                            vectors[self.matrix.places[row]][lane] -= 1.0;
+                        }
+                    });
+                    Ok((convergence, residual))
+                },
+            )
+            .collect();
+        let reports = reports?;
+        let residual = reports.iter().fold(0.0f64, |most, (_, residual)| most.max(*residual));
+        let convergence = Convergence {
+            iterations: reports.iter().map(|(c, _)| c.iterations).max().unwrap_or(0),
+            error: reports.iter().fold(0.0, |most, (c, _)| most.max(c.error)),
+        };
+        check(residual)?;
+        symmetrise(values.values_mut(), n);
+        Ok(InverseBlock { values, convergence, residual })
+    }
+
+    /// Number of right-hand sides that are worked on together.
+    pub const fn batch() -> usize {
+        LANES
+    }
+
+    /// Number of rigid motions in the coarse space.
+    pub fn n_coarse(&self) -> usize {
+        self.coarse.n()
+    }
+}
+
+fn check(residual: f64) -> Result<()> {
+    if residual < RESIDUAL_LIMIT {
+        return Ok(());
+    }
+    Err(Error::not_converged(format!(
+        "conjugate gradients ended with a relative residual of {residual:.1e}, allowed is {RESIDUAL_LIMIT:.0e}: raise \
+         solver.memory_limit so that the stiffness matrix can be factorised"
+    )))
+}
+
+/// The mean of both triangles.
+fn symmetrise(values: &mut [f64], n: usize) {
+    for i in 0..n {
+        for j in 0..i {
+            let mean = 0.5 * (values[i * n + j] + values[j * n + i]);
+            (values[i * n + j], values[j * n + i]) = (mean, mean);
+        }
+    }
+}
+
+impl SymmetricFactor for TwoLevelSolver {
+    fn n(&self) -> usize {
+        self.matrix.places.len()
+    }
+
+    fn solve_in_place(&self, rhs: &mut [f64], _n_rhs: usize) -> Result<()> {
+        let places = &self.matrix.places;
+        rhs.par_chunks_mut((LANES * self.n()).max(1)).try_for_each_init(
+            || Vectors::new(self),
+            |vectors, batch| {
+                vectors.residual.fill([0.0; LANES]);
+                for (lane, column) in batch.chunks_exact(self.n()).enumerate() {
+                    column.iter().zip(places).for_each(|(b, &at)| vectors.residual[at][lane] = *b);
+                }
+                vectors.solve(self)?;
+                let residual = vectors.true_residual(self, |vectors| {
+                    for (lane, column) in batch.chunks_exact(self.n()).enumerate() {
+                        column.iter().zip(places).for_each(|(b, &at)| vectors[at][lane] -= b);
+                    }
+                });
+                check(residual)?;
+                for (lane, column) in batch.chunks_exact_mut(self.n()).enumerate() {
+                    column.iter_mut().zip(places).for_each(|(x, &at)| *x = vectors.solution[at][lane]);
+                }
+                Ok(())
+            },
+        )
+    }
+}

@@ -1,0 +1,249 @@
+//! A sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes, and its products with several
+//! vectors at a time.
+
+use super::super::dense::zeroed;
+use super::super::ordering::NodeGraph;
+use super::super::sparse::SymmetricSparse;
+use crate::error::Result;
+
+/// Calls a function that is always inlined, with wider registers where the processor has them; the bits are the same.
+macro_rules! wide {
+    ($body:ident($($value:expr => $name:ident: $kind:ty),*)) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2")]
+            fn wider($($name: $kind),*) {
+                $body($($name),*);
+            }
+            if std::arch::is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has the instructions.
+                return unsafe { wider($($value),*) };
+            }
+        }
+        $body($($value),*);
+    }};
+}
+pub(super) use wide;
+
+/// Vectors worked on at a time.
+pub(super) const LANES: usize = 8;
+
+/// One row of [`LANES`] vectors.
+pub(super) type Lanes = [f64; LANES];
+
+/// A block, row by row.
+pub(super) type Block = [f64; 9];
+
+/// Node and component of every row of a matrix, and where the nodes are.
+#[derive(Debug, Clone)]
+pub struct Unknowns {
+    /// Node (an index into `points`) and component (0, 1, 2) of each row.
+    pub of_row: Vec<(usize, usize)>,
+    /// Places of the nodes.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// The matrix, its nodes in an order of this module's own. Components that a node does not have are rows of the
+/// identity.
+pub(super) struct NodeMatrix {
+    /// Place of each row of the matrix among the `3 n` rows here.
+    pub places: Vec<usize>,
+    /// Where the nodes are, in the order here.
+    pub points: Vec<[f64; 3]>,
+    /// Where the blocks left of the diagonal begin, by node, `[n + 1]`.
+    pub offsets: Vec<usize>,
+    /// Their columns, ascending.
+    pub columns: Vec<u32>,
+    /// The blocks left of the diagonal.
+    pub lower: Vec<Block>,
+    /// The blocks on the diagonal.
+    pub diagonal: Vec<Block>,
+    /// Which components each node has.
+    pub exists: Vec<[bool; 3]>,
+}
+
+impl NodeMatrix {
+    /// `matrix` in blocks.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(matrix: &SymmetricSparse, unknowns: &Unknowns) -> Result<Self> {
+        let n = unknowns.points.len();
+        let graph = graph(matrix, unknowns);
+        let order = cuthill_mckee(&graph);
+        let mut place = vec![0; n];
+        order.iter().enumerate().for_each(|(new, &old)| place[old] = new);
+        let (mut offsets, mut columns) = (vec![0], Vec::new());
+        for (new, &old) in order.iter().enumerate() {
+            let from = columns.len();
+            let left = graph.neighbours(old).iter().map(|&other| place[other]).filter(|&other| other < new);
+            columns.extend(left.map(|other| other as u32));
+            columns[from..].sort_unstable();
+            offsets.push(columns.len());
+        }
+        let mut lower = blocks(columns.len())?;
+        let mut diagonal = blocks(n)?;
+        let mut exists = vec![[false; 3]; n];
+        let places: Vec<usize> = unknowns.of_row.iter().map(|&(node, c)| 3 * place[node] + c).collect();
+        places.iter().for_each(|row| exists[row / 3][row % 3] = true);
+        let (starts, rows, values) = matrix.lower();
+        for column in 0..matrix.n() {
+            for k in starts[column]..starts[column + 1] {
+                let (a, b) = (places[rows[k]], places[column]);
+                let ((i, r), (j, c)) = ((a.max(b) / 3, a.max(b) % 3), (a.min(b) / 3, a.min(b) % 3));
+                if i == j {
+                    diagonal[i][3 * r + c] = values[k];
+                    diagonal[i][3 * c + r] = values[k];
+                } else {
+                    let own = &columns[offsets[i]..offsets[i + 1]];
+                    let at = offsets[i] + own.partition_point(|&other| (other as usize) < j);
+                    lower[at][3 * r + c] = values[k];
+                }
+            }
+        }
+        for (block, exists) in diagonal.iter_mut().zip(&exists) {
+            (0..3).filter(|&c| !exists[c]).for_each(|c| block[4 * c] = 1.0);
+        }
+        let points = order.iter().map(|&old| unknowns.points[old]).collect();
+        Ok(Self { places, points, offsets, columns, lower, diagonal, exists })
+    }
+
+    /// Number of nodes.
+    pub fn n(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    /// The blocks left of the diagonal in the row of `node`, with their columns.
+    pub fn row(&self, node: usize) -> impl DoubleEndedIterator<Item = (usize, &Block)> {
+        let range = self.offsets[node]..self.offsets[node + 1];
+        self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.lower[range])
+    }
+
+    /// `y = A x`, both `[3 n]`. Does not allocate.
+    pub fn multiply(&self, x: &[Lanes], y: &mut [Lanes]) {
+        wide!(multiply(self => matrix: &NodeMatrix, x => x: &[Lanes], y => y: &mut [Lanes]));
+    }
+
+    /// Which nodes share a block.
+    pub fn graph(&self) -> NodeGraph {
+        let pairs: Vec<(usize, usize)> =
+            (0..self.n()).flat_map(|i| self.row(i).map(move |(j, _)| (i, j))).collect();
+        NodeGraph::from_pairs(self.n(), &pairs)
+    }
+
+    /// Size of the block that two nodes share, against those on the diagonal.
+    pub fn strength(&self, a: usize, b: usize) -> f64 {
+        let size = |block: &Block| block.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (i, j) = (a.max(b), a.min(b));
+        let own = &self.columns[self.offsets[i]..self.offsets[i + 1]];
+        let at = self.offsets[i] + own.partition_point(|&other| (other as usize) < j);
+        size(&self.lower[at]) / (size(&self.diagonal[i]) * size(&self.diagonal[j])).sqrt()
+    }
+}
+
+#[inline(always)]
+fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
+    for i in 0..matrix.n() {
+        let own = three(x, i);
+        let mut sum = [[0.0; LANES]; 3];
+        add(&mut sum, &matrix.diagonal[i], own);
+        for (j, block) in matrix.row(i) {
+            add(&mut sum, block, three(x, j));
+            add_transposed(three_mut(y, j), block, own);
+        }
+        *three_mut(y, i) = sum;
+    }
+}
+
+/// `n` blocks of zeros.
+pub(super) fn blocks(n: usize) -> Result<Vec<Block>> {
+    // The check of `zeroed` is wanted, not its numbers.
+    drop(zeroed(9 * n)?);
+    Ok(vec![[0.0; 9]; n])
+}
+
+/// Which nodes share an entry of the matrix.
+fn graph(matrix: &SymmetricSparse, unknowns: &Unknowns) -> NodeGraph {
+    let (offsets, rows, _) = matrix.lower();
+    let mut others: Vec<Vec<usize>> = vec![Vec::new(); unknowns.points.len()];
+    for column in 0..matrix.n() {
+        let node = unknowns.of_row[column].0;
+        for &row in &rows[offsets[column]..offsets[column + 1]] {
+            let other = unknowns.of_row[row].0;
+            let (from, to) = (node.max(other), node.min(other));
+            // The rows of a node stand side by side, so that repeats are mostly the last one.
+            if from != to && others[from].last() != Some(&to) {
+                others[from].push(to);
+            }
+        }
+    }
+    let mut pairs = Vec::new();
+    for (node, mut others) in others.into_iter().enumerate() {
+        others.sort_unstable();
+        others.dedup();
+        pairs.extend(others.into_iter().map(|other| (node, other)));
+    }
+    NodeGraph::from_pairs(unknowns.points.len(), &pairs)
+}
+
+/// The nodes by levels from one with few neighbours: neighbours stand near each other.
+///
+/// # Source
+/// Cuthill and McKee (1969), Proc. 24th ACM National Conference.
+fn cuthill_mckee(graph: &NodeGraph) -> Vec<usize> {
+    let n = graph.n_nodes();
+    let degree = |node: usize| graph.neighbours(node).len();
+    let mut starts: Vec<usize> = (0..n).collect();
+    starts.sort_by_key(|&node| degree(node));
+    let (mut order, mut seen) = (Vec::with_capacity(n), vec![false; n]);
+    for start in starts {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let mut next = order.len();
+        order.push(start);
+        while next < order.len() {
+            let from = order.len();
+            for &other in graph.neighbours(order[next]) {
+                if !std::mem::replace(&mut seen[other], true) {
+                    order.push(other);
+                }
+            }
+            order[from..].sort_by_key(|&node| degree(node));
+            next += 1;
+        }
+    }
+    order
+}
+
+/// The three rows of a node.
+#[inline(always)]
+pub(super) fn three(x: &[Lanes], node: usize) -> &[Lanes; 3] {
+    x[3 * node..3 * node + 3].try_into().expect("three rows")
+}
+
+/// The three rows of a node.
+#[inline(always)]
+pub(super) fn three_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] {
+    (&mut x[3 * node..3 * node + 3]).try_into().expect("three rows")
+}
+
+/// `y += B x`.
+#[inline(always)]
+pub(super) fn add(y: &mut [Lanes; 3], block: &Block, x: &[Lanes; 3]) {
+    for r in 0..3 {
+        for l in 0..LANES {
+            y[r][l] += block[3 * r] * x[0][l] + block[3 * r + 1] * x[1][l] + block[3 * r + 2] * x[2][l];
+        }
+    }
+}
+
+/// `y += B^T x`.
+#[inline(always)]
+pub(super) fn add_transposed(y: &mut [Lanes; 3], block: &Block, x: &[Lanes; 3]) {
+    for r in 0..3 {
+        for l in 0..LANES {
+            y[r][l] += block[r] * x[0][l] + block[3 + r] * x[1][l] + block[6 + r] * x[2][l];
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Symmetric Gauss-Seidel sweeps over the nodes: what the coarse space does not see.
+
+use nalgebra::Matrix3;
+
+use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, add, add_transposed, three, three_mut, wide};
+use crate::error::{Error, Result};
+
+/// The inverses of the diagonal blocks.
+pub(super) struct GaussSeidel {
+    inverse: Vec<Block>,
+}
+
+impl GaussSeidel {
+    /// For `matrix`.
+    ///
+    /// # Errors
+    /// If a diagonal block is not positive definite: its node.
+    pub fn new(matrix: &NodeMatrix) -> Result<Self> {
+        let inverse = matrix.diagonal.iter().enumerate().map(|(node, block)| {
+            let inverse = Matrix3::from_row_slice(block).cholesky().map(|factor| factor.inverse());
+            let inverse = inverse.ok_or_else(|| {
+                Error::input(format!(
+                    "the stiffness matrix is singular at the node at {:?}: nothing holds it",
+                    matrix.points[node]
+                ))
+            })?;
+            Ok(std::array::from_fn(|i| inverse[(i / 3, i % 3)]))
+        });
+        Ok(Self { inverse: inverse.collect::<Result<_>>()? })
+    }
+
+    /// `y = ((D + L) D^-1 (D + L)^T)^-1 x`, all `[3 n]`; overwrites `y` and `work`. Does not allocate.
+    pub fn apply(&self, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
+        wide!(sweeps(
+            self => smoother: &GaussSeidel,
+            matrix => matrix: &NodeMatrix,
+            x => x: &[Lanes],
+            y => y: &mut [Lanes],
+            work => work: &mut [Lanes]
+        ));
+    }
+}
+
+#[inline(always)]
+fn sweeps(smoother: &GaussSeidel, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes], work: &mut [Lanes]) {
+    for i in 0..matrix.n() {
+        let mut sum = [[0.0; LANES]; 3];
+        for (j, block) in matrix.row(i) {
+            add(&mut sum, block, three(y, j));
+        }
+        let own = subtract(three(x, i), &sum);
+        let mut solved = [[0.0; LANES]; 3];
+        add(&mut solved, &smoother.inverse[i], &own);
+        *three_mut(y, i) = solved;
+        *three_mut(work, i) = [[0.0; LANES]; 3];
+    }
+    for i in (0..matrix.n()).rev() {
+        let mut change = [[0.0; LANES]; 3];
+        add(&mut change, &smoother.inverse[i], three(work, i));
+        let solved = subtract(three(y, i), &change);
+        *three_mut(y, i) = solved;
+        for (j, block) in matrix.row(i) {
+            add_transposed(three_mut(work, j), block, &solved);
+        }
+    }
+}
+
+#[inline(always)]
+fn subtract(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    std::array::from_fn(|r| std::array::from_fn(|l| a[r][l] - b[r][l]))
+}

@@ -1,0 +1,55 @@
+//! How meshed bodies were condensed, for `summary.json`.
+
+use crate::fem::{CondensedBody, Method};
+
+/// How a body was condensed to its contact nodes.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct CondensationRecord {
+    /// The body, 1 or 2.
+    pub body: usize,
+    /// "factorisation" or "conjugate-gradients".
+    pub method: &'static str,
+    /// Whether the flexibility came from the cache.
+    pub cached: bool,
+    /// Relative residual of the check.
+    pub residual: f64,
+    /// Iterations of conjugate gradients in this run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<usize>,
+    /// Why the stiffness matrix was not factorised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Bytes that a factorisation would take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needed_bytes: Option<usize>,
+    /// Bytes that the body may take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allowed_bytes: Option<u64>,
+}
+
+impl CondensationRecord {
+    /// Of body `index` (0 or 1).
+    pub fn new(index: usize, body: &CondensedBody) -> Self {
+        let origin = body.origin();
+        let shortage = match origin.method {
+            Method::Factorisation => None,
+            Method::ConjugateGradients(shortage) => Some(shortage),
+        };
+        Self {
+            body: index + 1,
+            method: origin.method.name(),
+            cached: origin.saved_seconds.is_some(),
+            residual: body.residual(),
+            iterations: (origin.iterations > 0).then_some(origin.iterations),
+            reason: shortage.map(|shortage| shortage.to_string()),
+            needed_bytes: shortage.map(|shortage| shortage.needed_bytes),
+            allowed_bytes: shortage.map(|shortage| shortage.allowed_bytes),
+        }
+    }
+
+    /// What the user should know of it.
+    pub fn note(&self) -> Option<String> {
+        let reason = self.reason.as_ref()?;
+        Some(format!("body{} is condensed by conjugate gradients: {reason}", self.body))
+    }
+}

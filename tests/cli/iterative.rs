@@ -1,0 +1,100 @@
+//! Bodies that are condensed by conjugate gradients because a factorisation does not fit.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use orthowear::error::Result;
+use orthowear::history::step::{FrameState, IncrementRecord, Observer};
+use serde_json::Value;
+
+/// The tractions of every increment.
+#[derive(Default)]
+struct Tractions(Vec<Vec<f64>>);
+
+impl Observer for Tractions {
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    fn increment_done(&mut self, _record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        self.0.push(state.tractions.clone());
+        Ok(())
+    }
+}
+
+/// The coarse block under a sphere, pressed and pushed, in a folder of its own.
+fn scene() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.toml");
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
+    let text = crate::limits::BLOCK.replace("MESH", &mesh.display().to_string());
+    let shift = "approach = 0.02\n[[steps]]\nname = \"shift\"\nshift = { distance = 0.004, angle = 30.0 }";
+    let text = text.replace("approach = 0.02", shift) + "[solver]\ntolerance = 1e-11\n";
+    fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
+    let mut program = crate::tools::orthowear();
+    let set = format!("solver.memory_limit={limit}");
+    let output = program.arg(command).arg(scene).args(["--threads", "2", "--set", &set]).output().unwrap();
+    (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+}
+
+/// A limit that conjugate gradients fit into with two threads, and a factorisation does not: what a refusal says that the
+/// former need, with what frame and program take.
+fn limit(scene: &Path) -> u64 {
+    let (code, text) = call("check", scene, "32000000");
+    assert_eq!(code, Some(4), "{text}");
+    let needed = text.split(" needs ").nth(1).and_then(|rest| rest.split('(').nth(1)).unwrap();
+    needed.split_whitespace().next().unwrap().parse::<u64>().unwrap() + 30_000_000 + 16 * 500
+}
+
+fn tractions(scene: &Path, limit: u64) -> Vec<Vec<f64>> {
+    let plan = orthowear::scene::read(scene, &[format!("solver.memory_limit={limit}")]).ok().unwrap();
+    let study = orthowear::study::prepare(&plan, &mut |_, _| {}, &AtomicBool::new(false));
+    let mut seen = Tractions::default();
+    study.ok().unwrap().unwrap().run(&mut seen).unwrap();
+    seen.0
+}
+
+/// Truth: the flexibility is the same matrix however it is computed, so that forces and tractions agree within what both
+/// solvers leave (1e-8 of the largest: contact to 1e-11, columns to 1e-11 in energy); `check` and summary.json say which
+/// method was taken, why, and with which bytes.
+#[test]
+fn a_small_memory_limit_changes_no_result() {
+    let (folder, path) = scene();
+    let limit = limit(&path);
+    let (code, text) = call("check", &path, &limit.to_string());
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("; conjugate gradients") && text.contains("a factorisation would take"), "{text}");
+    let run = |limit: u64| -> Value {
+        let (code, text) = call("run", &path, &limit.to_string());
+        assert_eq!(code, Some(0), "{text}");
+        let summary = fs::read(folder.path().join("block.out/summary.json")).unwrap();
+        serde_json::from_slice(&summary).unwrap()
+    };
+    let (iterative, direct) = (run(limit), run(4 << 30));
+    let [how, other] = [&iterative, &direct].map(|summary| summary["condensation"][0].clone());
+    assert_eq!((&how["method"], &other["method"]), (&"conjugate-gradients".into(), &"factorisation".into()));
+    let bytes = ["needed_bytes", "allowed_bytes"].map(|key| how[key].as_u64().unwrap());
+    assert!(bytes[0] > bytes[1] && bytes[1] == limit - 30_008_000 && how["iterations"].as_u64().unwrap() > 5);
+    assert!(how["reason"].as_str().unwrap().contains(&bytes[0].to_string()), "{how}");
+    assert!(iterative["warnings"].to_string().contains("condensed by conjugate gradients"));
+    for step in 0..2 {
+        let [a, b] = [&iterative, &direct].map(|summary| summary["steps"][step].clone());
+        let force = b["normal_force"].as_f64().unwrap();
+        for pointer in ["/normal_force", "/tangential_force/0", "/tangential_force/1", "/peak_pressure"] {
+            let [a, b] = [&a, &b].map(|step| step.pointer(pointer).unwrap().as_f64().unwrap());
+            assert!((a - b).abs() < 1e-8 * b.abs().max(force), "{pointer}: {a} {b}");
+        }
+    }
+    // Within this process, which may have more threads and then needs more: the limit is between the two needs.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let (a, b) = pool.install(|| (tractions(&path, limit), tractions(&path, 4 << 30)));
+    for (a, b) in a.iter().zip(&b) {
+        let largest = b.iter().fold(0.0f64, |most, t| most.max(t.abs()));
+        let difference = a.iter().zip(b).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(largest > 0.0 && difference < 1e-8 * largest, "{difference:e} of {largest:e}");
+        assert!(a != b, "both were factorised");
+    }
+}
