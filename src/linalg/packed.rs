@@ -11,14 +11,25 @@ use crate::error::{Error, Result};
 const STRIPES: usize = 16;
 /// Rows taken together.
 const ROWS: usize = 4;
+/// Columns taken together.
+const LANES: usize = 4;
+/// Entries of a vector that are looked at together for zeros, a multiple of [`LANES`].
+const CHUNK: usize = 16;
 
 /// A dense symmetric matrix `[n, n]`, lower triangle row by row.
 pub struct PackedSymmetric {
     n: usize,
     lower: Vec<f64>,
     stripes: Vec<Range<usize>>,
+    scratch: Mutex<Scratch>,
+}
+
+/// What a product needs besides the matrix.
+struct Scratch {
     /// One vector per stripe.
-    scratch: Mutex<Vec<f64>>,
+    parts: Vec<f64>,
+    /// Where the vector may be other than zero: ranges in steps of [`CHUNK`], ascending.
+    filled: Vec<Range<usize>>,
 }
 
 /// Position of row `i` in the packed triangle.
@@ -43,7 +54,9 @@ impl PackedSymmetric {
         for i in 0..n {
             lower.extend((0..=i).map(|j| at(i, j)));
         }
-        Ok(Self { n, lower, stripes: stripes(n), scratch: Mutex::new(vec![0.0; STRIPES * n]) })
+        let filled = Vec::with_capacity(n / CHUNK + 1);
+        let scratch = Mutex::new(Scratch { parts: vec![0.0; STRIPES * n], filled });
+        Ok(Self { n, lower, stripes: stripes(n), scratch })
     }
 
     /// Number of rows.
@@ -56,28 +69,36 @@ impl PackedSymmetric {
         self.lower[start(i.max(j)) + i.min(j)]
     }
 
-    /// `y = self x`; overwrites. The same bits for any number of threads; does not allocate.
+    /// `y = self x`; overwrites. The same bits for any number of threads; does not allocate. Entries between two zeros of x
+    /// are not read: forces vanish outside the contact.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         if self.n == 0 {
             return;
         }
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
-        scratch
+        let Scratch { parts, filled } = &mut *scratch;
+        find_filled(x, filled);
+        parts
             .par_chunks_exact_mut(self.n)
             .zip(&self.stripes)
-            .for_each(|(part, rows)| self.multiply_stripe(rows.clone(), x, part));
-        y.copy_from_slice(&scratch[(STRIPES - 1) * self.n..]);
-        for (part, rows) in scratch.chunks_exact(self.n).zip(&self.stripes).take(STRIPES - 1) {
+            .for_each(|(part, rows)| self.multiply_stripe(rows.clone(), (x, filled), part));
+        y.copy_from_slice(&parts[(STRIPES - 1) * self.n..]);
+        for (part, rows) in parts.chunks_exact(self.n).zip(&self.stripes).take(STRIPES - 1) {
             y[..rows.end].iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
         }
     }
 
-    /// The share of the stored rows `rows` (and of their mirror images) in the product, in `part[..rows.end]`.
-    fn multiply_stripe(&self, rows: Range<usize>, x: &[f64], part: &mut [f64]) {
+    /// The share of the stored rows `rows` (and of their mirror images) in the product, in `part[..rows.end]`; x with
+    /// where it is `filled`.
+    fn multiply_stripe(&self, rows: Range<usize>, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
         while i + ROWS <= rows.end {
-            self.multiply_rows(i, x, part);
+            if x[i..i + ROWS].iter().all(|value| *value == 0.0) {
+                self.dot_rows(i, (x, filled), part);
+            } else {
+                self.multiply_rows(i, x, part);
+            }
             i += ROWS;
         }
         for i in i..rows.end {
@@ -87,7 +108,6 @@ impl PackedSymmetric {
 
     /// Rows i..i + ROWS: the common columns together, so that x and y are read once, then the corner.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
-        const LANES: usize = 4;
         let common = i / LANES * LANES;
         let row: [&[f64]; ROWS] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
         let factor: [f64; ROWS] = std::array::from_fn(|r| x[i + r]);
@@ -112,6 +132,30 @@ impl PackedSymmetric {
         }
     }
 
+    /// Rows i..i + ROWS where x vanishes on them: no mirror images, and only columns where x is `filled`. Sums in the order of
+    /// [`Self::multiply_rows`], so that the bits are the same.
+    fn dot_rows(&self, i: usize, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
+        let common = i / LANES * LANES;
+        let row: [&[f64]; ROWS] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
+        let mut sums = [[0.0; LANES]; ROWS];
+        for range in filled {
+            let (from, to) = (range.start.min(common), range.end.min(common));
+            for (block, x) in x[from..to].chunks_exact(LANES).enumerate() {
+                let at = from + block * LANES;
+                for r in 0..ROWS {
+                    let piece = &row[r][at..at + LANES];
+                    for lane in 0..LANES {
+                        sums[r][lane] += piece[lane] * x[lane];
+                    }
+                }
+            }
+        }
+        for (r, sum) in sums.iter().enumerate() {
+            part[i + r] += sum.iter().sum::<f64>();
+            self.multiply_tail(i + r, common, x, part);
+        }
+    }
+
     /// Columns `from`..=i of row i, and their mirror images.
     fn multiply_tail(&self, i: usize, from: usize, x: &[f64], part: &mut [f64]) {
         let row = &self.lower[start(i)..start(i + 1)];
@@ -121,6 +165,21 @@ impl PackedSymmetric {
             part[j] += row[j] * x[i];
         }
         part[i] += sum;
+    }
+}
+
+/// Ranges of whole chunks outside which `x` is zero.
+fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
+    filled.clear();
+    for (chunk, values) in x.chunks(CHUNK).enumerate() {
+        if values.iter().all(|value| *value == 0.0) {
+            continue;
+        }
+        let (from, to) = (chunk * CHUNK, chunk * CHUNK + values.len());
+        match filled.last_mut() {
+            Some(last) if last.end == from => last.end = to,
+            _ => filled.push(from..to),
+        }
     }
 }
 
@@ -150,6 +209,35 @@ mod tests {
                 let expected: f64 = (0..n).map(|j| entry(i.max(j), i.min(j)) * x[j]).sum();
                 assert!((value - expected).abs() < 1e-13, "n = {n}, row {i}");
                 assert_eq!(matrix.at(0, i), entry(i, 0));
+            }
+        }
+    }
+
+    /// Truth: the definition of the product; and the same bits as with the zeros multiplied. Zeros in runs of any length and
+    /// place, all of them, none.
+    #[test]
+    fn zeros_are_left_out() {
+        let n = 150;
+        let entry = |i: usize, j: usize| ((i * j + 3 * (i + j)) as f64).sin();
+        let matrix = PackedSymmetric::from_lower(n, entry).expect("memory");
+        for kept in [0..0, 0..150, 37..41, 64..131, 149..150, 0..3] {
+            let x: Vec<f64> = (0..n)
+                .map(|i| if kept.contains(&i) || i == 20 { (i as f64 * 1.7).cos() } else { 0.0 })
+                .collect();
+            let mut y = vec![f64::NAN; n];
+            matrix.multiply(&x, &mut y);
+            for (i, value) in y.iter().enumerate() {
+                let expected: f64 = (0..n).map(|j| entry(i.max(j), i.min(j)) * x[j]).sum();
+                assert!((value - expected).abs() < 1e-13, "{kept:?}, row {i}");
+            }
+            let mut filled = Vec::new();
+            find_filled(&x, &mut filled);
+            let empty = |i: &usize| x[*i..*i + ROWS].iter().all(|value| *value == 0.0);
+            for i in (0..n - ROWS).filter(empty) {
+                let (mut fast, mut whole) = (vec![0.0; n], vec![0.0; n]);
+                matrix.dot_rows(i, (&x, &filled), &mut fast);
+                matrix.multiply_rows(i, &x, &mut whole);
+                assert_eq!(fast, whole, "{kept:?}, rows from {i}");
             }
         }
     }
