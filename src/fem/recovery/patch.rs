@@ -1,16 +1,29 @@
 //! Least-squares polynomials over a patch of samples, as weights of the samples at a point.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Singular values below this share of the largest belong to polynomials that the samples do not determine (all in
 /// one plane, say). Scaled coordinates of patches with an aspect ratio of 1e4 stay above it.
 const UNDETERMINED: f64 = 1e-9;
 
-/// The polynomial of a degree that fits the samples best.
+/// Which polynomials are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Terms {
+    /// Up to degree 1, 4 terms.
+    Linear,
+    /// Up to degree 2, 10 terms.
+    Quadratic,
+    /// Up to degree 2 along each axis, 27 terms.
+    Triquadratic,
+}
+
+/// The polynomial that fits the samples best.
 pub(super) struct Patch {
     /// Samples, indices into those of the body, `[n]`.
     pub samples: Vec<usize>,
-    degree: usize,
+    terms: Terms,
+    /// From global coordinates to those of the polynomial.
+    to_axes: Matrix3<f64>,
     centre: [f64; 3],
     scale: [f64; 3],
     /// Maps the monomials at a point to the weights of the samples there, `[n, n_terms]`.
@@ -18,10 +31,16 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// The fit of polynomials up to `degree` (1 or 2) to `samples` at `positions`. Where these do not determine it,
-    /// what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
-    pub fn new(degree: usize, samples: Vec<usize>, position: impl Fn(usize) -> [f64; 3]) -> Self {
-        let at: Vec<[f64; 3]> = samples.iter().map(|&sample| position(sample)).collect();
+    /// The fit of polynomials of `terms` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
+    /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
+    pub fn new(
+        (terms, axes): (Terms, Matrix3<f64>),
+        samples: Vec<usize>,
+        position: impl Fn(usize) -> [f64; 3],
+    ) -> Self {
+        let to_axes = axes.try_inverse().unwrap_or_else(Matrix3::identity);
+        let local = |&sample: &usize| -> [f64; 3] { (to_axes * Vector3::from(position(sample))).into() };
+        let at: Vec<[f64; 3]> = samples.iter().map(local).collect();
         let n = at.len() as f64;
         let centre: [f64; 3] = std::array::from_fn(|c| at.iter().map(|x| x[c]).sum::<f64>() / n);
         let scale: [f64; 3] =
@@ -29,9 +48,9 @@ impl Patch {
         // An axis along which the samples do not differ, to rounding, has no size of its own.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
         let scale = scale.map(|s| if s > UNDETERMINED * largest { s } else { largest });
-        let mut patch = Self { samples, degree, centre, scale, weights: DMatrix::zeros(0, 0) };
+        let mut patch = Self { samples, terms, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
-        let a = DMatrix::from_fn(rows.len(), patch.n_terms(), |i, j| rows[i][j]);
+        let a = DMatrix::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j]);
         let svd = a.svd(true, true);
         let limit = UNDETERMINED * svd.singular_values.amax();
         let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { unreachable!("both were asked for") };
@@ -40,22 +59,25 @@ impl Patch {
         patch
     }
 
-    fn n_terms(&self) -> usize {
-        if self.degree == 1 { 4 } else { 10 }
-    }
-
+    /// The monomials at a point in the polynomial's axes.
     fn monomials(&self, x: [f64; 3]) -> Vec<f64> {
         let [x, y, z]: [f64; 3] = std::array::from_fn(|c| (x[c] - self.centre[c]) / self.scale[c]);
-        let mut terms = vec![1.0, x, y, z];
-        if self.degree > 1 {
-            terms.extend([x * x, y * y, z * z, y * z, x * z, x * y]);
+        let powers = |x: f64| [1.0, x, x * x];
+        match self.terms {
+            Terms::Linear => vec![1.0, x, y, z],
+            Terms::Quadratic => vec![1.0, x, y, z, x * x, y * y, z * z, y * z, x * z, x * y],
+            Terms::Triquadratic => powers(x)
+                .into_iter()
+                .flat_map(|a| powers(y).map(|b| a * b))
+                .flat_map(|ab| powers(z).map(|c| ab * c))
+                .collect(),
         }
-        terms
     }
 
     /// Weights of the samples in the value of the polynomial at `x`, `[n]`; they sum to 1.
     pub fn weights_at(&self, x: [f64; 3]) -> DVector<f64> {
-        &self.weights * DVector::from_vec(self.monomials(x))
+        let local = self.to_axes * Vector3::from(x);
+        &self.weights * DVector::from_vec(self.monomials(local.into()))
     }
 }
 
@@ -71,12 +93,20 @@ mod tests {
     /// Truth: a least-squares fit of polynomials reproduces them. Tolerance: rounding of the fit.
     #[test]
     fn polynomials_are_reproduced() {
-        for degree in [1, 2] {
-            let at = scattered(24);
-            let patch = Patch::new(degree, (0..24).collect(), |i| at[i]);
+        // Oblique axes.
+        let axes = Matrix3::new(2.0, 0.3, 0.0, 0.0, 0.5, 0.01, 1.0, 0.0, 20.0);
+        for terms in [Terms::Linear, Terms::Quadratic, Terms::Triquadratic] {
+            let at = scattered(60);
+            let patch = Patch::new((terms, axes), (0..60).collect(), |i| at[i]);
             let field = |[x, y, z]: [f64; 3]| {
-                let quadratic = if degree == 2 { 4.0 * x * z - 3.0 * y * y + x * x } else { 0.0 };
-                2.0 + x - 50.0 * y + 0.2 * z + quadratic
+                let linear = 2.0 + x - 50.0 * y + 0.2 * z;
+                let local = axes.try_inverse().unwrap() * Vector3::new(x, y, z);
+                linear
+                    + match terms {
+                        Terms::Linear => 0.0,
+                        Terms::Quadratic => 4.0 * x * z - 3.0 * y * y + x * x,
+                        Terms::Triquadratic => 3.0 * (local.x * local.y * local.z).powi(2),
+                    }
             };
             let x = [0.4, 0.003, -9.0];
             let value: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * field(*p)).sum();
@@ -89,12 +119,12 @@ mod tests {
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
-        let patch = Patch::new(1, (0..12).collect(), |i| at[i]);
+        let patch = Patch::new((Terms::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
         for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
             let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
             assert!((found - value).abs() < 1e-12, "{found}");
         }
-        let alone = Patch::new(2, vec![0], |_| [1.0, 2.0, 3.0]);
+        let alone = Patch::new((Terms::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
         assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
+use super::patch::Terms;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::assembly::Elements;
@@ -44,9 +45,13 @@ impl SampleRules {
     }
 }
 
-/// Degree of the polynomials that an element's stress is recovered with: that of its displacement.
-pub(super) fn degree(kind: ElementKind) -> usize {
-    if kind.n_nodes() == kind.n_corners() { 1 } else { 2 }
+/// The polynomials that an element's stress is recovered with: of the degree of its displacement.
+pub(super) fn terms(kind: ElementKind) -> Terms {
+    match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
+        (false, _) => Terms::Linear,
+        (true, 8) => Terms::Triquadratic,
+        (true, _) => Terms::Quadratic,
+    }
 }
 
 /// Stress of element `i` at the points of `rule`, at those of its stiffness if there is none.

@@ -1,7 +1,9 @@
 //! Superconvergent patch recovery: nodal stress from polynomials over the elements around each vertex.
 //!
 //! At a vertex inside a material, a polynomial of the elements' own degree is fitted to the stress at the
-//! superconvergent points of the elements around it. A vertex on the border of its material takes the polynomial of the
+//! superconvergent points of the elements around it; where these are hexahedra of second order, one with all products of
+//! degree 2 along each of their axes, as their shape functions have, because the complete quadratic one smooths over two
+//! elements what they resolve. A vertex on the border of its material takes the polynomial of the
 //! nearest inner vertex of its elements; where there is none (one layer of elements), one over its own elements and
 //! those around them, at their integration points. A middle node takes the mean of the polynomials of the corners
 //! nearest to it. Materials never share a patch. All of it is linear in the samples and depends on the mesh only: it is
@@ -12,9 +14,10 @@
 
 use std::sync::Arc;
 
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::patch::Patch;
+use super::patch::{Patch, Terms};
 use super::points::{RecoveryPoints, Topology, classes};
 use super::samples::{self, Sample, SampleRules};
 use crate::error::Result;
@@ -242,8 +245,25 @@ impl Builder<'_> {
         };
         let starts = &self.layout.starts;
         let samples = cells.iter().flat_map(|&cell| starts[cell][kinds[0]]..starts[cell][kinds[1]]);
+        let samples: Vec<usize> = samples.collect();
+        let terms = self.terms(&cells, samples.len());
+        let axes = if terms == Terms::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
+        Patch::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
+    }
+
+    /// The polynomials for a patch: those that all its elements can bear, products along the axes only where there are
+    /// twice as many samples.
+    fn terms(&self, cells: &[usize], n_samples: usize) -> Terms {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
-        let degree = cells.iter().map(|cell| samples::degree(kind(cell))).min().unwrap_or(1);
-        Patch::new(degree, samples.collect(), |sample| self.layout.samples[sample].position)
+        let least = cells.iter().map(|cell| samples::terms(kind(cell))).min().unwrap_or(Terms::Linear);
+        if n_samples < 2 * 27 { least.min(Terms::Quadratic) } else { least }
+    }
+
+    /// The edges of a hexahedron at its first corner: the axes along which neighbours in a row lie.
+    fn axes(&self, cell: usize) -> Matrix3<f64> {
+        let cell = self.elements.regions.cells[cell];
+        let points = self.elements.points(cell);
+        let edge = |to: usize| Vector3::from(points[to]) - Vector3::from(points[0]);
+        Matrix3::from_columns(&[edge(1), edge(3), edge(4)])
     }
 }

@@ -1,6 +1,6 @@
 //! The error estimate against known errors.
 
-use orthowear::element::ElementKind::{Hex8, Pyramid5, Tet4, Wedge6};
+use orthowear::element::ElementKind::{Hex8, Hex20, Hex27, Pyramid5, Tet4, Wedge6};
 use orthowear::fem::{HexFormulation, StressRecovery};
 
 use super::manufactured::{ENERGY, body};
@@ -17,6 +17,8 @@ fn effectivity_tends_to_one() {
         (Tet4, [6, 12], &maps),
         (Wedge6, [6, 12], &maps[..1]),
         (Pyramid5, [5, 10], &maps[..1]),
+        (Hex20, [3, 6], &maps[..1]),
+        (Hex27, [3, 6], &maps[..1]),
     ] {
         for (index, map) in maps.iter().copied().enumerate() {
             let effectivity = meshes.map(|n| {
