@@ -232,7 +232,8 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
         Status::NotConverged => {
             format!("NOT CONVERGED: {}; the results so far are kept", reason(summary.reason.as_deref()))
         }
-        Status::Failed => "FAILED; the results so far are kept".to_owned(),
+        Status::Failed if summary.steps.is_empty() => "FAILED; nothing was computed,".to_owned(),
+        Status::Failed => "FAILED; the results so far are kept,".to_owned(),
         Status::Interrupted => "INTERRUPTED; the results so far are kept".to_owned(),
     };
     text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", seconds(total)));

@@ -42,15 +42,42 @@ impl Mesh {
         })
     }
 
+    /// The physical group `name` of whatever dimension, to hold a body by.
+    ///
+    /// # Errors
+    /// If there is none, if it has no cells, or if groups of several dimensions have the name.
+    pub fn group_of_any_dim(&self, name: &str) -> Result<&PhysicalGroup> {
+        let group = self.group(name)?;
+        if let Some(other) = self.groups.iter().find(|other| other.name == name && other.dim != group.dim) {
+            return Err(Error::input(format!(
+                "the name \"{name}\" is both that of a group of {} and of a group of {} in {}; give them different names",
+                dim_name(group.dim),
+                dim_name(other.dim),
+                self.source
+            )));
+        }
+        if group.cells.is_empty() {
+            return Err(Error::input(format!(
+                "the group \"{name}\" of {} has no elements; add it to what gmsh saves, or name another group",
+                self.source
+            )));
+        }
+        Ok(group)
+    }
+
     /// Nodes of the cells of the group `name`, ascending, each once.
     ///
     /// # Errors
-    /// If there is no such group.
+    /// As [`Mesh::group_of_any_dim`].
     pub fn group_nodes(&self, name: &str) -> Result<Vec<usize>> {
-        let group = self.group(name)?;
+        Ok(self.nodes_of(self.group_of_any_dim(name)?))
+    }
+
+    /// Nodes of the cells of a group, ascending, each once.
+    pub fn nodes_of(&self, group: &PhysicalGroup) -> Vec<usize> {
         let nodes: BTreeSet<usize> =
             group.cells.iter().flat_map(|&cell| self.cell_nodes(cell).iter().copied()).collect();
-        Ok(nodes.into_iter().collect())
+        nodes.into_iter().collect()
     }
 
     fn no_group(&self, name: &str) -> Error {

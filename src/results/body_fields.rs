@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 use crate::results::body_peaks::BodyPeaks;
 use crate::results::frame_fields::{FrameMesh, GLOBAL, to_global};
-use crate::results::locate::Locator;
+use crate::results::locate::{Locator, SurfacePoint};
 use crate::results::surface_stress::SurfaceStress;
 use crate::results::volume::stress_array;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
@@ -34,12 +34,39 @@ impl BodyOutput<'_> {
         field: &BodyField,
         tractions: &[[f64; 3]],
     ) -> Option<BodyPeaks> {
-        let (BodyShape::Mesh { mesh, contact_nodes }, Some(stress)) = (self.shape, &field.stress) else {
+        let (BodyShape::Mesh { mesh, .. }, Some(stress)) = (self.shape, &field.stress) else {
             return None;
         };
-        let at_nodes = node_tractions(frame, mesh, contact_nodes, &self.on_body(frame, tractions));
+        let at_nodes = self.node_tractions(frame, mesh, &outer_faces(mesh), tractions);
         let surface = SurfaceStress::new(mesh, &[], stress, &at_nodes);
         Some(BodyPeaks::new(mesh, stress, &surface))
+    }
+
+    /// Traction at every node of the mesh in global axes: the mean over the frame's cells it lies over, 0 off the contact
+    /// surface; `faces` are the outer ones.
+    fn node_tractions(
+        &self,
+        frame: &ContactFrame,
+        mesh: &Mesh,
+        faces: &[SurfaceFace],
+        tractions: &[[f64; 3]],
+    ) -> Vec<[f64; 3]> {
+        let on_body = self.on_body(frame, tractions);
+        let locator = Locator::new(frame, self.side);
+        let mut at_nodes = vec![[0.0; 3]; mesh.n_points()];
+        let BodyShape::Mesh { contact_nodes, .. } = self.shape else { return at_nodes };
+        let outward = outward(mesh, faces, contact_nodes);
+        for &node in contact_nodes {
+            let point = SurfacePoint { at: Point::from(mesh.points[node]), outward: outward[node] };
+            let cells = locator.cells_at(&point);
+            let area: f64 = cells.iter().map(|&cell| frame.areas[cell]).sum();
+            for &cell in &cells {
+                for (sum, t) in at_nodes[node].iter_mut().zip(&on_body[cell]) {
+                    *sum += t * frame.areas[cell] / area;
+                }
+            }
+        }
+        at_nodes
     }
 
     /// Tractions on this body in global axes.
@@ -77,12 +104,9 @@ pub fn surface_grid(
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
-    let on_body = output.on_body(frame.0, tractions);
     match output.shape {
-        BodyShape::Frame => frame_surface(frame, field, &on_body),
-        BodyShape::Mesh { mesh, contact_nodes } => {
-            mesh_surface(frame.0, mesh, contact_nodes, field, &on_body)
-        }
+        BodyShape::Frame => frame_surface(frame, field, &output.on_body(frame.0, tractions)),
+        BodyShape::Mesh { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
     }
 }
 
@@ -107,9 +131,9 @@ fn frame_surface(
 }
 
 fn mesh_surface(
+    output: &BodyOutput<'_>,
     frame: &ContactFrame,
     mesh: &Mesh,
-    contact_nodes: &[usize],
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
@@ -117,7 +141,7 @@ fn mesh_surface(
     let faces = outer_faces(mesh);
     let mut grid = UnstructuredGrid::default();
     let points = push_faces(&mut grid, mesh, &faces, field);
-    let at_nodes = node_tractions(frame, mesh, contact_nodes, tractions);
+    let at_nodes = output.node_tractions(frame, mesh, &faces, tractions);
     let displacement: Vec<[f64; 3]> = points.iter().map(|point| field.displacement[point.node]).collect();
     grid.points = points.iter().map(|point| mesh.points[point.node]).collect();
     displace(&mut grid.points, &displacement);
@@ -137,8 +161,8 @@ fn mesh_surface(
     Ok(grid)
 }
 
-/// A point of a body's surface: a mesh node, and the point at which its stress was recovered (0 without stress).
-struct SurfacePoint {
+/// A point of a body's drawn surface: a mesh node, and the point at which its stress was recovered (0 without stress).
+struct DrawnPoint {
     node: usize,
     recovered: usize,
 }
@@ -149,7 +173,7 @@ fn push_faces(
     mesh: &Mesh,
     faces: &[SurfaceFace],
     field: &BodyField,
-) -> Vec<SurfacePoint> {
+) -> Vec<DrawnPoint> {
     let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
     let mut index = vec![usize::MAX; n];
     let mut points = Vec::new();
@@ -163,7 +187,7 @@ fn push_faces(
         for (&node, &point) in face.nodes.iter().zip(&recovered) {
             if index[point] == usize::MAX {
                 index[point] = points.len();
-                points.push(SurfacePoint { node, recovered: point });
+                points.push(DrawnPoint { node, recovered: point });
             }
         }
         grid.push_cell(face.kind.vtk_code(), face.kind.vtk_order().iter().map(|&i| index[recovered[i]]));
@@ -171,25 +195,20 @@ fn push_faces(
     points
 }
 
-/// Traction at every node of a mesh: the mean over the frame's cells it lies in, 0 off the contact surface.
-fn node_tractions(
-    frame: &ContactFrame,
-    mesh: &Mesh,
-    contact_nodes: &[usize],
-    tractions: &[[f64; 3]],
-) -> Vec<[f64; 3]> {
-    let locator = Locator::new(frame);
-    let mut at_nodes = vec![[0.0; 3]; mesh.n_points()];
-    for &node in contact_nodes {
-        let cells = locator.cells_at(&Point::from(mesh.points[node]));
-        let area: f64 = cells.iter().map(|&cell| frame.areas[cell]).sum();
-        for &cell in &cells {
-            for (sum, t) in at_nodes[node].iter_mut().zip(&tractions[cell]) {
-                *sum += t * frame.areas[cell] / area;
-            }
-        }
+/// Directions out of the body at the nodes of its contact surface, 0 elsewhere, `[n_points]`: sums over the contact
+/// faces among the outer ones, `faces`.
+fn outward(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
+    let mut in_contact = vec![false; mesh.n_points()];
+    contact_nodes.iter().for_each(|&node| in_contact[node] = true);
+    let mut outward = vec![Point::zeros(); mesh.n_points()];
+    for face in faces.iter().filter(|face| face.nodes.iter().all(|&node| in_contact[node])) {
+        let corner = |i: usize| Point::from(mesh.points[face.nodes[i]]);
+        let area: Point = (1..face.kind.n_corners() - 1)
+            .map(|i| (corner(i) - corner(0)).cross(&(corner(i + 1) - corner(0))))
+            .sum();
+        face.nodes.iter().for_each(|&node| outward[node] += area);
     }
-    at_nodes
+    outward
 }
 
 fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {

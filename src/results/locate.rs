@@ -3,22 +3,36 @@
 use std::collections::HashMap;
 
 use crate::frame::{ContactFrame, Grid};
-use crate::geometry::Point;
+use crate::geometry::{Point, Side};
 
-/// Finds the cells of a frame that points lie in.
+/// Finds the cells of a frame that points of a body's surface lie over.
 pub struct Locator<'a> {
     frame: &'a ContactFrame,
+    side: Side,
+    /// The normal of all cells, if they have one in common.
+    level: Option<Point>,
     bin: f64,
     bins: HashMap<[i64; 3], Vec<usize>>,
 }
 
+/// A point of a surface and the direction out of the body there, of any length; 0 if it has none.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfacePoint {
+    /// The point.
+    pub at: Point,
+    /// The direction.
+    pub outward: Point,
+}
+
 impl<'a> Locator<'a> {
-    /// Prepares the search; a grid frame needs no preparation.
-    pub fn new(frame: &'a ContactFrame) -> Self {
+    /// Prepares the search for the body on `side`; a grid frame needs no preparation.
+    pub fn new(frame: &'a ContactFrame, side: Side) -> Self {
         let diameter = |i: usize| {
             2.0 * frame.corners[i].iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
         };
-        let mut locator = Self { frame, bin: 1.0, bins: HashMap::new() };
+        let first = frame.triads.first().map(|triad| triad.normal());
+        let level = first.filter(|n| frame.triads.iter().all(|triad| (triad.normal() - n).norm() < 1e-9));
+        let mut locator = Self { frame, side, level, bin: 1.0, bins: HashMap::new() };
         if frame.grid.is_none() {
             let largest = (0..frame.n_cells()).map(diameter).fold(0.0, f64::max);
             locator.bin = if largest > 0.0 { largest } else { 1.0 };
@@ -29,17 +43,44 @@ impl<'a> Locator<'a> {
         locator
     }
 
-    /// Cells that hold the projection of `point` along their normals; several where it lies on their common edge,
-    /// none outside the frame.
-    pub fn cells_at(&self, point: &Point) -> Vec<usize> {
-        match &self.frame.grid {
-            Some(grid) => grid_cells(grid, point),
-            None => self.near(point).filter(|&cell| self.holds(cell, point)).collect(),
-        }
+    /// Cells that the point lies over along their normals, the body being on its side of them; several where it lies
+    /// over their common edge, none outside the frame. The bodies may be apart.
+    pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
+        let mut cells = match (&self.frame.grid, self.level) {
+            (Some(grid), _) => grid_cells(grid, &point.at),
+            (None, Some(_)) => self.near(&point.at).filter(|&cell| self.holds(cell, &point.at)).collect(),
+            (None, None) => self.nearest(point),
+        };
+        cells.retain(|&cell| self.faces(cell, point));
+        cells
     }
 
+    /// Cells of a curved frame: of those that the point lies over, the nearest.
+    fn nearest(&self, point: &SurfacePoint) -> Vec<usize> {
+        let distance =
+            |cell: usize| self.frame.triads[cell].normal().dot(&(point.at - self.frame.centers[cell])).abs();
+        let over = |cell: &usize| self.holds(*cell, &point.at) && self.faces(*cell, point);
+        let mut found: Vec<usize> =
+            self.near(&point.at).filter(over).filter(|&cell| distance(cell) <= self.bin).collect();
+        if found.is_empty() {
+            found = (0..self.frame.n_cells()).filter(over).collect();
+            let least = found.iter().map(|&cell| distance(cell)).fold(f64::INFINITY, f64::min);
+            found.retain(|&cell| distance(cell) <= least + 1e-6 * self.bin);
+        }
+        found
+    }
+
+    /// Whether the point is on the side of its body that looks at the cell.
+    fn faces(&self, cell: usize, point: &SurfacePoint) -> bool {
+        let along = self.frame.triads[cell].normal().dot(&point.outward);
+        along == 0.0 && point.outward == Point::zeros() || along * self.side.outward() > 0.0
+    }
+
+    /// The bin of a point; of its projection where all cells have the same normal.
     fn key(&self, point: &Point) -> [i64; 3] {
-        [0, 1, 2].map(|axis| (point[axis] / self.bin).floor() as i64)
+        let along = self.level.map_or(Point::zeros(), |n| n * n.dot(&(point - self.frame.centers[0])));
+        let projection = point - along;
+        [0, 1, 2].map(|axis| (projection[axis] / self.bin).floor() as i64)
     }
 
     /// Cells whose centres lie in the bin of `point` or a bin beside it, in ascending order.
@@ -47,9 +88,11 @@ impl<'a> Locator<'a> {
         let [x, y, z] = self.key(point);
         let mut found = Vec::new();
         for (dx, dy, dz) in (0..27).map(|k| (k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1)) {
-            found.extend(self.bins.get(&[x + dx, y + dy, z + dz]).into_iter().flatten().copied());
+            let key = [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)];
+            found.extend(self.bins.get(&key).into_iter().flatten().copied());
         }
         found.sort_unstable();
+        found.dedup();
         found.into_iter()
     }
 
@@ -58,9 +101,6 @@ impl<'a> Locator<'a> {
         let corners = &self.frame.corners[cell];
         let normal = self.frame.triads[cell].normal();
         let slack = 1e-9 * self.bin;
-        if normal.dot(&(point - self.frame.centers[cell])).abs() > self.bin {
-            return false;
-        }
         (0..corners.len()).all(|i| {
             let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
             let edge = to - from;
@@ -93,6 +133,7 @@ fn intervals(at: f64, n: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Triad;
 
     /// Truth: unit intervals by hand.
     #[test]
@@ -103,5 +144,44 @@ mod tests {
         assert_eq!(intervals(3.0, 3), [2]);
         assert_eq!(intervals(3.1, 3), [0_usize; 0]);
         assert_eq!(intervals(f64::NAN, 3), [0_usize; 0]);
+    }
+
+    /// Cells of 1 x 1 mm side by side at z = 0, the second turned about its lower edge by `angle`.
+    fn two_cells(angle: f64) -> ContactFrame {
+        let (s, c) = angle.sin_cos();
+        let along = [Point::x(), Point::new(c, 0.0, s)];
+        let corners = [0, 1].map(|i| {
+            let from = Point::new(i as f64, 0.0, 0.0);
+            vec![from, from + along[i], from + along[i] + Point::y(), from + Point::y()]
+        });
+        let normals = [Point::z(), Point::new(-s, 0.0, c)];
+        ContactFrame {
+            centers: corners.iter().map(|corners| corners.iter().sum::<Point>() / 4.0).collect(),
+            corners: corners.to_vec(),
+            areas: vec![1.0; 2],
+            triads: normals.iter().map(|n| Triad::from_normal(*n, Point::x())).collect(),
+            origin: Point::zeros(),
+            azimuth: 0.0,
+            axes: Triad::horizontal(0.0),
+            grid: None,
+            left_out: 0,
+        }
+    }
+
+    /// Truth: a point over a cell, by hand, however far above it; the far side of the same body looks away.
+    #[test]
+    fn distance_does_not_matter_but_the_side_does() {
+        for angle in [0.0, 0.2] {
+            let frame = two_cells(angle);
+            let upper = Locator::new(&frame, Side::Upper);
+            for height in [0.0, 0.3, 5.0, 40.0] {
+                for (cell, outward, found) in [(0, -1.0, vec![0]), (1, -1.0, vec![1]), (0, 1.0, vec![])] {
+                    let normal = frame.triads[cell].normal();
+                    let at = frame.centers[cell] + height * normal;
+                    let point = SurfacePoint { at, outward: outward * normal };
+                    assert_eq!(upper.cells_at(&point), found, "{angle} {height} {cell} {outward}");
+                }
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value as Json;
 
-use super::document::{Document, Entry, Node, Value, is_whole};
+use super::document::{Document, Entry, Node, Value, is_whole, join};
 use super::mistake::Mistake;
 use super::not_yet;
 use super::suggest::{closest, list};
@@ -353,11 +353,6 @@ fn array_wanted(schema: &Json) -> String {
         (Some(n), _) => format!("a list of at least {n}"),
         _ => "a list".to_owned(),
     }
-}
-
-/// A dotted key with one more part.
-fn join(key: &str, part: &str) -> String {
-    if key.is_empty() { part.to_owned() } else { format!("{key}.{part}") }
 }
 
 /// The last part of a dotted key.

@@ -95,9 +95,10 @@ impl Document {
 
     /// Takes the entry at a dotted key out of its table.
     pub(super) fn remove(&mut self, key: &str) {
-        let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
+        let mut table: Vec<&str> = segments(key).collect();
+        let Some(name) = table.pop() else { return };
         let mut node = &mut self.root;
-        for segment in segments(table) {
+        for segment in table {
             let inner = match &mut node.value {
                 Value::Table(entries) => {
                     entries.iter_mut().find(|entry| entry.name == segment).map(|entry| &mut entry.node)
@@ -145,9 +146,24 @@ impl Document {
     }
 }
 
-/// The parts of a dotted key.
+/// The parts of a dotted key; a part in quotes may hold dots, as in TOML.
 pub(super) fn segments(key: &str) -> impl Iterator<Item = &str> {
-    key.split('.').filter(|segment| !segment.is_empty())
+    let mut rest = key;
+    std::iter::from_fn(move || {
+        rest = rest.trim_start_matches('.');
+        let (segment, after) = match rest.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').unwrap_or((quoted, "")),
+            None => rest.split_once('.').unwrap_or((rest, "")),
+        };
+        rest = after;
+        Some(segment).filter(|segment| !segment.is_empty())
+    })
+}
+
+/// The dotted key of the entry `name` of the table at `key`.
+pub(super) fn join(key: &str, name: &str) -> String {
+    let dot = if key.is_empty() { "" } else { "." };
+    if name.contains('.') { format!("{key}{dot}\"{name}\"") } else { format!("{key}{dot}{name}") }
 }
 
 /// SHA-256 of the bytes of a scene, followed by each override on a line of its own.

@@ -23,6 +23,13 @@ pub use document::Document;
 pub use mistake::{Mistake, Mistakes};
 pub use plan::Plan;
 
+/// What is said of a scene that makes no plan although nothing was found to be wrong with it.
+fn unexplained(document: &Document) -> Mistake {
+    Mistake::at(document, "", "the scene cannot be computed, and this program does not know why")
+        .label("somewhere in here")
+        .mend("leave out one key after the other to find out which it is, and please report this")
+}
+
 /// The plan of the scene file at `path` with overrides `key.path=value`; reads its meshes too.
 ///
 /// # Errors
@@ -41,6 +48,11 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
             plan.notes.extend(notes);
             Ok(plan)
         }
-        _ => Err(Mistakes::new(&document, mistakes)),
+        plan => {
+            if plan.is_none() && mistakes.is_empty() {
+                mistakes.push(unexplained(&document));
+            }
+            Err(Mistakes::new(&document, mistakes))
+        }
     }
 }

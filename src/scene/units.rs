@@ -184,7 +184,7 @@ fn force_estimate(plan: &Plan, radius: f64) -> Option<(String, f64)> {
 /// Extent along x, y, z of the nodes of a group, or of the whole mesh.
 fn extent(fe: &FeSpec, group: Option<&str>) -> Option<[f64; 3]> {
     let nodes = match group {
-        Some(group) => fe.mesh.group_nodes(group).ok()?,
+        Some(group) => fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?,
         None => (0..fe.mesh.n_points()).collect(),
     };
     let points = nodes.iter().map(|&node| fe.mesh.points[node]);

@@ -1,6 +1,6 @@
 //! Whether frame, contact faces, supports and fibres of a plan fit together.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
@@ -10,7 +10,7 @@ use crate::fem::Regions;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
 use crate::geometry::Point;
-use crate::mesh::Mesh;
+use crate::mesh::{CellRef, Mesh};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
@@ -153,24 +153,25 @@ fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -
     if matches!(plan.wear, WearLaw::Frp { tilt, .. } if tilt == own.tilt) {
         laws.push("wear");
     }
+    if laws.is_empty() {
+        return None;
+    }
     let regions = Regions::new(&fe.inputs(KEYS[index])).ok()?;
     let fibre: Point = fe.elastic.axes(0.0).column(0).into();
     let turned = |group: &str| {
-        let cells = fe.mesh.group(group).map(|group| group.cells.as_slice()).unwrap_or_default();
+        let cells = fe.mesh.group_of_dim(group, 3).map(|group| group.cells.as_slice()).unwrap_or_default();
+        let cells: HashSet<CellRef> = cells.iter().copied().collect();
         faces.iter().filter(|face| cells.contains(&face.owner)).any(|face| {
             let element = regions.element(face.owner);
             element.is_some_and(|i| regions.axes(i).column(0).cross(&fibre).norm() > 1e-9)
         })
     };
     let group = fe.regions.iter().filter_map(|(group, _)| group.as_deref()).find(|group| turned(group))?;
-    (!laws.is_empty()).then(|| {
-        format!(
-            "region `{group}` of {} lies under the frame with another fibre than the body's; {} take the fibre of \
-             the body",
-            KEYS[index],
-            laws.join(" and ")
-        )
-    })
+    Some(format!(
+        "region `{group}` of {} lies under the frame with another fibre than the body's; {} take the fibre of the body",
+        KEYS[index],
+        laws.join(" and ")
+    ))
 }
 
 /// Area per node of many faces like `faces`, mm2: a node shared by many faces counts for its part in each.

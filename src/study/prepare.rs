@@ -127,7 +127,8 @@ pub fn prepare_on<'p>(
 
 /// Nodes of the contact surface of body `index`; none without a mesh.
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, Failure> {
-    plan.bodies[index].fe().map_or(Ok(Vec::new()), |fe| fe.mesh.group_nodes(&fe.contact).at(KEYS[index]))
+    let Some(fe) = plan.bodies[index].fe() else { return Ok(Vec::new()) };
+    Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(KEYS[index])?))
 }
 
 fn way(plan: &Plan) -> coupling::Coupling {

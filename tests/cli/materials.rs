@@ -183,6 +183,8 @@ fn friction_of_directions_that_vary() {
 /// Truth: docs/scene.md: mistakes in tables and fields are named with file, line, element.
 #[test]
 fn mistakes_in_tables_and_fields() {
+    let commas = folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", "101;0,8;0,6;0,0\n")]);
+    refused(&commas, &["f.csv:1: both `;` and `,`"]);
     let table = |text: &str| folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", text)]);
     refused(
         &table("101,1,0,0\n102,0,0,0\n102,1,x,0\n9,1\n999,1,0,0\n"),
@@ -241,6 +243,14 @@ fn contradictions_are_named() {
         &folder("layup = { plies = [{ thickness = 0.5 }, { thickness = 0.25 }] }", "", &[]),
         &["body1.layup", "outside all plies (16 elements in all)"],
     );
+    let taken = "fibre = {}\n[body1.regions.block]\nmaterial = \"im7\"\nfibre = { tilt = 0.0 }";
+    let layup = "layup = { plies = [{ thickness = 1.0, angle = 0.0 }] }";
+    refused(
+        &folder(&taken.replace("fibre = {}", layup), "", &[]),
+        &["body1.layup", "there are no elements for the plies"],
+    );
+    let many = layup.replace(" }", ", repeat = 1000000000 }").replacen(", repeat = 1000000000 }", " }", 1);
+    refused(&folder(&many, "", &[]), &["body1.layup.repeat"]);
     let across = folder("layup = { plies = [{ thickness = 0.6 }, { thickness = 0.4 }] }", "", &[]);
     let (code, text, _) = orthowear(across.path(), &["check", "scene.toml"]);
     assert_eq!(code, Some(0));

@@ -235,6 +235,28 @@ fn check_mesh(mesh: &str) -> (Option<i32>, String) {
     (output.status.code(), text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" "))
 }
 
+/// Truth: docs/meshes.md: a support without elements would hold nothing; a name of a surface and a volume is ambiguous.
+#[test]
+fn groups_of_supports() {
+    let empty = MESH.replace("$Elements\n5\n1 3 2 1 1 1 4 3 2\n", "$Elements\n4\n");
+    let both = MESH.replace("3 4 \"solid\"", "3 4 \"base\"");
+    for (mesh, words) in [(empty, "cubes.msh has no elements"), (both, "a group of volumes and")] {
+        let (code, text) = check_mesh(&mesh);
+        assert_eq!(code, Some(2), "{text}");
+        assert!(text.contains(words) && text.contains("body1.fixed.0.group"), "{text}");
+    }
+}
+
+/// Truth: TOML: names in quotes may hold dots.
+#[test]
+fn names_with_dots() {
+    let name = ("\"steel\"", "\"T700.epoxy\"");
+    let table = ("[materials.steel]", "[materials.\"T700.epoxy\"]");
+    let (code, text) = check(&[table, name, name], &["--set", "materials.\"T700.epoxy\".nu=0.2"]);
+    assert_eq!(code, Some(0), "{text}");
+    refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "[scene.toml:"]);
+}
+
 /// A column of `n` cubes of side 2 below z = 0, as a mesh of 1 + n elements and more: the solids are numbered from 101 on
 /// and from the top down; `top` is the height of the nodes of the first cube's upper corners.
 fn column(n: usize, order: impl Fn(usize) -> [usize; 8]) -> String {

@@ -19,6 +19,7 @@ use orthowear::mesh::{Block, Mesh};
 use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};
 use orthowear::results::fields::{FieldKind, FieldWriter};
 use orthowear::results::frame_fields::{FrameMesh, frame_grid};
+use orthowear::results::locate::{Locator, SurfacePoint};
 use orthowear::results::output::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
@@ -184,15 +185,16 @@ fn surfaces_carry_displacement_and_traction() {
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
     let polygons = ContactFrame { grid: None, ..grid.clone() };
-    let locators = [&grid, &polygons].map(orthowear::results::locate::Locator::new);
+    let locators = [&grid, &polygons].map(|frame| Locator::new(frame, Side::Lower));
     let along = |i: usize, j: usize| {
         let local = Vector3::new(-1.2 + 0.15 * i as f64, -0.75 + 0.125 * j as f64, 0.0);
         grid.triads[0].to_global(&local) + grid.origin
     };
     let mut inside = 0;
     for point in (0..17).flat_map(|i| (0..13).map(move |j| along(i, j))) {
-        let found = locators[0].cells_at(&point);
-        assert_eq!(found, locators[1].cells_at(&point), "{point}");
+        let over = SurfacePoint { at: point, outward: Vector3::z() };
+        let found = locators[0].cells_at(&over);
+        assert_eq!(found, locators[1].cells_at(&over), "{point}");
         inside += usize::from(!found.is_empty());
     }
     assert_eq!(inside, 13 * 9, "points of the pattern inside 1.8 x 1.0, borders included");

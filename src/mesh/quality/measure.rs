@@ -58,8 +58,8 @@ pub(super) fn connected_parts(mesh: &Mesh) -> Vec<(usize, u64)> {
     parts
 }
 
-/// Number of points that lie within [`UNMERGED`] diagonals of an earlier one.
-pub(super) fn coincident_points(points: &[[f64; 3]]) -> usize {
+/// Points that lie within [`UNMERGED`] diagonals of an earlier one.
+pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let bounds = |k: usize| {
         let range =
             points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x[k]), r.1.max(x[k])));
@@ -68,7 +68,7 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> usize {
     let box_: [(f64, f64); 3] = std::array::from_fn(bounds);
     let tolerance = UNMERGED * box_.iter().map(|(_, l)| l * l).sum::<f64>().sqrt();
     if tolerance <= 0.0 {
-        return points.len().saturating_sub(1);
+        return points.iter().skip(1).copied().collect();
     }
     // Boxes far larger than the tolerance, so that a point near no wall of its box looks into that box alone;
     // their origin is off the round numbers that coordinates like.
@@ -78,7 +78,7 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> usize {
     };
     let mut last_in_slot = std::collections::HashMap::<[i64; 3], usize>::with_capacity(points.len());
     let mut previous = vec![usize::MAX; points.len()];
-    let mut count = 0;
+    let mut coincident = Vec::new();
     for (i, &x) in points.iter().enumerate() {
         let (low, high) = (slot(x, [-1.0; 3]), slot(x, [1.0; 3]));
         let close = |j: usize| (0..3).all(|k| (points[j][k] - x[k]).abs() <= tolerance);
@@ -95,10 +95,10 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> usize {
             }
         }
         if found {
-            count += 1;
+            coincident.push(x);
         } else {
             previous[i] = last_in_slot.insert(slot(x, [0.0; 3]), i).unwrap_or(usize::MAX);
         }
     }
-    count
+    coincident
 }

@@ -32,8 +32,8 @@ pub struct Quality {
     /// Number of solids in each connected part (joined by nodes), and the least-numbered element of each,
     /// the largest part first.
     pub parts: Vec<(usize, u64)>,
-    /// Number of points that lie where another point lies already.
-    pub coincident_points: usize,
+    /// Places of the points that lie where another point lies already, mm.
+    pub coincident_points: Vec<[f64; 3]>,
 }
 
 impl Quality {
@@ -47,7 +47,7 @@ impl Quality {
         }
         let listed: Vec<String> =
             self.parts.iter().take(5).map(|(n, tag)| format!("{n} with element {tag}")).collect();
-        let hint = match self.coincident_points {
+        let hint = match self.coincident_points.len() {
             0 => String::new(),
             n => {
                 format!("; {n} nodes lie where another lies already, merge them (in gmsh: `Coherence Mesh`)")
@@ -64,13 +64,18 @@ impl Quality {
 
     /// What deserves a warning.
     pub fn warnings(&self) -> Vec<String> {
-        match self.coincident_points {
-            0 => Vec::new(),
-            n => vec![format!(
-                "{n} nodes lie where another node lies already: the elements there are not joined; merge the nodes \
-                 unless a crack is meant (in gmsh: `Coherence Mesh`)"
-            )],
+        let n = self.coincident_points.len();
+        if n == 0 {
+            return Vec::new();
         }
+        let places: Vec<String> =
+            self.coincident_points.iter().take(3).map(|x| format!("({}, {}, {})", x[0], x[1], x[2])).collect();
+        let (verb, more) = (if n == 1 { "node lies" } else { "nodes lie" }, if n > 3 { ", .." } else { "" });
+        vec![format!(
+            "{n} {verb} where another node lies already, at {}{more}: the elements there are not joined; merge the \
+             nodes unless a crack is meant (in gmsh: `Coherence Mesh`)",
+            places.join(", ")
+        )]
     }
 }
 

@@ -113,8 +113,9 @@ pub struct Layup {
     #[serde(default)]
     #[schemars(with = "f64")]
     pub bottom: Option<f64>,
-    /// How often `plies` stand on each other.
+    /// How often `plies` stand on each other, at most 100000 times.
     #[serde(default = "once")]
+    #[schemars(range(min = 1, max = 100_000))]
     pub repeat: Count,
     /// Whether the mirror image of the stack follows above it.
     #[serde(default)]

@@ -12,6 +12,7 @@ use crate::error::Result;
 use crate::fem;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
+use crate::scene::document::join;
 use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
 use crate::scene::suggest::{closest, list};
@@ -42,7 +43,7 @@ pub(super) fn elastic(
         if let Some(word) = closest(name, &names) {
             mend = format!("did you mean `{word}`? {mend}");
         } else if names.is_empty() {
-            mend = format!("add a table [materials.{name}]");
+            mend = format!("add a table [{}]", join("materials", name));
         }
         r.wrong(
             &format!("{key}.material"),
@@ -316,10 +317,10 @@ fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let surface = |name: &str| mesh.group_of_dim(name, 2).map(|_| ());
     check(format!("{key}.contact"), surface(&body.contact));
     for (i, fixed) in body.fixed.iter().enumerate() {
-        check(format!("{key}.fixed.{i}.group"), mesh.group(&fixed.group).map(|_| ()));
+        check(format!("{key}.fixed.{i}.group"), mesh.group_of_any_dim(&fixed.group).map(|_| ()));
     }
     for (i, displaced) in body.displaced.iter().enumerate() {
-        check(format!("{key}.displaced.{i}.group"), mesh.group(&displaced.group).map(|_| ()));
+        check(format!("{key}.displaced.{i}.group"), mesh.group_of_any_dim(&displaced.group).map(|_| ()));
     }
     for (i, foundation) in body.foundation.iter().enumerate() {
         check(format!("{key}.foundation.{i}.group"), surface(&foundation.group));
@@ -331,7 +332,7 @@ fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
         check(format!("{key}.traction.{i}.group"), surface(&load.group));
     }
     for group in body.regions.keys() {
-        check(format!("{key}.regions.{group}"), mesh.group_of_dim(group, 3).map(|_| ()));
+        check(join(&format!("{key}.regions"), group), mesh.group_of_dim(group, 3).map(|_| ()));
     }
 }
 

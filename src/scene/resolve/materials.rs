@@ -8,7 +8,7 @@ use super::Resolver;
 use crate::error::Result;
 use crate::material::strength::Limit;
 use crate::material::{Orthotropic, Stiffness};
-use crate::scene::document::Value;
+use crate::scene::document::{Value, join};
 use crate::scene::keys::material::Material;
 
 /// Materials by name; `None` where the constants are wrong (and reported).
@@ -18,7 +18,7 @@ pub(super) type Materials = BTreeMap<String, Option<(Stiffness, bool)>>;
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     for name in r.names("materials") {
-        let key = format!("materials.{name}");
+        let key = join("materials", &name);
         let found: Option<Material> = r.section(&key);
         let stiffness = found.and_then(|material| match stiffness(&material) {
             Ok(stiffness) => Some((stiffness, matches!(material, Material::Isotropic { .. }))),
@@ -53,7 +53,7 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
 pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
     let mut limits = BTreeMap::new();
     for name in r.names("materials") {
-        let key = format!("materials.{name}");
+        let key = join("materials", &name);
         // A section that cannot be read is reported with the stiffness.
         let (clean, before) = (std::mem::replace(&mut r.clean, false), r.mistakes.len());
         let found: Option<Material> = r.section(&key);
@@ -83,12 +83,12 @@ fn users(r: &Resolver, name: &str) -> String {
             places.push(body.to_owned());
         }
         for group in r.names(&format!("{body}.regions")) {
-            if is_named(&format!("{body}.regions.{group}.material")) {
+            if is_named(&format!("{}.material", join(&format!("{body}.regions"), &group))) {
                 places.push(format!("group \"{group}\" of {body}"));
             }
         }
         for layup in std::iter::once(format!("{body}.layup"))
-            .chain(r.names(&format!("{body}.regions")).iter().map(|g| format!("{body}.regions.{g}.layup")))
+            .chain(r.names(&format!("{body}.regions")).iter().map(|g| format!("{}.layup", join(&format!("{body}.regions"), g))))
         {
             let plies = format!("{layup}.plies");
             let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));

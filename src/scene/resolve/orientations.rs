@@ -244,6 +244,9 @@ fn add_line(
     all: &HashSet<u64>,
     solids: &HashSet<u64>,
 ) -> Result<(), String> {
+    if line.contains(';') && line.contains(',') {
+        return Err("both `;` and `,`: write decimal points, and one of the two between the values".to_owned());
+    }
     let words: Vec<&str> =
         line.split(|c: char| ",;".contains(c) || c.is_whitespace()).filter(|word| !word.is_empty()).collect();
     if ![4, 7].contains(&words.len()) {

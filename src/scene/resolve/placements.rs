@@ -12,9 +12,13 @@ use crate::fem;
 use crate::geometry::fibre_axes;
 use crate::material::{Orientation, Placed, Placement, Ply};
 use crate::mesh::{CellRef, Mesh};
+use crate::scene::document::join;
 use crate::scene::keys::body::{FeBody, Region};
 use crate::scene::keys::direction::Layup;
 use crate::scene::plan::{Elastic, FeSpec};
+
+/// What the schema allows.
+const MOST_REPEATS: usize = 100_000;
 
 /// The filling of each volume group of the body at `key`, that of all other elements first.
 pub(super) fn resolve(
@@ -37,7 +41,7 @@ pub(super) fn resolve(
     };
     let mut regions = vec![own.clone().map(|own| (None, own))];
     for (group, region) in &body.regions {
-        let place = format!("{key}.regions.{group}");
+        let place = join(&format!("{key}.regions"), group);
         one_of_two(r, &place, region.fibre.is_some(), region.layup.is_some());
         let material = region.material.as_ref().unwrap_or(&body.material);
         let filling = match (&region.layup, &region.fibre) {
@@ -91,6 +95,9 @@ impl Whole<'_> {
         material: &str,
         group: Option<&String>,
     ) -> Option<Placement> {
+        if layup.repeat.0 > MOST_REPEATS {
+            return None; // the schema refuses it
+        }
         let mut stack = Vec::new();
         for (i, ply) in layup.plies.iter().enumerate() {
             let name = ply.material.as_deref().unwrap_or(material);
@@ -104,7 +111,15 @@ impl Whole<'_> {
         if layup.symmetric {
             all.extend(all.clone().into_iter().rev());
         }
-        let [low, high] = self.heights(group)?;
+        let Some([low, high]) = self.heights(group) else {
+            r.wrong(
+                key,
+                "there are no elements for the plies: the group is empty, or all elements have a material of their own",
+                "no elements",
+                "leave the layup out, or the materials of the regions that are to have it",
+            );
+            return None;
+        };
         let bottom = layup.bottom.unwrap_or(low);
         let mut z = bottom;
         let plies = all.into_iter().map(|(thickness, placed)| {
@@ -123,7 +138,7 @@ impl Whole<'_> {
         Some(Placement::Layup(plies))
     }
 
-    /// Lowest and highest point of the elements of a layup; `None` if there are none, which is reported elsewhere.
+    /// Lowest and highest point of the elements of a layup; `None` if there are none.
     fn heights(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
@@ -161,14 +176,14 @@ fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
-            r.notes.push(format!("{key}.regions.{group}: the group has no elements in {}", spec.mesh.source));
+            r.notes.push(format!("{}: the group has no elements in {}", join(&format!("{key}.regions"), group), spec.mesh.source));
         }
     }
     // What has no solids or groups is reported elsewhere.
     let Ok(findings) = fem::check_materials(&spec.inputs(key)) else { return };
     for (index, finding) in findings.into_iter().enumerate() {
         let place = match &spec.regions[index].0 {
-            Some(group) => format!("{key}.regions.{group}"),
+            Some(group) => join(&format!("{key}.regions"), group),
             None if body.layup.is_some() => format!("{key}.layup"),
             None => format!("{key}.fibre"),
         };

@@ -45,7 +45,7 @@ fn structured_blocks_fill_their_box() {
                 let mesh = graded(solids, side, distortion);
                 let quality = check(&mesh).expect("a sound mesh");
                 assert_relative_eq!(quality.volume, 120.0, max_relative = 1e-12);
-                assert_eq!((quality.parts.len(), quality.coincident_points), (1, 0));
+                assert_eq!((quality.parts.len(), quality.coincident_points.len()), (1, 0));
                 let up = if side == Side::Lower { 1.0 } else { -1.0 };
                 let rest = if side == Side::Lower { "top" } else { "bottom" };
                 let mut n_faces = 0;
@@ -135,9 +135,9 @@ fn parts_and_unmerged_nodes_are_counted() {
         mesh
     };
     let apart = check(&two(3.0)).expect("measured");
-    assert_eq!((apart.parts.len(), apart.coincident_points), (2, 0));
+    assert_eq!((apart.parts.len(), apart.coincident_points.len()), (2, 0));
     let touching = check(&two(1.0)).expect("measured");
-    assert_eq!((touching.parts.len(), touching.coincident_points), (2, 4));
+    assert_eq!((touching.parts.len(), touching.coincident_points.len()), (2, 4));
     assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
     let message = touching.require_connected("two.msh").expect_err("two parts").to_string();
     assert!(
