@@ -68,8 +68,12 @@ impl Quality {
         if n == 0 {
             return Vec::new();
         }
-        let places: Vec<String> =
-            self.coincident_points.iter().take(3).map(|x| format!("({}, {}, {})", x[0], x[1], x[2])).collect();
+        let places: Vec<String> = self
+            .coincident_points
+            .iter()
+            .take(3)
+            .map(|x| format!("({}, {}, {})", x[0], x[1], x[2]))
+            .collect();
         let (verb, more) = (if n == 1 { "node lies" } else { "nodes lie" }, if n > 3 { ", .." } else { "" });
         vec![format!(
             "{n} {verb} where another node lies already, at {}{more}: the elements there are not joined; merge the \

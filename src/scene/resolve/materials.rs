@@ -87,9 +87,11 @@ fn users(r: &Resolver, name: &str) -> String {
                 places.push(format!("group \"{group}\" of {body}"));
             }
         }
-        for layup in std::iter::once(format!("{body}.layup"))
-            .chain(r.names(&format!("{body}.regions")).iter().map(|g| format!("{}.layup", join(&format!("{body}.regions"), g))))
-        {
+        for layup in std::iter::once(format!("{body}.layup")).chain(
+            r.names(&format!("{body}.regions"))
+                .iter()
+                .map(|g| format!("{}.layup", join(&format!("{body}.regions"), g))),
+        ) {
             let plies = format!("{layup}.plies");
             let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));
             places.extend(named.map(|i| format!("ply {} of {layup}", i + 1)));

@@ -245,7 +245,9 @@ fn add_line(
     solids: &HashSet<u64>,
 ) -> Result<(), String> {
     if line.contains(';') && line.contains(',') {
-        return Err("both `;` and `,`: write decimal points, and one of the two between the values".to_owned());
+        return Err(
+            "both `;` and `,`: write decimal points, and one of the two between the values".to_owned()
+        );
     }
     let words: Vec<&str> =
         line.split(|c: char| ",;".contains(c) || c.is_whitespace()).filter(|word| !word.is_empty()).collect();

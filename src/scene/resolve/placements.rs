@@ -176,7 +176,11 @@ fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
 pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
-            r.notes.push(format!("{}: the group has no elements in {}", join(&format!("{key}.regions"), group), spec.mesh.source));
+            r.notes.push(format!(
+                "{}: the group has no elements in {}",
+                join(&format!("{key}.regions"), group),
+                spec.mesh.source
+            ));
         }
     }
     // What has no solids or groups is reported elsewhere.
