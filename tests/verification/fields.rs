@@ -160,9 +160,11 @@ fn surfaces_carry_displacement_and_traction() {
     let frame = ContactFrame::grid([0.75, 2.0], [2, 2], [0.0, 0.0], 0.0).expect("a frame");
     let body = AffineBody(mesh.points.clone());
     let field = body.recover(&[]).expect("a field");
-    let top: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == 0.0).collect();
-    for (side, sign) in [(Side::Lower, -1.0), (Side::Upper, 1.0)] {
-        let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &top };
+    let lowest = mesh.points.iter().map(|x| x[2]).fold(0.0, f64::min);
+    // Body 1 looks at the frame with its top, body 2 with its base.
+    for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
+        let contact: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == height).collect();
+        let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &contact };
         let output = BodyOutput { side, body: &body, shape };
         let tractions = [[1.0, 2.0, 3.0]; 4];
         let grid =
@@ -173,7 +175,7 @@ fn surfaces_carry_displacement_and_traction() {
             let reference = [0, 1, 2].map(|k| point[k] - u[3 * i + k]);
             let wanted = displacement(&reference);
             (0..3).for_each(|k| assert!((u[3 * i + k] - wanted[k]).abs() < 1e-15));
-            let loaded = reference[2].abs() < 1e-12 && reference[0] < 0.75;
+            let loaded = (reference[2] - height).abs() < 1e-12 && reference[0] < 0.75;
             let wanted = if loaded { [sign, 2.0 * sign, 3.0 * sign] } else { [0.0; 3] };
             (0..3).for_each(|k| assert!((t[3 * i + k] - wanted[k]).abs() < 1e-15, "{reference:?}"));
         }
