@@ -47,9 +47,12 @@ impl Error {
         Self { kind: Kind::NotConverged, message: message.into(), context: Vec::new() }
     }
 
-    /// The same error, met while doing `place` (file, group, step, ...).
+    /// The same error, met while doing `place` (file, group, step, ...); a place said last already is not said again.
     pub fn context(mut self, place: impl Into<String>) -> Self {
-        self.context.insert(0, place.into());
+        let place = place.into();
+        if self.context.first() != Some(&place) {
+            self.context.insert(0, place);
+        }
         self
     }
 

@@ -1,27 +1,12 @@
 //! The 20-node hexahedron on [-1, 1]^3, serendipity.
 
 use super::dual::{Dual, one_minus};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 20-node hexahedron.
 pub struct Hex20;
 
-impl Hex20 {
-    fn functions(xi: [Dual; 3]) -> [Dual; 20] {
-        Self::NODES.map(|node| {
-            let side: [Dual; 3] = std::array::from_fn(|i| xi[i] * node[i] + 1.0);
-            match node.iter().position(|&x| x == 0.0) {
-                Some(k) => {
-                    let [i, j] = [(k + 1) % 3, (k + 2) % 3];
-                    one_minus(xi[k] * xi[k]) * side[i] * side[j] * 0.25
-                }
-                None => side[0] * side[1] * side[2] * (side[0] + side[1] + side[2] - 5.0) * 0.125,
-            }
-        })
-    }
-}
-
-impl ShapeFunctions<20, 3> for Hex20 {
+impl DualFunctions<20> for Hex20 {
     const NODES: [[f64; 3]; 20] = [
         [-1.0, -1.0, -1.0],
         [1.0, -1.0, -1.0],
@@ -45,12 +30,17 @@ impl ShapeFunctions<20, 3> for Hex20 {
         [0.0, 1.0, 1.0],
     ];
 
-    fn values(xi: [f64; 3]) -> [f64; 20] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 20] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    fn functions(xi: [Dual; 3]) -> [Dual; 20] {
+        Self::NODES.map(|node| {
+            let side: [Dual; 3] = std::array::from_fn(|i| xi[i] * node[i] + 1.0);
+            match node.iter().position(|&x| x == 0.0) {
+                Some(k) => {
+                    let [i, j] = [(k + 1) % 3, (k + 2) % 3];
+                    one_minus(xi[k] * xi[k]) * side[i] * side[j] * 0.25
+                }
+                None => side[0] * side[1] * side[2] * (side[0] + side[1] + side[2] - 5.0) * 0.125,
+            }
+        })
     }
 }
 

@@ -1,18 +1,12 @@
 //! The 27-node hexahedron on [-1, 1]^3, triquadratic.
 
 use super::dual::{Dual, quadratic};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 27-node hexahedron.
 pub struct Hex27;
 
-impl Hex27 {
-    fn functions(xi: [Dual; 3]) -> [Dual; 27] {
-        Self::NODES.map(|n| quadratic(xi[0], n[0]) * quadratic(xi[1], n[1]) * quadratic(xi[2], n[2]))
-    }
-}
-
-impl ShapeFunctions<27, 3> for Hex27 {
+impl DualFunctions<27> for Hex27 {
     const NODES: [[f64; 3]; 27] = [
         [-1.0, -1.0, -1.0],
         [1.0, -1.0, -1.0],
@@ -43,12 +37,8 @@ impl ShapeFunctions<27, 3> for Hex27 {
         [0.0, 0.0, 0.0],
     ];
 
-    fn values(xi: [f64; 3]) -> [f64; 27] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 27] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    fn functions(xi: [Dual; 3]) -> [Dual; 27] {
+        Self::NODES.map(|n| quadratic(xi[0], n[0]) * quadratic(xi[1], n[1]) * quadratic(xi[2], n[2]))
     }
 }
 

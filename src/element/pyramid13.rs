@@ -6,28 +6,12 @@
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 
 use super::dual::{Dual, one_minus};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 13-node pyramid.
 pub struct Pyramid13;
 
-impl Pyramid13 {
-    /// All functions but those that [`super::Pyramid14`] changes.
-    pub(super) fn functions([x, y, z]: [Dual; 3]) -> [Dual; 13] {
-        // The side of the section at height z; the tip itself is the limit.
-        let side = one_minus(z).at_least(f64::MIN_POSITIVE);
-        let (to_x, to_y) = (|a: f64| side + x * a, |b: f64| side + y * b);
-        Self::NODES.map(|[a, b, height]| match (height > 0.0, a == 0.0, b == 0.0) {
-            (true, true, true) => z * (z * 2.0 - 1.0),
-            (true, ..) => z * to_x(2.0 * a) * (to_y(2.0 * b) / side),
-            (false, false, false) => (x * a + y * b - 1.0) * to_x(a) * (to_y(b) / side) * 0.25,
-            (false, true, _) => to_x(1.0) * to_x(-1.0) * (to_y(b) / side) * 0.5,
-            (false, ..) => to_y(1.0) * to_y(-1.0) * (to_x(a) / side) * 0.5,
-        })
-    }
-}
-
-impl ShapeFunctions<13, 3> for Pyramid13 {
+impl DualFunctions<13> for Pyramid13 {
     const NODES: [[f64; 3]; 13] = [
         [-1.0, -1.0, 0.0],
         [1.0, -1.0, 0.0],
@@ -44,12 +28,18 @@ impl ShapeFunctions<13, 3> for Pyramid13 {
         [-0.5, 0.5, 0.5],
     ];
 
-    fn values(xi: [f64; 3]) -> [f64; 13] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 13] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    /// All functions but those that [`super::Pyramid14`] changes.
+    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 13] {
+        // The side of the section at height z; the tip itself is the limit.
+        let side = one_minus(z).at_least(f64::MIN_POSITIVE);
+        let (to_x, to_y) = (|a: f64| side + x * a, |b: f64| side + y * b);
+        Self::NODES.map(|[a, b, height]| match (height > 0.0, a == 0.0, b == 0.0) {
+            (true, true, true) => z * (z * 2.0 - 1.0),
+            (true, ..) => z * to_x(2.0 * a) * (to_y(2.0 * b) / side),
+            (false, false, false) => (x * a + y * b - 1.0) * to_x(a) * (to_y(b) / side) * 0.25,
+            (false, true, _) => to_x(1.0) * to_x(-1.0) * (to_y(b) / side) * 0.5,
+            (false, ..) => to_y(1.0) * to_y(-1.0) * (to_x(a) / side) * 0.5,
+        })
     }
 }
 

@@ -6,12 +6,15 @@
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 
 use super::dual::{Dual, one_minus};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 5-node pyramid.
 pub struct Pyramid5;
 
-impl Pyramid5 {
+impl DualFunctions<5> for Pyramid5 {
+    const NODES: [[f64; 3]; 5] =
+        [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
     fn functions([x, y, z]: [Dual; 3]) -> [Dual; 5] {
         // The side of the section at height z; the tip itself is the limit.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
@@ -19,19 +22,6 @@ impl Pyramid5 {
             true => z,
             false => (side + x * a) * ((side + y * b) / side) * 0.25,
         })
-    }
-}
-
-impl ShapeFunctions<5, 3> for Pyramid5 {
-    const NODES: [[f64; 3]; 5] =
-        [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-    fn values(xi: [f64; 3]) -> [f64; 5] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 5] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What an element with `N` nodes and `D` reference coordinates gives: its shape functions and their gradients.
 
+use super::dual::Dual;
+
 /// Shape functions of an element; node order is gmsh's.
 pub trait ShapeFunctions<const N: usize, const D: usize> {
     /// Reference coordinates of the nodes.
@@ -10,6 +12,27 @@ pub trait ShapeFunctions<const N: usize, const D: usize> {
 
     /// Derivatives by the reference coordinates at `xi`.
     fn gradients(xi: [f64; D]) -> [[f64; D]; N];
+}
+
+/// Shape functions of a solid written once, in dual numbers: values and gradients follow.
+pub(super) trait DualFunctions<const N: usize> {
+    /// As [`ShapeFunctions::NODES`].
+    const NODES: [[f64; 3]; N];
+
+    /// Values with their gradients, `xi` being the reference coordinates with theirs.
+    fn functions(xi: [Dual; 3]) -> [Dual; N];
+}
+
+impl<const N: usize, T: DualFunctions<N>> ShapeFunctions<N, 3> for T {
+    const NODES: [[f64; 3]; N] = <T as DualFunctions<N>>::NODES;
+
+    fn values(xi: [f64; 3]) -> [f64; N] {
+        T::functions(Dual::coordinates(xi)).map(|n| n.value)
+    }
+
+    fn gradients(xi: [f64; 3]) -> [[f64; 3]; N] {
+        T::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,25 @@
 //! The 10-node tetrahedron on (0,0,0), (1,0,0), (0,1,0), (0,0,1), quadratic.
 
 use super::dual::{Dual, one_minus};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 10-node tetrahedron.
 pub struct Tet10;
 
-impl Tet10 {
+impl DualFunctions<10> for Tet10 {
+    const NODES: [[f64; 3]; 10] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.5, 0.0, 0.0],
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.0],
+        [0.0, 0.0, 0.5],
+        [0.0, 0.5, 0.5],
+        [0.5, 0.0, 0.5],
+    ];
+
     fn functions([x, y, z]: [Dual; 3]) -> [Dual; 10] {
         let o = one_minus(x + y + z);
         let corner = |l: Dual| l * (l * 2.0 - 1.0);
@@ -23,29 +36,6 @@ impl Tet10 {
             middle(y, z),
             middle(x, z),
         ]
-    }
-}
-
-impl ShapeFunctions<10, 3> for Tet10 {
-    const NODES: [[f64; 3]; 10] = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, 0.0],
-        [0.0, 0.5, 0.0],
-        [0.0, 0.0, 0.5],
-        [0.0, 0.5, 0.5],
-        [0.5, 0.0, 0.5],
-    ];
-
-    fn values(xi: [f64; 3]) -> [f64; 10] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 10] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
     }
 }
 

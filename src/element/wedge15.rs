@@ -1,12 +1,30 @@
 //! The 15-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], serendipity.
 
 use super::dual::{Dual, one_minus};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 15-node wedge.
 pub struct Wedge15;
 
-impl Wedge15 {
+impl DualFunctions<15> for Wedge15 {
+    const NODES: [[f64; 3]; 15] = [
+        [0.0, 0.0, -1.0],
+        [1.0, 0.0, -1.0],
+        [0.0, 1.0, -1.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.5, 0.0, -1.0],
+        [0.0, 0.5, -1.0],
+        [0.0, 0.0, 0.0],
+        [0.5, 0.5, -1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.0, 1.0],
+        [0.0, 0.5, 1.0],
+        [0.5, 0.5, 1.0],
+    ];
+
     fn functions([x, y, z]: [Dual; 3]) -> [Dual; 15] {
         let l = [one_minus(x + y), x, y];
         let end = [one_minus(z), z + 1.0];
@@ -31,34 +49,6 @@ impl Wedge15 {
             flat(0, 2, 1),
             flat(1, 2, 1),
         ]
-    }
-}
-
-impl ShapeFunctions<15, 3> for Wedge15 {
-    const NODES: [[f64; 3]; 15] = [
-        [0.0, 0.0, -1.0],
-        [1.0, 0.0, -1.0],
-        [0.0, 1.0, -1.0],
-        [0.0, 0.0, 1.0],
-        [1.0, 0.0, 1.0],
-        [0.0, 1.0, 1.0],
-        [0.5, 0.0, -1.0],
-        [0.0, 0.5, -1.0],
-        [0.0, 0.0, 0.0],
-        [0.5, 0.5, -1.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.5, 0.0, 1.0],
-        [0.0, 0.5, 1.0],
-        [0.5, 0.5, 1.0],
-    ];
-
-    fn values(xi: [f64; 3]) -> [f64; 15] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 15] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
     }
 }
 

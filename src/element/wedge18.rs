@@ -1,12 +1,33 @@
 //! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic in each.
 
 use super::dual::{Dual, quadratic, triangle6};
-use super::shape::ShapeFunctions;
+use super::shape::DualFunctions;
 
 /// The 18-node wedge.
 pub struct Wedge18;
 
-impl Wedge18 {
+impl DualFunctions<18> for Wedge18 {
+    const NODES: [[f64; 3]; 18] = [
+        [0.0, 0.0, -1.0],
+        [1.0, 0.0, -1.0],
+        [0.0, 1.0, -1.0],
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [0.0, 1.0, 1.0],
+        [0.5, 0.0, -1.0],
+        [0.0, 0.5, -1.0],
+        [0.0, 0.0, 0.0],
+        [0.5, 0.5, -1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.5, 0.0, 1.0],
+        [0.0, 0.5, 1.0],
+        [0.5, 0.5, 1.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.5, 0.0],
+        [0.5, 0.5, 0.0],
+    ];
+
     fn functions([x, y, z]: [Dual; 3]) -> [Dual; 18] {
         let t = triangle6(x, y);
         let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
@@ -32,37 +53,6 @@ impl Wedge18 {
             (4, 1),
         ];
         PARTS.map(|(i, j)| t[i] * line[j])
-    }
-}
-
-impl ShapeFunctions<18, 3> for Wedge18 {
-    const NODES: [[f64; 3]; 18] = [
-        [0.0, 0.0, -1.0],
-        [1.0, 0.0, -1.0],
-        [0.0, 1.0, -1.0],
-        [0.0, 0.0, 1.0],
-        [1.0, 0.0, 1.0],
-        [0.0, 1.0, 1.0],
-        [0.5, 0.0, -1.0],
-        [0.0, 0.5, -1.0],
-        [0.0, 0.0, 0.0],
-        [0.5, 0.5, -1.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.5, 0.0, 1.0],
-        [0.0, 0.5, 1.0],
-        [0.5, 0.5, 1.0],
-        [0.5, 0.0, 0.0],
-        [0.0, 0.5, 0.0],
-        [0.5, 0.5, 0.0],
-    ];
-
-    fn values(xi: [f64; 3]) -> [f64; 18] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.value)
-    }
-
-    fn gradients(xi: [f64; 3]) -> [[f64; 3]; 18] {
-        Self::functions(Dual::coordinates(xi)).map(|n| n.gradient)
     }
 }
 

@@ -169,7 +169,8 @@ impl SymbolicFactor {
 fn not_positive(row: &str) -> Error {
     Error::input(format!(
         "the stiffness matrix is singular at {row}: the body can move there without any force; look for parts joined \
-         by a single node or edge only, for degenerate elements, and for missing supports"
+         by a single node or edge only, for degenerate elements, for missing supports, and for materials whose volume \
+         cannot change (nu of 0.5)"
     ))
 }
 

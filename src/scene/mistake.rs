@@ -87,9 +87,11 @@ impl Mistakes {
         }
     }
 
-    /// The one mistake that an error raised at `key` is.
+    /// The one mistake that an error raised at `key` is; a mistake is shown with its key, which the error need not repeat.
     pub fn from_error(document: &Document, key: &str, error: &Error) -> Self {
-        Self::new(document, vec![Mistake::at(document, key, error.to_string())])
+        let text = error.to_string();
+        let message = text.strip_prefix(&format!("{key}: ")).unwrap_or(&text);
+        Self::new(document, vec![Mistake::at(document, key, message)])
     }
 
     /// Line (from 1) of a mistake in the file.

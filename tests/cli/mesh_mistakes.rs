@@ -247,6 +247,21 @@ fn groups_of_supports() {
     }
 }
 
+/// Truth: the stiffness of a material with nu = 0.5 less 1e-15 is singular to rounding; the body is named once.
+#[test]
+fn a_material_that_keeps_its_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cubes.msh"), MESH).unwrap();
+    fs::write(folder.path().join("scene.toml"), SCENE.replace("nu = 0.3", "nu = 0.499999999999999")).unwrap();
+    let arguments = ["run", "scene.toml", "--quiet", "--no-cache"];
+    let output = crate::tools::orthowear().current_dir(folder.path()).args(arguments).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let flat = text.split(['│', '\n']).map(str::trim).collect::<Vec<_>>().join(" ");
+    assert!(flat.contains("body1: the stiffness matrix is singular at the node"), "{text}");
+    assert!(flat.contains("nu of 0.5") && !flat.contains("body1: body1"), "{text}");
+}
+
 /// Truth: TOML: names in quotes may hold dots.
 #[test]
 fn names_with_dots() {
