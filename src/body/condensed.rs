@@ -56,6 +56,16 @@ impl CondensedFlexibility {
         Ok(Self { map, nodal, normal, scratch: Mutex::new(scratch), planes })
     }
 
+    /// The map between the contact nodes and the cells.
+    pub(super) fn map(&self) -> &FaceMap {
+        &self.map
+    }
+
+    /// Displacement of dof `i` by a force on dof `j` of the contact nodes, global axes, mm/N.
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.nodal.at(i, j)
+    }
+
     fn diagonal_block(&self, cell: usize) -> Matrix3<f64> {
         let mut block = Matrix3::zeros();
         for (i, weight_i) in self.map.row(cell) {

@@ -1,10 +1,11 @@
 //! Meshed finite-element bodies, condensed to the nodes under the frame.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
+use super::partial::PartialFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -18,8 +19,10 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 /// A finite-element body tied to a frame through the faces of one physical group.
 pub struct FeBody {
     side: Side,
-    condensed: CondensedBody,
+    condensed: Arc<CondensedBody>,
     map: FaceMap,
+    /// The cells that its flexibility is formed on, `[N]`; `None` stands for all.
+    candidates: Option<Vec<bool>>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
     floating: Option<Floating>,
@@ -66,11 +69,26 @@ impl FeBody {
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
         let heights = map.heights(frame, &mesh);
         let model = FeModel::new(spec)?;
-        let condensed = model.condense_with(map.nodes(), resources)?;
+        let candidates = frame.candidates.clone();
+        let formed = candidates.as_ref().map(|cells| map.restrict(cells));
+        let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
         let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
         let floating = floating(&condensed, &map, side, frame);
-        Ok(Self { side, condensed, map, heights, free_gap, floating, taken: false, faces, limits, recovery })
+        let condensed = Arc::new(condensed);
+        Ok(Self {
+            side,
+            condensed,
+            map,
+            candidates,
+            heights,
+            free_gap,
+            floating,
+            taken: false,
+            faces,
+            limits,
+            recovery,
+        })
     }
 
     /// Also judges the stress by the limits of the materials, by their names.
@@ -104,7 +122,7 @@ impl FeBody {
         self.side
     }
 
-    /// Forces on the contact nodes, `[3 n_c]`, N, global axes, for tractions on body 2, `[3, N]` by planes.
+    /// Forces on the nodes of the map, `[3 n_c]`, N, global axes, for tractions on body 2, `[3, N]` by planes.
     pub fn contact_forces(&self, tractions: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * self.map.nodes().len()];
         self.map.apply_transpose(tractions, &mut forces);
@@ -146,7 +164,7 @@ impl ElasticBody for FeBody {
         format!(
             "finite elements, {} unknowns, {} contact nodes",
             self.condensed.model().n_free(),
-            self.map.nodes().len()
+            self.condensed.contact_nodes().len()
         )
     }
 
@@ -158,8 +176,14 @@ impl ElasticBody for FeBody {
         if std::mem::replace(&mut self.taken, true) {
             return Err(Error::numerical("the flexibility of a finite-element body was taken twice"));
         }
-        let nodal = self.condensed.take_flexibility();
-        Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j))?)))
+        let nodal = Arc::get_mut(&mut self.condensed)
+            .expect("only its flexibility shares the body, and is taken once")
+            .take_flexibility();
+        let Some(cells) = &self.candidates else {
+            return Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j))?)));
+        };
+        let body = self.condensed.clone();
+        Ok(Some(Box::new(PartialFlexibility::new(self.map.clone(), cells.clone(), body, &nodal)?)))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
@@ -177,7 +201,7 @@ impl ElasticBody for FeBody {
 
     /// Displacement at all mesh nodes.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let displacement = self.condensed.solve(&self.contact_forces(tractions))?;
+        let displacement = self.condensed.solve_at(self.map.nodes(), &self.contact_forces(tractions))?;
         Ok(BodyField { displacement, stress: None })
     }
 

@@ -4,6 +4,7 @@ pub mod condensed;
 pub mod finite_elements;
 pub mod floating;
 pub mod half_space;
+mod partial;
 pub mod rigid;
 pub mod stress;
 

@@ -1,7 +1,10 @@
 //! The equations of one increment: gap, slip and wear for given tractions.
 
+use std::sync::Arc;
+
 use super::balance::{Balance, Cells, FLOATING};
 use super::scales::{Hat, Scales};
+use crate::error::Result;
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::Flexibility;
 use crate::wear::WearIntensity;
@@ -74,7 +77,7 @@ pub struct Increment<'a> {
     /// Wear intensity, `None` without wear.
     pub wear: Option<WearIntensity>,
     /// Scales that match the operator and the ellipse.
-    pub scales: &'a Scales,
+    pub scales: Arc<Scales>,
     /// Worn depth at the start, `[N]`.
     pub worn: &'a [f64],
     /// Number of times the slip of this increment happens (1, or the cycles of an implicit stage).
@@ -166,10 +169,49 @@ impl Increment<'_> {
     /// Fills everything in `it` from its hatted tractions and rigid motions. Does not allocate.
     pub fn evaluate(&self, it: &mut Iterate) {
         self.apply_flexibility(it);
+        self.fill_from_elastic(it);
+    }
+
+    /// What follows from tractions and S P.
+    fn fill_from_elastic(&self, it: &mut Iterate) {
         self.fill_gap(it);
         self.fill_slip(it);
         self.fill_wear(it);
         self.fill_gradient(it);
+    }
+
+    /// Cells whose flexibility is not formed although the bodies would overlap there without tractions, ascending.
+    pub fn closed_by_motion(&self, it: &Iterate) -> Vec<usize> {
+        let mut cells = self.flexibility.unformed();
+        let gap = |cell: usize, end: usize| {
+            let [.., closing] = self.rigid_gap(cell, it.rigid[end], &it.floating[end]);
+            self.initial_gap[2 * self.n() + cell] + closing + self.worn[cell]
+        };
+        cells.retain(|&cell| (0..self.ends.len()).any(|end| gap(cell, end) < 0.0));
+        cells
+    }
+
+    /// Completes elastic displacement, gap and slip of an evaluated state in the cells whose flexibility is not formed;
+    /// those among them that the bodies overlap in, or that carry pressure, ascending.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub fn complete(&self, it: &mut Iterate) -> Result<Vec<usize>> {
+        let unformed = self.flexibility.unformed();
+        if unformed.is_empty() {
+            return Ok(unformed);
+        }
+        let n = self.n();
+        for end in 0..self.ends.len() {
+            let planes = end * 3 * n..(end + 1) * 3 * n;
+            self.flexibility.complete(&it.tractions[planes.clone()], &mut it.elastic[planes])?;
+        }
+        self.fill_from_elastic(it);
+        let closed = |&cell: &usize| {
+            let mut normal = (0..self.ends.len()).map(|end| end * 3 * n + 2 * n + cell);
+            normal.any(|k| it.gap[k] < 0.0 || it.tractions[k] > 0.0)
+        };
+        Ok(unformed.into_iter().filter(closed).collect())
     }
 
     fn apply_flexibility(&self, it: &mut Iterate) {

@@ -12,7 +12,7 @@ use super::cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
 use super::method::Method;
 use super::model::FeModel;
 use crate::error::Result;
-use crate::linalg::dense::SymmetricDense;
+use crate::linalg::dense::{SymmetricDense, zeroed};
 use crate::linalg::factor::{CholeskyFactor, SymmetricFactor};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
@@ -267,9 +267,20 @@ impl CondensedBody {
     /// # Panics
     /// If there are not 3 n_c forces.
     pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        assert_eq!(contact_forces.len(), 3 * self.contact_nodes.len(), "three forces per contact node");
+        self.solve_at(&self.contact_nodes, contact_forces)
+    }
+
+    /// As [`Self::solve`], with forces `[3 n]` on any `n` nodes of the mesh.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    ///
+    /// # Panics
+    /// If there are not three forces per node.
+    pub fn solve_at(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+        assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
         let mut rhs = self.model.load_vector();
-        for (force, &node) in contact_forces.chunks_exact(3).zip(&self.contact_nodes) {
+        for (force, &node) in forces.chunks_exact(3).zip(nodes) {
             for (component, value) in force.iter().enumerate() {
                 if let Some(row) = self.model.free_dof(node, component) {
                     rhs[row] += value;
@@ -279,7 +290,43 @@ impl CondensedBody {
         solve_in_place(&self.model, self.solver()?, &mut rhs)?;
         Ok(self.model.expand(&rhs))
     }
+
+    /// Displacement of the nodes `at` by unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row
+    /// by row; zero for prescribed dofs. A solve for each.
+    ///
+    /// # Errors
+    /// If memory for the workspace does not suffice.
+    pub fn flexibility_rows(&self, loaded: &[usize], at: &[usize]) -> Result<Vec<f64>> {
+        let free = |node: usize, component: usize| self.model.free_dof(node, component);
+        let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
+        let targets: Vec<_> = at.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
+        let (n, solver) = (self.model.n_free(), self.solver()?);
+        let mut rows = vec![0.0; dofs.len() * targets.len()];
+        let mut columns = zeroed(n * dofs.len().min(BATCH))?;
+        for (dofs, rows) in dofs.chunks(BATCH).zip(rows.chunks_mut((BATCH * targets.len()).max(1))) {
+            let columns = &mut columns[..n * dofs.len()];
+            columns.fill(0.0);
+            for (column, dof) in columns.chunks_exact_mut(n).zip(dofs) {
+                dof.iter().for_each(|&row| column[row] = 1.0);
+            }
+            match self.model.floating() {
+                None => solver.solve_in_place(columns, dofs.len())?,
+                Some(_) => columns
+                    .chunks_exact_mut(n)
+                    .try_for_each(|column| solve_in_place(&self.model, solver, column))?,
+            }
+            for (row, column) in rows.chunks_exact_mut(targets.len()).zip(columns.chunks_exact(n)) {
+                row.iter_mut()
+                    .zip(&targets)
+                    .for_each(|(value, dof)| *value = dof.map_or(0.0, |dof| column[dof]));
+            }
+        }
+        Ok(rows)
+    }
 }
+
+/// Right-hand sides that are solved together.
+const BATCH: usize = 24;
 
 /// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
 /// inverse.

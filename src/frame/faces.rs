@@ -56,6 +56,7 @@ impl ContactFrame {
         only(&mut self.corners, kept);
         only(&mut self.areas, kept);
         only(&mut self.triads, kept);
+        self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
         self.grid = None;
         self.left_out += all - self.n_cells();
         self
@@ -73,6 +74,7 @@ impl ContactFrame {
             axes: Triad::horizontal(azimuth),
             grid: None,
             left_out: 0,
+            candidates: None,
         }
     }
 

@@ -44,6 +44,7 @@ impl ContactFrame {
             axes: triad,
             grid: Some(grid),
             left_out: 0,
+            candidates: None,
         })
     }
 }

@@ -80,6 +80,24 @@ impl FaceMap {
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
+    /// The map of the cells for which `cells` holds, to the nodes that they touch; the rows of the others are empty.
+    pub fn restrict(&self, cells: &[bool]) -> Self {
+        let mut used = vec![false; self.nodes.len()];
+        for cell in (0..self.n_cells()).filter(|&cell| cells[cell]) {
+            self.row(cell).for_each(|(node, _)| used[node] = true);
+        }
+        let kept: Vec<usize> = (0..self.nodes.len()).filter(|&node| used[node]).collect();
+        let mut local = vec![usize::MAX; self.nodes.len()];
+        kept.iter().enumerate().for_each(|(i, &node)| local[node] = i);
+        let row = |cell: usize| self.row(cell).map(|(node, weight)| (local[node], weight)).collect();
+        let lists: Vec<Vec<(usize, f64)>> =
+            (0..self.n_cells()).map(|cell| if cells[cell] { row(cell) } else { Vec::new() }).collect();
+        let rows = matrix(&lists, kept.len());
+        let columns = rows.transpose_view().to_csr();
+        let nodes = kept.iter().map(|&node| self.nodes[node]).collect();
+        Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
+    }
+
     /// Mesh nodes that the cells touch (the contact nodes), ascending, `[n_c]`.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes

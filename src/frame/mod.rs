@@ -58,6 +58,9 @@ pub struct ContactFrame {
     pub grid: Option<Grid>,
     /// Number of cells that were left out ([`ContactFrame::keep`]).
     pub left_out: usize,
+    /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
+    /// others when contact comes there.
+    pub candidates: Option<Vec<bool>>,
 }
 
 impl ContactFrame {

@@ -7,13 +7,13 @@
 
 use std::time::Instant;
 
-use crate::contact::certificate::{self, StateChecks};
+use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, Stop};
 use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
 use crate::error::Result;
 
 use super::control::Held;
-use super::increments::{Laws, Stage, entry, problem, solve};
+use super::increments::{Laws, Stage, entry, problem, solve_and_check};
 use super::step::{Cycles, Integrator, Normal, Observer, Outcome, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
@@ -165,15 +165,15 @@ impl Run<'_> {
         let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
-        let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
         it.floating = vec![self.state.floating];
         if self.options.skip {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
         let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
-        let report = solve(&problem, &mut it, &self.options, observer, &stage)?;
-        let checks = certificate::check(&problem, &mut it);
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
         let fields = state::frame_state(&problem, &it, 0, &worn);
@@ -296,14 +296,20 @@ impl Run<'_> {
         for _ in 0..STICK_PASSES {
             let reference = SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() };
             let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
-            let problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
-            let report = solve(&problem, &mut stroke.it, &self.options, observer, stage)?;
+            let mut problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
+            let (report, checks) = solve_and_check(
+                (&self.prepared, &mut problem),
+                &mut stroke.it,
+                &self.options,
+                observer,
+                stage,
+            )?;
             jump.report = SolveReport {
                 iterations: jump.report.iterations + report.iterations,
                 applications: jump.report.applications + report.applications,
                 ..report
             };
-            jump.checks = before.worst(&certificate::check(&problem, &mut stroke.it));
+            jump.checks = before.worst(&checks);
             if report.stop != Stop::Converged || !update_stuck(&problem, stroke, cycles.amplitude) {
                 return Ok(());
             }

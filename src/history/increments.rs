@@ -37,7 +37,7 @@ pub(super) fn problem<'b>(
         floating: &prepared.floating_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },
         wear: if laws.wear { prepared.intensity } else { None },
-        scales: &prepared.scales,
+        scales: prepared.scales(),
         worn,
         repeats: laws.repeats,
         skip: options.skip,
@@ -56,7 +56,7 @@ pub(super) struct Stage<'s> {
 ///
 /// # Errors
 /// If a number becomes non-finite.
-pub(super) fn solve(
+fn solve(
     problem: &Increment,
     it: &mut Iterate,
     options: &SolverOptions,
@@ -78,6 +78,41 @@ pub(super) fn solve(
         )));
     }
     Ok(report)
+}
+
+/// Solves and checks a `problem` of `prepared`; where the bodies overlap in cells whose flexibility was not formed, it is
+/// formed there, and the solve goes on.
+///
+/// # Errors
+/// As [`solve`], and if a body cannot be solved.
+pub(super) fn solve_and_check(
+    (prepared, problem): (&Prepared, &mut Increment),
+    it: &mut Iterate,
+    options: &SolverOptions,
+    observer: &mut dyn Observer,
+    stage: &Stage,
+) -> Result<(SolveReport, StateChecks)> {
+    let mut spent = [0; 2];
+    let mut cells = problem.closed_by_motion(it);
+    loop {
+        if !cells.is_empty() {
+            problem.flexibility.form(&cells)?;
+            problem.scales = prepared.rescaled();
+        }
+        let mut report = solve(problem, it, options, observer, stage)?;
+        spent = [spent[0] + report.iterations, spent[1] + report.applications];
+        [report.iterations, report.applications] = spent;
+        let checks = certificate::check(problem, it);
+        let overlapping = problem.complete(it)?;
+        if overlapping.is_empty() || report.stop == Stop::Interrupted {
+            return Ok((report, checks));
+        }
+        // Cells as near as those come with them.
+        let normal = &problem.initial_gap[2 * problem.n()..];
+        let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
+        cells = problem.flexibility.unformed();
+        cells.retain(|&cell| normal[cell] <= reach);
+    }
 }
 
 /// The entry of an increment from its resultants.
@@ -127,7 +162,7 @@ impl Run<'_> {
         let end = self.end(step, (controls.normal, tangential), reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: step.wear, repeats: 1.0 };
-        let problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
         it.floating = vec![self.state.floating];
         if self.options.skip {
@@ -135,8 +170,8 @@ impl Run<'_> {
         }
         let count = step.increments as f64;
         let stage = Stage { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
-        let report = solve(&problem, &mut it, &self.options, observer, &stage)?;
-        let checks = certificate::check(&problem, &mut it);
+        let (report, checks) =
+            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
         self.state.worn.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);

@@ -1,5 +1,7 @@
 //! What the history runs on: frame, flexibility, initial gap and laws, with what follows from them once.
 
+use std::sync::{Arc, Mutex};
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::Floating;
@@ -36,7 +38,7 @@ pub(super) struct Prepared<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
     pub intensity: Option<WearIntensity>,
-    pub scales: Scales,
+    scales: Mutex<Arc<Scales>>,
     /// Axes (x, y, n) that resultants are reported in.
     pub axes: Triad,
     pub edge: Vec<bool>,
@@ -111,7 +113,7 @@ impl<'a> Prepared<'a> {
             model,
             ellipse,
             intensity,
-            scales,
+            scales: Mutex::new(Arc::new(scales)),
             axes,
             edge: model.frame.rim(),
             rigid_axes,
@@ -142,6 +144,20 @@ impl<'a> Prepared<'a> {
     /// Whether the bodies float along n.
     pub fn normal_is_free(&self) -> bool {
         (self.free_part(Vector3::z()) - Vector3::z()).norm() < 1e-6
+    }
+
+    /// Scales of the operator as it is.
+    pub fn scales(&self) -> Arc<Scales> {
+        self.scales.lock().expect("no panic while the scales are held").clone()
+    }
+
+    /// As [`Self::scales`], of an operator that has grown.
+    pub fn rescaled(&self) -> Arc<Scales> {
+        let model = self.model;
+        let scales = Scales::new(model.flexibility.as_ref(), &model.frame.areas, self.ellipse.as_ref());
+        let scales = Arc::new(scales);
+        *self.scales.lock().expect("no panic while the scales are held") = scales.clone();
+        scales
     }
 
     pub fn n(&self) -> usize {

@@ -5,6 +5,8 @@
 
 use nalgebra::Matrix3;
 
+use crate::error::Result;
+
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
 ///
 /// Symmetric positive definite in the area-weighted inner product: `A S = (A S)^T`.
@@ -24,6 +26,29 @@ pub trait Flexibility: Send + Sync {
     /// Whether tractions in the surface move the normal gap at all (S_nt not identically zero).
     fn couples_normal_tangential(&self) -> bool {
         true
+    }
+
+    /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
+    /// no traction may act there.
+    fn unformed(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// Adds to `gap`, which [`Self::apply`] gave for `tractions` (both `[3, N]` by planes), what it lacks in the
+    /// unformed cells.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    fn complete(&self, _tractions: &[f64], _gap: &mut [f64]) -> Result<()> {
+        Ok(())
+    }
+
+    /// Forms the rows of some more cells.
+    ///
+    /// # Errors
+    /// If a body cannot be solved, or memory does not suffice.
+    fn form(&self, _cells: &[usize]) -> Result<()> {
+        Ok(())
     }
 }
 
@@ -79,5 +104,20 @@ impl Flexibility for SumFlexibility {
 
     fn couples_normal_tangential(&self) -> bool {
         self.parts.iter().any(|part| part.couples_normal_tangential())
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        let mut cells: Vec<usize> = self.parts.iter().flat_map(|part| part.unformed()).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.complete(tractions, gap))
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.form(cells))
     }
 }

@@ -165,6 +165,7 @@ mod tests {
             axes: Triad::horizontal(0.0),
             grid: None,
             left_out: 0,
+            candidates: None,
         }
     }
 

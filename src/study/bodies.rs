@@ -2,7 +2,7 @@
 
 use super::failure::{AtKey, Failure};
 use super::memory;
-use super::skips::recovers;
+use super::skips::needs_solves;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error};
@@ -83,7 +83,7 @@ pub(super) fn body(
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            let keep = if recovers(plan) { Keep::FactorToo } else { Keep::Flexibility };
+            let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
             let body =
                 FeBody::new_with(fe.inputs(key), &fe.contact, SIDES[index], frame, &resources).at(key)?;

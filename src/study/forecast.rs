@@ -1,10 +1,11 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
 use super::bodies::{KEYS, face_map, frame};
+use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::memory::{self, of_frame, of_half_space};
-use super::skips::{cached, recovers, skips};
+use super::skips::{cached, needs_solves, skips};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
@@ -89,6 +90,7 @@ pub struct Forecast {
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let frame = frame(plan)?;
     refuse_impossible_controls(plan, &frame)?;
+    let frame = with_candidates(plan, frame)?;
     let first = body(plan, 0, &frame, memory::left(plan, &frame, 0))?;
     let second = body(plan, 1, &frame, memory::left(plan, &frame, first.held_bytes))?;
     let bodies = [first, second];
@@ -190,12 +192,13 @@ fn finite_elements(
     let key = KEYS[index];
     let model = FeModel::new(fe.inputs(key)).at(key)?;
     let map = face_map(fe, index, frame)?;
+    let map = frame.candidates.as_ref().map(|cells| map.restrict(cells)).unwrap_or(map);
     let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);
     let flexibility = model.memory_bytes() + flexibility_bytes(map.nodes().len());
     let expected = |method: Method| model.expects(map.nodes(), method, plan.cache.as_ref()?);
     let known = expected(Method::Factorisation).filter(|&bytes| left.allows(bytes as u128));
     // Fields and loads need to solve all the same.
-    let solves = model.is_loaded() || recovers(plan);
+    let solves = model.is_loaded() || needs_solves(plan, frame);
     let has_factor = solves
         && known.is_some()
         && plan.cache.as_ref().is_some_and(|cache| model.expects_factor(map.nodes(), cache));

@@ -1,6 +1,7 @@
 //! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
 
 mod bodies;
+mod candidates;
 pub mod compare;
 mod controls;
 mod failure;

@@ -3,10 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::bodies::{KEYS, body, frame};
+use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::memory;
-use super::skips::{cached, recovers, skipped_fields};
+use super::skips::{cached, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::{BodyEquations, ElasticBody};
 use crate::contact::{Method, SolverOptions};
@@ -65,6 +66,7 @@ pub fn prepare_on<'p>(
     let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame)?;
+    let frame = timings.measure("frame", || with_candidates(plan, frame))?;
     let (mut bodies, mut held) = (Vec::with_capacity(2), 0);
     for (index, key) in KEYS.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -88,6 +90,7 @@ pub fn prepare_on<'p>(
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
     let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
+    skipped.extend(candidates::skipped(&frame));
     skipped.extend(skipped_fields(plan));
     let mut condensation = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {
@@ -95,7 +98,7 @@ pub fn prepare_on<'p>(
         let origin = body.condensed().origin();
         // Loads and fields need the factor all the same.
         let condensed = body.condensed();
-        let solves = condensed.model().is_loaded() || recovers(plan);
+        let solves = condensed.model().is_loaded() || needs_solves(plan, &frame);
         let saved = origin.saved_seconds.filter(|_| !solves || condensed.had_factor());
         skipped.extend(saved.map(|seconds| cached(index, Some(seconds), solves)));
         notes.extend(origin.note.clone());

@@ -2,6 +2,7 @@
 
 use super::bodies::SIDES;
 use super::bodies::half_space;
+use super::candidates;
 use super::failure::Failure;
 use super::prepare::{cross, options};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -29,6 +30,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     }
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, &options(plan));
     let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
+    all.extend(candidates::skipped(frame));
     all.extend(skipped_fields(plan));
     all.extend(of_contact);
     Ok(all)
@@ -51,8 +53,13 @@ pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
 }
 
 /// Whether fields are written that need the factors of meshed bodies.
-pub(super) fn recovers(plan: &Plan) -> bool {
+fn recovers(plan: &Plan) -> bool {
     plan.output.fields.iter().any(|kind| *kind != FieldKind::Svg)
+}
+
+/// Whether meshed bodies are solved with after they are condensed, though they have no loads.
+pub(super) fn needs_solves(plan: &Plan, frame: &ContactFrame) -> bool {
+    recovers(plan) || frame.candidates.is_some()
 }
 
 /// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs

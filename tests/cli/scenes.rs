@@ -167,6 +167,32 @@ fn skips_with_friction_and_cycles() {
     same(&with, &without, 1e-7);
 }
 
+/// A frame larger than the contact needs: bodies are formed on the cells that can touch.
+const OVERSIZED: [(&str, &[&str]); 2] = [
+    (
+        "sphere-on-cfrp-block.toml",
+        &[COARSE, "frame.cells=[10, 10]", "steps.indent.approach=0.005", "steps.fretting.cycles.jumps=1"],
+    ),
+    (
+        "steel-cap-on-cfrp-block.toml",
+        &[COARSE, "frame.cells=[8, 8]", "frame.half_width=[1.4, 1.4]", "steps.indent.approach=0.004"],
+    ),
+];
+
+/// Truth: what is skipped does not change the answer, and is said.
+#[test]
+fn skips_of_cells_that_cannot_touch() {
+    for (name, settings) in OVERSIZED {
+        let with = [settings, &["solver.tolerance=1e-10"]].concat();
+        let without = [&with[..], &["solver.skip=false"]].concat();
+        let (with, without) = (run(&scene(name), &with), run(&scene(name), &without));
+        let skips =
+            |summary: &Value| summary["skipped"].to_string().contains("flexibility of meshed bodies on");
+        assert!(skips(&with) && !skips(&without), "{name}: {}", with["skipped"]);
+        same(&with, &without, 1e-7);
+    }
+}
+
 /// Truth: docs/command-line.md: `check` says what a run will skip, in the run's words and order.
 #[test]
 fn check_and_run_skip_the_same() {
@@ -176,6 +202,8 @@ fn check_and_run_skip_the_same() {
         ("hertz.toml", &[coarse, "solver.skip=false"]),
         ("cattaneo-mindlin.toml", &[coarse]),
         ("sphere-on-cfrp-halfspaces.toml", &[coarse]),
+        OVERSIZED[0],
+        OVERSIZED[1],
     ] {
         let scene = scene(name);
         let checked = command("check", &scene, settings).output().unwrap();

@@ -2,6 +2,7 @@
 
 mod block;
 mod bricks;
+mod candidates;
 mod catalogue;
 mod curved;
 mod curved_pairs;

@@ -10,7 +10,7 @@ use orthowear::history::step::Integrator;
 use orthowear::history::{Model, RunResult, run};
 
 /// Indentation, shift and worn fretting of a sphere's gap, solved to 1e-12.
-fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {
+pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> RunResult {
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
     let distance = surface_distance(&gap, frame, pair[0].as_ref(), pair[1].as_ref()).expect("a gap");
     let coupled = tied(pair, frame, coupling);

@@ -1,0 +1,133 @@
+//! Flexibility on the frame of a condensed body, formed on the cells that may come into contact and grown when contact
+//! comes to others.
+//!
+//! Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
+//! solve for each dof that they bring.
+
+use std::sync::{Arc, RwLock, RwLockReadGuard};
+
+use nalgebra::Matrix3;
+
+use super::condensed::CondensedFlexibility;
+use crate::error::Result;
+use crate::fem::CondensedBody;
+use crate::frame::FaceMap;
+use crate::linalg::dense::SymmetricDense;
+use crate::linalg::operator::Flexibility;
+
+/// S = I F I^T A on some of the cells.
+pub struct PartialFlexibility {
+    /// The map of all cells.
+    whole: FaceMap,
+    body: Arc<CondensedBody>,
+    formed: RwLock<Formed>,
+}
+
+struct Formed {
+    cells: Vec<bool>,
+    flexibility: CondensedFlexibility,
+}
+
+impl PartialFlexibility {
+    /// The operator on the `cells` for which it holds; `nodal` is the flexibility of the nodes that they touch, the contact
+    /// nodes of `body`.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(
+        whole: FaceMap,
+        cells: Vec<bool>,
+        body: Arc<CondensedBody>,
+        nodal: &SymmetricDense,
+    ) -> Result<Self> {
+        let flexibility = CondensedFlexibility::new(whole.restrict(&cells), |i, j| nodal.at(i, j))?;
+        Ok(Self { whole, body, formed: RwLock::new(Formed { cells, flexibility }) })
+    }
+
+    fn formed(&self) -> RwLockReadGuard<'_, Formed> {
+        self.formed.read().expect("no panic while the operator grows")
+    }
+}
+
+/// `old` with the cells of `cells`, its new rows solved for with `body`.
+fn grown(
+    old: &CondensedFlexibility,
+    whole: &FaceMap,
+    cells: &[bool],
+    body: &CondensedBody,
+) -> Result<CondensedFlexibility> {
+    let map = whole.restrict(cells);
+    let place = |node: &usize| old.map().nodes().binary_search(node).ok();
+    let places: Vec<Option<usize>> = map.nodes().iter().map(place).collect();
+    let new: Vec<usize> = (0..places.len()).filter(|&i| places[i].is_none()).collect();
+    let loaded: Vec<usize> = new.iter().map(|&i| map.nodes()[i]).collect();
+    let rows = body.flexibility_rows(&loaded, map.nodes())?;
+    let width = 3 * map.nodes().len();
+    let mut row_of = vec![usize::MAX; places.len()];
+    new.iter().enumerate().for_each(|(row, &i)| row_of[i] = row);
+    CondensedFlexibility::new(map, |i, j| match (places[i / 3], places[j / 3]) {
+        (Some(a), Some(b)) => old.entry(3 * a + i % 3, 3 * b + j % 3),
+        (None, _) => rows[(3 * row_of[i / 3] + i % 3) * width + j],
+        (_, None) => rows[(3 * row_of[j / 3] + j % 3) * width + i],
+    })
+}
+
+impl Flexibility for PartialFlexibility {
+    fn n_cells(&self) -> usize {
+        self.whole.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.formed().flexibility.apply(tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.formed().flexibility.apply_normal(pressure, normal_gap);
+    }
+
+    /// Cells that are not formed have the mean of the others.
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        let formed = self.formed();
+        let mut blocks = formed.flexibility.diagonal_blocks();
+        let count = formed.cells.iter().filter(|&&is| is).count().max(1);
+        let mean = blocks.iter().sum::<Matrix3<f64>>() / count as f64;
+        blocks.iter_mut().zip(&formed.cells).filter(|(_, is)| !**is).for_each(|(block, _)| *block = mean);
+        blocks
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        let formed = self.formed();
+        (0..formed.cells.len()).filter(|&cell| !formed.cells[cell]).collect()
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        let (n, nodes) = (self.n_cells(), self.whole.nodes());
+        let mut forces = vec![0.0; 3 * nodes.len()];
+        self.whole.apply_transpose(tractions, &mut forces);
+        let displacement = self.body.solve_at(nodes, &forces)?;
+        let free = self.body.free_displacement();
+        let elastic = |&node: &usize| {
+            let (whole, own) = (displacement[node], free[node]);
+            [whole[0] - own[0], whole[1] - own[1], whole[2] - own[2]]
+        };
+        let nodal: Vec<f64> = nodes.iter().flat_map(elastic).collect();
+        let mut all = vec![0.0; 3 * n];
+        self.whole.apply(&nodal, &mut all);
+        for cell in self.unformed() {
+            (0..3).for_each(|plane| gap[plane * n + cell] += all[plane * n + cell]);
+        }
+        Ok(())
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        let mut formed = self.formed.write().expect("no panic while the operator grows");
+        let mut wanted = formed.cells.clone();
+        cells.iter().for_each(|&cell| wanted[cell] = true);
+        if wanted == formed.cells {
+            return Ok(());
+        }
+        let flexibility = grown(&formed.flexibility, &self.whole, &wanted, &self.body)?;
+        *formed = Formed { cells: wanted, flexibility };
+        Ok(())
+    }
+}

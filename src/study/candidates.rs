@@ -1,0 +1,116 @@
+//! The cells that can come into contact with what the steps prescribe: meshed bodies form their flexibility on these.
+//!
+//! Under a prescribed approach bodies touch where their undeformed surfaces would overlap, and surfaces move away from each
+//! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
+//! it is nearly always right.
+
+use super::bodies::{KEYS, distances, face_map};
+use super::failure::{AtKey, Failure};
+use crate::error::Result as Outcome;
+use crate::fem;
+use crate::frame::{ContactFrame, GapShape};
+use crate::history::step::{Normal, Skipped, Step, Tangential};
+use crate::scene::keys::solver::Coupling;
+use crate::scene::plan::Plan;
+
+/// A cell whose initial gap is below this multiple of the largest approach is a candidate.
+const MARGIN: f64 = 1.25;
+
+/// Share of the frame's cells from which on all are formed: the checks cost more than a smaller flexibility saves.
+const WORTH_IT: f64 = 0.6;
+
+/// `frame` with its candidates, where they are fewer than its cells.
+///
+/// # Errors
+/// If a support, or a gap, of the plan is wrong.
+pub(super) fn with_candidates(plan: &Plan, mut frame: ContactFrame) -> Result<ContactFrame, Failure> {
+    let Some(reach) = reach(plan, &frame) else { return Ok(frame) };
+    if !all_at_rest(plan)? {
+        return Ok(frame);
+    }
+    let gap = initial_gap(plan, &frame)?;
+    let first = if frame.is_level() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
+    let cells: Vec<bool> = gap.iter().map(|gap| gap - first <= reach).collect();
+    let count = cells.iter().filter(|&&is| is).count();
+    if count > 0 && (count as f64) < WORTH_IT * cells.len() as f64 {
+        frame.candidates = Some(cells);
+    }
+    Ok(frame)
+}
+
+/// The entry of the ledger for cells that are no candidates.
+pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
+    let cells = frame.candidates.as_ref()?;
+    let others = cells.iter().filter(|&&is| !is).count();
+    Some(Skipped {
+        what: format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
+        why: "their initial gap is wider than the approach: it is formed when contact comes there".to_owned(),
+    })
+}
+
+/// Initial gap (mm) up to which cells are candidates; `None` if all are.
+///
+/// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
+fn reach(plan: &Plan, frame: &ContactFrame) -> Option<f64> {
+    let meshed = plan.bodies.iter().any(|body| body.fe().is_some());
+    if !plan.solver.skip || plan.solver.coupling == Coupling::Block || !meshed {
+        return None;
+    }
+    let mut approach: f64 = 0.0;
+    for step in &plan.steps {
+        match step.normal {
+            Some(Normal::Force(_)) => return None,
+            Some(Normal::Approach(value)) => approach = approach.max(value),
+            None => {}
+        }
+    }
+    // Where cells are inclined, motion in the frame's plane closes them too.
+    let sideways = if frame.is_level() { 0.0 } else { plan.steps.iter().try_fold(0.0, along_the_plane)? };
+    let needed = MARGIN * approach + sideways;
+    (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
+}
+
+/// The larger of `most` and the distance from the centre that `step` moves body 2 along the frame's plane, mm; `None` if
+/// it is unknown.
+fn along_the_plane(most: f64, step: &Step) -> Option<f64> {
+    let shift = match step.tangential {
+        Some(Tangential::Force(_)) => return None,
+        Some(Tangential::Shift([x, y])) => x.hypot(y),
+        None => 0.0,
+    };
+    Some(most + shift + step.cycles.as_ref().map_or(0.0, |cycles| cycles.amplitude))
+}
+
+/// Whether no meshed body floats, or deforms without contact.
+fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
+    for (body, key) in plan.bodies.iter().zip(KEYS) {
+        let Some(fe) = body.fe() else { continue };
+        let moved = |support: &crate::scene::plan::Support| {
+            let values = support.values.iter().flatten();
+            values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
+        };
+        let loaded = !fe.pressures.is_empty() || !fe.tractions.is_empty() || fe.body_force != [0.0; 3];
+        if loaded || fe.supports.iter().any(moved) || fem::free_motions(&fe.inputs(key)).at(key)?.is_some() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Distance of the undeformed surfaces in each cell, `[N]`, mm.
+fn initial_gap(plan: &Plan, frame: &ContactFrame) -> Result<Vec<f64>, Failure> {
+    let mut heights = [None, None];
+    if plan.gap.shape == GapShape::Mesh {
+        for (index, heights) in heights.iter_mut().enumerate() {
+            let fe = plan.bodies[index].fe();
+            *heights = fe
+                .map(|fe| Ok::<_, Failure>(face_map(fe, index, frame)?.heights(frame, &fe.mesh)))
+                .transpose()?;
+        }
+    }
+    if heights.iter().any(Option::is_some) {
+        return distances(plan, frame, heights);
+    }
+    let gap: Outcome<Vec<f64>> = plan.gap.evaluate(frame);
+    gap.at("gap")
+}

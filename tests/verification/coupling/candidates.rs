@@ -1,0 +1,83 @@
+//! Flexibilities formed on the cells that may come into contact, and grown when contact comes to others.
+
+use super::block::{pairs, tied};
+use super::half_spaces::{difference, gaps};
+use super::random;
+use super::states::history;
+use orthowear::coupling::Coupling;
+use orthowear::frame::ContactFrame;
+
+fn frame() -> ContactFrame {
+    ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap()
+}
+
+/// The frame with the cells within `radius` of its middle as candidates.
+fn within(radius: f64) -> ContactFrame {
+    let mut frame = frame();
+    let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() <= radius * radius;
+    frame.candidates = Some((0..frame.n_cells()).map(near).collect());
+    frame
+}
+
+/// Truth: the operator of all cells. With tractions on candidates only, the completed gap is the whole one; once all cells
+/// are formed, in two portions, so is the operator. 1e-11: rounding of solves with the factor.
+#[test]
+fn what_is_not_formed_is_completed_or_grown() {
+    let (whole, part) = (frame(), within(0.5));
+    let n = whole.n_cells();
+    let candidates = part.candidates.clone().unwrap();
+    for ((name, mut all), (_, mut some)) in pairs(&whole).into_iter().zip(pairs(&part)) {
+        let all = tied(&mut all, &whole, Coupling::Schur);
+        let some = tied(&mut some, &part, Coupling::Schur);
+        let free = all.free_gap.iter().zip(&some.free_gap);
+        assert!(free.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < 1e-14, "{name}");
+        let others: Vec<usize> = (0..n).filter(|&cell| !candidates[cell]).collect();
+        // Half-spaces are formed at once.
+        let unformed = some.flexibility.unformed();
+        assert_eq!(unformed, if name.contains("FE") { others.clone() } else { Vec::new() }, "{name}");
+        if unformed.is_empty() {
+            continue;
+        }
+        let mut tractions = random(3 * n);
+        for plane in 0..3 {
+            others.iter().for_each(|&cell| tractions[plane * n + cell] = 0.0);
+        }
+        let mut completed = gaps(&some, &tractions);
+        assert!(difference(&completed, &gaps(&all, &tractions)) > 1e-3, "{name}: nothing to complete");
+        some.flexibility.complete(&tractions, &mut completed).unwrap();
+        assert!(difference(&completed, &gaps(&all, &tractions)) < 1e-11, "{name}");
+        some.flexibility.form(&others[..5]).unwrap();
+        assert_eq!(some.flexibility.unformed(), others[5..], "{name}");
+        some.flexibility.form(&others[3..]).unwrap();
+        assert!(some.flexibility.unformed().is_empty(), "{name}");
+        let tractions = random(3 * n);
+        assert!(difference(&gaps(&some, &tractions), &gaps(&all, &tractions)) < 1e-11, "{name}");
+        let (mut normal, mut expected) = (vec![0.0; n], vec![0.0; n]);
+        some.flexibility.apply_normal(&tractions[2 * n..], &mut normal);
+        all.flexibility.apply_normal(&tractions[2 * n..], &mut expected);
+        assert!(difference(&normal, &expected) < 1e-11, "{name}");
+    }
+}
+
+/// Truth: a history with all cells formed. One cell is the only candidate: indentation, shift and wear have to form the
+/// others, and end in the same states (1e-8: certificates of 1e-12, condition number of S below 1e4).
+#[test]
+fn contact_grows_beyond_its_candidates() {
+    let (whole, part) = (frame(), within(0.15));
+    assert!((1..5).contains(&part.candidates.iter().flatten().filter(|&&is| is).count()));
+    for ((name, mut all), (_, mut some)) in pairs(&whole).into_iter().zip(pairs(&part)) {
+        let all = history(&mut all, &whole, Coupling::Schur);
+        let some = history(&mut some, &part, Coupling::Schur);
+        for (a, b) in all.records.iter().zip(&some.records) {
+            assert!(a.converged && b.converged, "{name} {}: {:?}", a.name, b.certificate);
+            assert!(b.certificate.energy_balance < 1e-10, "{name} {}: {:?}", a.name, b.certificate);
+            let values = |r: &orthowear::history::step::IncrementRecord| {
+                [r.normal_force, r.tangential_force[0], r.tangential_force[1], r.peak_pressure]
+            };
+            assert!(difference(&values(a), &values(b)) < 1e-8, "{name} {}", a.name);
+            assert!((a.worn_volume - b.worn_volume).abs() <= 1e-8 * a.worn_volume, "{name} {}", a.name);
+        }
+        assert!(difference(&all.state.tractions, &some.state.tractions) < 1e-8, "{name}");
+        assert!(difference(&all.state.gap, &some.state.gap) < 1e-8, "{name}");
+    }
+}
