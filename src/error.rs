@@ -13,6 +13,8 @@ pub enum Kind {
     Numerical,
     /// An iteration did not converge (exit code 3).
     NotConverged,
+    /// A signal asked to stop (exit code 130).
+    Interrupted,
 }
 
 /// An error with the context it was met in, outermost first.
@@ -47,6 +49,11 @@ impl Error {
         Self { kind: Kind::NotConverged, message: message.into(), context: Vec::new() }
     }
 
+    /// The computation was stopped on demand.
+    pub(crate) fn interrupted() -> Self {
+        Self { kind: Kind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
+    }
+
     /// The same error, met while doing `place` (file, group, step, ...); a place said last already is not said again.
     pub fn context(mut self, place: impl Into<String>) -> Self {
         let place = place.into();
@@ -68,6 +75,7 @@ impl Error {
             Kind::Resources => 4,
             Kind::Numerical => 1,
             Kind::NotConverged => 3,
+            Kind::Interrupted => 130,
         }
     }
 
@@ -87,6 +95,14 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// What messages that put results in doubt begin with.
+pub const DOUBT: &str = "WARNING: ";
+
+/// A message to the user that puts results in doubt, among those that do not.
+pub(crate) fn doubtful(message: &str) -> String {
+    format!("{DOUBT}{message}")
+}
 
 /// Adds context to a `Result`.
 pub trait Context<T> {

@@ -13,6 +13,7 @@
 #![deny(missing_docs)]
 
 pub mod error;
+pub mod interrupt;
 pub mod geometry;
 pub mod linalg;
 pub mod quadrature;

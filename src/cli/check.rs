@@ -3,7 +3,7 @@
 use super::progress::seconds;
 use super::run::{report, show_failure};
 use super::table::{align, short};
-use super::{SceneArgs, exit, refuse, to_stdout, use_threads};
+use super::{SceneArgs, exit, refuse, remark, to_stdout, use_threads};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{Normal, Step, Tangential};
@@ -24,7 +24,7 @@ const DEFAULTS: [(&str, &str); 10] = [
     ("solver.coupling", "schur"),
     ("solver.skip", "true"),
     ("solver.memory_limit", "what is available when the run starts"),
-    ("output.fields", "[\"vtu\"]"),
+    ("output.fields", "[\"vtu\", \"svg\"]"),
 ];
 
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
@@ -70,7 +70,7 @@ fn describe(plan: &Plan, forecast: &Forecast, notes: &[String]) -> String {
     }
     let of_bodies = forecast.bodies.iter().filter_map(|body| body.note.as_ref());
     for note in plan.notes.iter().chain(of_bodies).chain(notes) {
-        text.push_str(&format!("\nnote: {note}\n"));
+        text.push_str(&format!("\n{}\n", remark(note)));
     }
     text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));
     text

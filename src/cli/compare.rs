@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::progress::{Progress, seconds};
 use super::run::{Job, compute, reason, report, show_failure, units};
 use super::table::{align, short};
-use super::{CompareArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
+use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout, use_threads};
 use crate::error::Result;
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
@@ -183,7 +183,7 @@ fn describe(comparison: &Comparison) -> String {
         text.push_str(&format!("\n{}: {words}\n", variant.name));
     }
     for warning in &comparison.warnings {
-        text.push_str(&format!("\nnote: {warning}\n"));
+        text.push_str(&format!("\n{}\n", remark(warning)));
     }
     text
 }

@@ -17,6 +17,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::error::DOUBT;
 use crate::scene::Mistakes;
 
 /// Exit codes of the program.
@@ -146,6 +147,11 @@ fn use_threads(threads: Option<u16>) {
 fn refuse(mistakes: &Mistakes) -> u8 {
     to_stderr(&render::render(mistakes));
     exit::INPUT
+}
+
+/// A message of a run as it is printed: one that puts results in doubt says so itself.
+fn remark(message: &str) -> String {
+    if message.contains(DOUBT) { message.to_owned() } else { format!("note: {message}") }
 }
 
 /// Prints to standard output; a reader that has gone is no failure.

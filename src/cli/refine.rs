@@ -9,8 +9,8 @@ use super::progress::Progress;
 use super::run::{reason, report, show_failure};
 use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
 use crate::body::Estimate;
-use crate::error::{Error, Result};
-use crate::fem::ErrorEstimate;
+use crate::error::{Error, Kind, Result};
+use crate::fem::{ErrorEstimate, ROUNDING};
 use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
@@ -106,6 +106,7 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
     let study = match study::prepare(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
         Ok(Some(study)) => study,
         Ok(None) => return exit::INTERRUPTED,
+        Err(failure) if failure.error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
         Err(failure) => {
             progress.end();
             return show_failure(&plan, &failure);
@@ -121,11 +122,13 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
             return exit::NOT_CONVERGED;
         }
         Ok(Outcome::Interrupted) => return exit::INTERRUPTED,
+        Err(error) if error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
         Err(error) => return report(&error),
     }
     match write_fields(&plan, &study, (arguments, &bodies), &ends.tractions) {
         Ok(text) if arguments.quiet => drop(text),
         Ok(text) => to_stdout(&text),
+        Err(error) if error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
         Err(error) => return report(&error),
     }
     exit::DONE
@@ -200,6 +203,10 @@ fn write_fields(
             let estimate = estimate(output, tractions)?;
             text.push_str(&format!("{key}, {step}: {}\n", ErrorRecord::new(&estimate).advice(length)));
             estimates.push(estimate);
+        }
+        if estimates.iter().all(|estimate| estimate.norm > 0.0 && estimate.relative() < ROUNDING) {
+            text.push_str(&format!("{key}: the mesh is as fine as it need be; no sizes were written\n"));
+            continue;
         }
         let field = size_field(mesh, &estimates, &wanted)?;
         let source = plan.bodies[*index].fe().map_or("", |fe| fe.mesh_name.as_str());

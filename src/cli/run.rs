@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::progress::{Progress, seconds};
-use super::{RunArgs, exit, refuse, signal, table, to_stderr, to_stdout, use_threads};
-use crate::error::{Error, Result};
+use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout, use_threads};
+use crate::error::{Error, Kind, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
@@ -156,6 +156,9 @@ pub(super) fn compute(
         Err(failure) => {
             summary.fail(&failure.error);
             let code = failure.error.exit_code();
+            if code == exit::INTERRUPTED {
+                return Ok(finish(Recorder::into_directory(output), summary, code));
+            }
             return match finish(Recorder::into_directory(output), summary, code) {
                 written if written == code => Err(failure),
                 other => Ok(other),
@@ -181,8 +184,8 @@ pub(super) fn compute(
     summary.conclude(&outcome);
     let code = finish(recorder, summary, exit_code(&outcome));
     match outcome {
-        Err(error) => Err(Failure { error, key: String::new() }),
-        Ok(_) => Ok(code),
+        Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
+        _ => Ok(code),
     }
 }
 
@@ -205,10 +208,16 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
 
 /// Prints a failure, with the place in the scene it concerns; the exit code.
 pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
-    if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
-        return refuse(&Mistakes::from_error(&plan.document, &failure.key, &failure.error));
+    let code = if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
+        refuse(&Mistakes::from_error(&plan.document, &failure.key, &failure.error))
+    } else {
+        report(&failure.error)
+    };
+    // They often are what is wrong.
+    for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNITS_HINT)) {
+        to_stderr(&format!("note: {hint}\n"));
     }
-    report(&failure.error)
+    code
 }
 
 /// The error that a panic is; its message was printed when it happened.
@@ -223,8 +232,9 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
     text.push_str(&table::bodies(summary));
-    for warning in &summary.warnings {
-        text.push_str(&format!("\nnote: {warning}"));
+    let failed = summary.status == Status::Failed;
+    for warning in summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNITS_HINT))) {
+        text.push_str(&format!("\n{}", remark(warning)));
     }
     let memory = summary.peak_memory_bytes as f64 / f64::from(1 << 20);
     let how = match summary.status {

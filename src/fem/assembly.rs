@@ -11,6 +11,7 @@ use super::regions::Regions;
 use super::solids::Rules;
 use super::spec::HexFormulation;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::linalg::sparse::{SymmetricSparse, SymmetricTriplets};
 use crate::mesh::{CellRef, Mesh};
 
@@ -43,6 +44,7 @@ impl Elements<'_> {
     }
 
     fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
+        interrupt::check()?;
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);
         let mut packed = vec![0.0; packed_len(kind)];
@@ -91,6 +93,7 @@ pub(super) fn assemble(
     for face in foundations {
         scatter(&face.nodes, &face.packed, dofs, &mut triplets, &mut rhs);
     }
+    interrupt::check()?;
     Ok((triplets.build(), rhs))
 }
 

@@ -3,6 +3,7 @@
 use super::regions::Regions;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
+use crate::geometry::{number, place};
 use crate::mesh::Mesh;
 
 const NONE: usize = usize::MAX;
@@ -82,13 +83,14 @@ impl Dofs {
                 let earlier = self.support[dof];
                 if earlier != NONE && self.prescribed[dof] != value {
                     return Err(Error::input(format!(
-                        "the groups \"{}\" and \"{}\" share a node at {:?} but prescribe different displacements \
-                         along {}: {} and {value}",
+                        "the groups \"{}\" and \"{}\" share a node at {} but prescribe different displacements \
+                         along {}: {} and {}",
                         spec.supports[earlier].group,
                         support.group,
-                        spec.mesh.points[node],
+                        place(&spec.mesh.points[node]),
                         COMPONENTS[component],
-                        self.prescribed[dof],
+                        number(self.prescribed[dof]),
+                        number(value),
                     )));
                 }
                 (self.support[dof], self.prescribed[dof]) = (index, value);
@@ -128,8 +130,9 @@ impl Dofs {
 
 fn not_on_body(mesh: &Mesh, group: &str, node: usize) -> Error {
     Error::input(format!(
-        "the group \"{group}\" of {} has a node at {:?} that belongs to no solid element; a support must lie on the \
+        "the group \"{group}\" of {} has a node at {} that belongs to no solid element; a support must lie on the \
          body",
-        mesh.source, mesh.points[node]
+        mesh.source,
+        place(&mesh.points[node])
     ))
 }

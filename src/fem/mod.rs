@@ -34,7 +34,7 @@ pub use condensed::{CondensedBody, Keep, Origin, Resources};
 pub use method::{Method, Shortage};
 pub use model::FeModel;
 pub use recovery::{
-    CHANGE, ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints, StressRecovery, size_ratios,
+    CHANGE, ContactPoint, ErrorEstimate, ExposureField, ROUNDING, RecoveryPoints, StressRecovery, size_ratios,
 };
 pub(crate) use recovery::{contact_points, exposures};
 pub use regions::{Finding, Regions, check_materials};

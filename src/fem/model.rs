@@ -16,6 +16,7 @@ use super::rigid::{self, FreeMotions};
 use super::solids::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
+use crate::geometry::place;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
@@ -286,7 +287,7 @@ impl FeModel {
     /// What a row of the system is, for messages.
     pub(super) fn row_name(&self, row: usize) -> String {
         let dof = self.dofs.dofs_of_rows()[row];
-        format!("the node at {:?}, direction {}", self.mesh.points[dof / 3], COMPONENTS[dof % 3])
+        format!("the node at {}, direction {}", place(&self.mesh.points[dof / 3]), COMPONENTS[dof % 3])
     }
 
     pub(super) fn floating(&self) -> Option<&Floating> {

@@ -16,7 +16,7 @@ use super::element::{ElementState, state};
 use super::model::FeModel;
 use crate::error::Result;
 
-pub use estimate::ErrorEstimate;
+pub use estimate::{ErrorEstimate, ROUNDING};
 pub use exposure::ExposureField;
 pub(crate) use exposure::exposures;
 pub use points::RecoveryPoints;

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
-use crate::geometry::Point;
+use crate::geometry::{Point, place};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
@@ -43,8 +43,9 @@ impl ContactFrame {
                 let corners = next_fan(mesh, node, &mut rest);
                 frame.push_cell(corners, toward).ok_or_else(|| {
                     Error::input(format!(
-                        "the contact faces around the node at {:?} of {} have no area: mend the mesh there",
-                        mesh.points[node], mesh.source
+                        "the contact faces around the node at {} of {} have no area: mend the mesh there",
+                        place(&mesh.points[node]),
+                        mesh.source
                     ))
                 })?;
             }

@@ -241,12 +241,9 @@ impl Run<'_> {
             _ => Outcome::NotConverged("iterations"),
         };
         if record.contact_area == 0.0 && record.converged {
-            self.result.warnings.push(format!(
-                "step \"{}\" ({}): nothing is in contact; check approach, gap and frame if contact was meant",
-                record.name, record.increment
-            ));
+            self.result.warnings.push(self.prepared.open_note(record, checks.min_gap));
         }
-        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
+        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \

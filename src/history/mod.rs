@@ -9,6 +9,7 @@ mod control;
 mod cycles;
 mod increments;
 mod model;
+mod open;
 mod state;
 pub mod step;
 

@@ -11,6 +11,7 @@ use super::fronts::{Front, FrontTree};
 use super::multifrontal::{self, Failure};
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// A relative residual above this is not rounding: the factor is wrong.
 const RESIDUAL_LIMIT: f64 = 1e-8;
@@ -251,6 +252,7 @@ impl CholeskyFactor {
     }
 
     fn trailing_inverse_with(&self, par: Par) -> Result<SymmetricDense> {
+        interrupt::check()?;
         let m = self.n_trailing;
         let mut inverse = SymmetricDense::zeros(m)?;
         let Some(root) = self.tree.fronts.last().filter(|_| m > 0) else { return Ok(inverse) };

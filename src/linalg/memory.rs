@@ -52,10 +52,7 @@ impl MemoryLimit {
             return Ok(());
         }
         let raise = if self.given { ", or raise solver.memory_limit" } else { "" };
-        Err(Error::resources(format!(
-            "{what} needs {} ({bytes} bytes) of memory, {self}; {mend}{raise}",
-            readable(bytes)
-        )))
+        Err(Error::resources(format!("{what} needs {} of memory, {self}; {mend}{raise}", exactly(bytes))))
     }
 }
 
@@ -63,11 +60,17 @@ impl std::fmt::Display for MemoryLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Some(remaining) = self.remaining() else { return f.write_str("available is less") };
         let of = if self.given { "allowed by solver.memory_limit" } else { "available" };
-        write!(f, "{of} is {} ({remaining} bytes)", readable(remaining.into()))?;
-        if self.held > 0 {
-            write!(f, " beside the {} of the rest of the scene", readable(self.held.into()))?;
+        let held = readable(self.held.into());
+        match (remaining, self.held) {
+            (_, 0) => write!(f, "{of} is {}", exactly(remaining.into())),
+            (0, _) => {
+                let all = exactly(self.bytes.unwrap_or(0).into());
+                write!(f, "{of} is {all}, which the rest of the scene ({held}) takes up already")
+            }
+            _ => {
+                write!(f, "{of} is {} beside the {held} of the rest of the scene", exactly(remaining.into()))
+            }
         }
-        Ok(())
     }
 }
 
@@ -86,10 +89,21 @@ fn free_of_machine() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
-/// Bytes in MiB or GiB.
+/// Bytes in a unit that suits their number.
 pub fn readable(bytes: u128) -> String {
-    let gibibytes = bytes as f64 / (1u64 << 30) as f64;
-    if gibibytes >= 1.0 { format!("{gibibytes:.1} GiB") } else { format!("{:.1} MiB", gibibytes * 1024.0) }
+    let mebibytes = bytes as f64 / (1u64 << 20) as f64;
+    match bytes {
+        1 => "1 byte".to_owned(),
+        0..1024 => format!("{bytes} bytes"),
+        1024..104_858 => format!("{:.1} KiB", mebibytes * 1024.0),
+        _ if mebibytes < 1024.0 => format!("{mebibytes:.1} MiB"),
+        _ => format!("{:.1} GiB", mebibytes / 1024.0),
+    }
+}
+
+/// The same with the bytes themselves.
+fn exactly(bytes: u128) -> String {
+    if bytes < 1024 { readable(bytes) } else { format!("{} ({bytes} bytes)", readable(bytes)) }
 }
 
 #[cfg(test)]
@@ -113,6 +127,17 @@ mod tests {
         ] {
             assert!(error.message().contains(words), "{error}");
         }
+    }
+
+    /// Truth: English, and that nothing is left where more is held than allowed.
+    #[test]
+    fn small_limits_are_told_in_words() {
+        let error = MemoryLimit::given(1).ensure(3 << 20, "a", "b").unwrap_err().to_string();
+        assert!(error.contains("allowed by solver.memory_limit is 1 byte;"), "{error}");
+        let error = MemoryLimit::given(1 << 20).less(30 << 20).ensure(1, "a", "b").unwrap_err().to_string();
+        assert!(error.contains("needs 1 byte of memory") && !error.contains("0 bytes beside"), "{error}");
+        assert!(error.contains("which the rest of the scene (30.0 MiB) takes up already"), "{error}");
+        assert_eq!(readable(50 << 10), "50.0 KiB");
     }
 
     /// Truth: no machine has 2^62 bytes, every one that runs this has one.

@@ -20,10 +20,11 @@ use super::partial;
 use super::sparse::SymmetricSparse;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// Why a factor was not made.
 pub(super) enum Failure {
-    /// Memory does not suffice.
+    /// Memory does not suffice, or a stop is wished.
     Memory(Error),
     /// The pivot at this place is not positive.
     Pivot(usize),
@@ -174,6 +175,7 @@ impl Work<'_> {
         memory: Memory<'_>,
         par: Par,
     ) -> std::result::Result<(), Failure> {
+        interrupt::check()?;
         let Memory { waiting, mut left, local } = memory;
         let front = &self.tree.fronts[index];
         let children: Vec<(Embedding, Range<usize>)> = self
@@ -192,6 +194,7 @@ impl Work<'_> {
             None => &mut waiting[own.clone()],
         };
         partial::eliminate(columns, remainder, par).map_err(|i| Failure::Pivot(front.start + i))?;
+        interrupt::check()?;
         for (child, place) in children {
             match left.as_deref_mut() {
                 Some(left) => child.add_to_remainder(&waiting[place], front, left),

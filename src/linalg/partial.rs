@@ -14,6 +14,7 @@ use faer::{Accum, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
 use super::lower_blocks;
+use crate::interrupt;
 
 /// Pivots eliminated together.
 const PANEL: usize = 128;
@@ -31,7 +32,8 @@ struct Tile<'a> {
 }
 
 /// L11 L11^T = A11, L21 = A21 L11^-T in `columns` (`[size, n_pivots]`, A11 in the lower triangle), and -L21 L21^T in
-/// `remainder` (block columns, see [`lower_blocks`]; what it held before does not matter).
+/// `remainder` (block columns, see [`lower_blocks`]; what it held before does not matter). Ends early, with nothing that
+/// can be used, if a stop is wished.
 ///
 /// # Errors
 /// The place of a pivot that is not positive.
@@ -39,6 +41,9 @@ pub(super) fn eliminate(mut columns: MatMut<'_, f64>, remainder: &mut [f64], par
     let (size, n_pivots) = (columns.nrows(), columns.ncols());
     let n_left = size - n_pivots;
     for start in (0..n_pivots).step_by(PANEL) {
+        if interrupt::wished() {
+            return Ok(());
+        }
         let width = PANEL.min(n_pivots - start);
         let rest = columns.as_mut().submatrix_mut(start, start, size - start, n_pivots - start);
         let (panel, right) = rest.split_at_col_mut(width);

@@ -6,6 +6,7 @@ use super::groups::dim_name;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
+use crate::geometry::Point;
 
 /// A face of one solid cell that lies on the outside of the mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,10 +26,19 @@ pub struct SurfaceFace {
 impl SurfaceFace {
     /// Its area between its corners, mm2.
     pub fn area(&self, mesh: &Mesh) -> f64 {
-        let corner = |i: usize| crate::geometry::Point::from(mesh.points[self.nodes[i]]);
-        let fan = 1..self.kind.n_corners() - 1;
+        self.fan(mesh).map(|triangle| triangle.norm()).sum()
+    }
+
+    /// Its outward area vector between its corners, mm2.
+    pub fn area_vector(&self, mesh: &Mesh) -> Point {
+        self.fan(mesh).sum()
+    }
+
+    /// The area vectors of the triangles that its corners make with the first of them.
+    fn fan(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
+        let corner = |i: usize| Point::from(mesh.points[self.nodes[i]]);
         let first = corner(0);
-        0.5 * fan.map(|i| (corner(i) - first).cross(&(corner(i + 1) - first)).norm()).sum::<f64>()
+        (1..self.kind.n_corners() - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))
     }
 }
 

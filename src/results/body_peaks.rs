@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::body::StressField;
-use crate::fem::{ErrorEstimate, ExposureField};
+use crate::fem::{ErrorEstimate, ExposureField, ROUNDING};
 use crate::material::strength::{Exposure, von_mises};
 use crate::mesh::Mesh;
 use crate::results::surface_stress::SurfaceStress;
@@ -155,6 +155,12 @@ impl ErrorRecord {
 
     /// Where to refine, in words; `length` is the unit.
     pub fn advice(&self, length: &str) -> String {
+        if self.relative < ROUNDING {
+            return format!(
+                "estimated error {:.1e} in energy norm, which is rounding: nothing to refine",
+                self.relative
+            );
+        }
         let WorstCells { count, volume_share, centre, radius } = &self.worst_cells;
         let at = |x: &[f64; 3]| format!("({:.3}, {:.3}, {:.3})", x[0], x[1], x[2]);
         format!(

@@ -71,8 +71,8 @@ impl OutputDir {
 
     /// Moves the gathered files to their names, then writes the summary, which lists them.
     ///
-    /// A converged run replaces the files of an earlier one. Any other run first moves what it would replace to
-    /// `previous-1` (or the next free number), so that earlier results outlive a failure.
+    /// A converged run replaces the files of an earlier one. Any other run first moves all results of the earlier one
+    /// to `previous-1` (or the next free number): they outlive the failure, and nobody takes them for new ones.
     ///
     /// # Errors
     /// Resources, if a file cannot be moved or written; numerical, if the summary holds a number that is not
@@ -106,13 +106,16 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Moves the files that this run is going to replace into a folder of their own.
+    /// Moves the files of the earlier run, and others that this one is going to replace, into a folder of their own.
     fn set_aside(&self) -> Result<()> {
-        let mut replaced: Vec<&str> = self.files.iter().map(String::as_str).collect();
+        let mut replaced = earlier_files(&self.target);
+        replaced.extend(self.files.iter().cloned());
         if !is_summary_without_steps(&self.target.join(SUMMARY)) {
-            replaced.push(SUMMARY);
+            replaced.push(SUMMARY.to_owned());
         }
-        replaced.retain(|name| self.target.join(name).exists());
+        replaced.sort();
+        replaced.dedup();
+        replaced.retain(|name| self.target.join(name).is_file());
         if replaced.is_empty() {
             return Ok(());
         }
@@ -122,8 +125,8 @@ impl OutputDir {
             .expect("there are more numbers than folders");
         fs::create_dir(&aside).map_err(|e| failure("cannot make", &aside, &e))?;
         for name in replaced {
-            let from = self.target.join(name);
-            fs::rename(&from, aside.join(name)).map_err(|e| failure("cannot move", &from, &e))?;
+            let from = self.target.join(&name);
+            fs::rename(&from, aside.join(&name)).map_err(|e| failure("cannot move", &from, &e))?;
         }
         Ok(())
     }

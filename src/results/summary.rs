@@ -167,6 +167,10 @@ impl Summary {
 
     /// Marks the run as failed by `error`, or as not converged if that is what it says.
     pub fn fail(&mut self, error: &Error) {
+        if error.kind() == Kind::Interrupted {
+            (self.status, self.reason, self.error) = (Status::Interrupted, None, None);
+            return;
+        }
         let not_converged = error.kind() == Kind::NotConverged;
         self.status = if not_converged { Status::NotConverged } else { Status::Failed };
         self.reason = not_converged.then(|| "linear-solver".to_owned());

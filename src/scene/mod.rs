@@ -22,6 +22,7 @@ use std::path::Path;
 pub use document::Document;
 pub use mistake::{Mistake, Mistakes};
 pub use plan::Plan;
+pub use units::HINT as UNITS_HINT;
 
 /// What is said of a scene that makes no plan although nothing was found to be wrong with it.
 fn unexplained(document: &Document) -> Mistake {

@@ -126,6 +126,8 @@ pub struct FeSpec {
 /// Displacement components prescribed on a group; `None` leaves one free.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Support {
+    /// Its key in the scene, dotted: "body1.fixed.0".
+    pub key: String,
     /// Physical group.
     pub group: String,
     /// Prescribed values along x, y, z.

@@ -20,6 +20,9 @@ const STIFFEST: f64 = 5e6;
 /// Ratio of moduli of two bodies beyond which the softer one has all of the deformation.
 const MODULUS_RATIO: f64 = 1e4;
 
+/// What each of these warnings begins with.
+pub const HINT: &str = "perhaps mixed-up units";
+
 /// Warnings on the sizes of moduli, radii, displacements, forces, meshes and frame.
 pub(super) fn notes(plan: &Plan) -> Vec<String> {
     let mut notes = Vec::new();
@@ -27,7 +30,7 @@ pub(super) fn notes(plan: &Plan) -> Vec<String> {
     modulus_ratio(plan, &mut notes);
     contact_size(plan, &mut notes);
     meshes(plan, &mut notes);
-    notes.into_iter().map(|note| format!("perhaps mixed-up units: {note}")).collect()
+    notes.into_iter().map(|note| format!("{HINT}: {note}")).collect()
 }
 
 /// Young's moduli along the material axes.
@@ -110,10 +113,20 @@ fn modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
 }
 
 /// Half of the least side and the least cell of a grid frame.
-fn frame_sizes(frame: &FrameSpec) -> Option<[f64; 2]> {
+fn grid_sizes(frame: &FrameSpec) -> Option<[f64; 2]> {
     let FrameSpec::Grid { half_width, cells, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
     Some([half_width[0].min(half_width[1]), cell(0).min(cell(1))])
+}
+
+/// The same of any frame: of a mesh frame half of its largest extent, and the side of a square as large as a face.
+fn frame_sizes(plan: &Plan) -> Option<[f64; 2]> {
+    let FrameSpec::Mesh { body, .. } = plan.frame else { return grid_sizes(&plan.frame) };
+    let fe = plan.bodies[body].fe()?;
+    let mut sides = extent(fe, Some(&fe.contact))?;
+    sides.sort_by(f64::total_cmp);
+    let faces = fe.mesh.group_of_dim(&fe.contact, 2).ok()?.cells.len();
+    Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
 }
 
 /// Radius of curvature of a round gap.
@@ -130,7 +143,7 @@ fn contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let approach = (plan.steps.iter())
         .filter_map(|step| if let Some(Normal::Approach(d)) = step.normal { Some(d) } else { None })
         .fold(0.0, f64::max);
-    let Some([half, cell]) = frame_sizes(&plan.frame) else { return };
+    let Some([half, cell]) = frame_sizes(plan) else { return };
     let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
         (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
         (_, Some(cycles)) => Some(cycles.amplitude),
@@ -203,12 +216,16 @@ fn meshes(plan: &Plan, notes: &mut Vec<String>) {
             continue;
         };
         let (side, height) = (contact[0].max(contact[1]), least(whole));
-        if let Some([half, cell]) = frame_sizes(&plan.frame) {
+        if let Some([half, cell]) = grid_sizes(&plan.frame) {
             let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
             let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
             if side > 1e3 * half {
                 notes.push(format!(
                     "the contact surface of {key} is {side:.4e} wide, the frame's half-width is {half:.4e}"
+                ));
+            } else if side < 0.02 * half {
+                notes.push(format!(
+                    "the contact surface of {key} is only {side:.4e} wide, the frame's half-width is {half:.4e}"
                 ));
             } else if face > 100.0 * cell {
                 notes.push(format!(

@@ -5,12 +5,13 @@ use super::memory;
 use super::skips::needs_solves;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::coupling::mesh_distance;
-use crate::error::{Context, Error};
+use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{Keep, Resources};
 use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
+use crate::geometry::place;
 use crate::linalg::memory::MemoryLimit;
-use crate::mesh::faces::group_faces;
+use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
@@ -106,8 +107,31 @@ pub(super) fn half_space(
 pub(super) fn face_map(fe: &FeSpec, index: usize, frame: &ContactFrame) -> Result<FaceMap, Failure> {
     let contact = format!("{}.contact", KEYS[index]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+    if frame.grid.is_some() {
+        faces_the_other(fe, &faces, frame, index).at(&contact)?;
+    }
     let key = if frame.grid.is_some() { "frame.half_width" } else { &contact };
     FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| KEYS[index].to_owned()).at(key)
+}
+
+/// Refuses a contact group none of whose faces look towards the other body over a plane frame.
+fn faces_the_other(fe: &FeSpec, faces: &[SurfaceFace], frame: &ContactFrame, index: usize) -> Checked<()> {
+    let towards = frame.axes.normal() * if index == 0 { 1.0 } else { -1.0 };
+    let outward = |face: &SurfaceFace| face.area_vector(&fe.mesh).dot(&towards);
+    let looking: f64 = faces.iter().map(|face| outward(face).max(0.0)).sum();
+    // A side face of a block looks by rounding only.
+    if looking > 1e-6 * faces.iter().map(|face| face.area(&fe.mesh)).sum::<f64>() {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "none of the {} faces of `{}` looks towards {}: those of {} must look along {} (outward normal), for body 1 is \
+         below and body 2 above; name the group of the other side, or turn the mesh",
+        faces.len(),
+        fe.contact,
+        KEYS[1 - index],
+        KEYS[index],
+        place(&towards.into())
+    )))
 }
 
 /// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells.

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
 use crate::element::ElementKind;
-use crate::error::Error;
+use crate::error::{Error, doubtful};
 use crate::fem::Regions;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
@@ -24,9 +24,6 @@ const SAFE_RATIO: f64 = 2.0;
 
 /// A node is held along the normal if this share of the normal lies in the components that are held.
 const ALONG: f64 = 0.999;
-
-/// Keys of the supports of the two bodies.
-const SUPPORTS: [[&str; 2]; 2] = [["body1.fixed", "body1.displaced"], ["body2.fixed", "body2.displaced"]];
 
 /// What the user should know of how `plan` and its `frame` fit.
 ///
@@ -62,7 +59,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     // A cell per node is as many as the nodes can feel.
     let nodal = matches!(plan.frame, FrameSpec::Mesh { points: FramePoints::Nodes, .. });
     if let (Some(face), false, false) = (finest, half_space, nodal) {
-        notes.extend(cells_against_faces(frame, face)?);
+        notes.extend(cells_against_faces(plan, frame, face)?);
     }
     Ok(notes)
 }
@@ -95,7 +92,6 @@ fn free_along_normal(fe: &FeSpec, index: usize, map: &FaceMap, frame: &ContactFr
         let nodes = fe.mesh.group_nodes(&support.group).at(KEYS[index])?;
         let count = nodes.iter().filter(|node| local.contains_key(node) && held(node)).count();
         if count > 0 {
-            let displaced = support.values.iter().flatten().any(|&value| value != 0.0);
             let along = if frame.is_level() { "z" } else { "the normal of the surface" };
             let error = Error::input(format!(
                 "the support on group `{}` holds {count} of the {} nodes under the frame along {along}; contact nodes \
@@ -104,36 +100,54 @@ fn free_along_normal(fe: &FeSpec, index: usize, map: &FaceMap, frame: &ContactFr
                 support.group,
                 map.nodes().len()
             ));
-            return Err(Failure { error, key: SUPPORTS[index][usize::from(displaced)].to_owned() });
+            return Err(Failure { error, key: support.key.clone() });
         }
     }
     Ok(())
 }
 
-/// The mean cell of the frame against the area (mm2) per contact node of the finest body.
-fn cells_against_faces(frame: &ContactFrame, face: f64) -> Result<Option<String>, Failure> {
+/// The mean cell of the frame against the area per contact node of the finest body.
+fn cells_against_faces(plan: &Plan, frame: &ContactFrame, face: f64) -> Result<Option<String>, Failure> {
     let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
     let ratio = cell / face;
     if ratio >= SAFE_RATIO {
         return Ok(None);
     }
+    let unit = &plan.units.length;
+    let own_nodes = matches!(plan.frame, FrameSpec::Mesh { body, .. } if first_order(plan, body));
+    let nodes = if own_nodes { "frame.points = \"nodes\", " } else { "" };
     let (cell, face) = (cell.sqrt(), face.sqrt());
     if ratio >= LEAST_RATIO {
-        return Ok(Some(format!(
-            "cells about as fine as the elements ({cell:.3e} mm, elements {face:.3e} mm): tractions may \
-             oscillate; take cells of at least {:.3e} mm{} or pair with a half-space",
+        return Ok(Some(doubtful(&format!(
+            "a cell of the frame is only {ratio:.2} times the contact area of a node (mean side {cell:.3} {unit}, nodes \
+             {face:.3} {unit} apart): tractions that alternate from cell to cell hardly move the mesh, so that peak \
+             pressures are in doubt and need not converge (forces do); take {nodes}cells of at least {:.3} {unit}{}, or \
+             make one body a half-space",
             face * SAFE_RATIO.sqrt(),
             at_most(frame, ratio, SAFE_RATIO)
-        )));
+        ))));
     }
     let error = Error::input(format!(
-        "the cells of the frame (mean side {cell:.3e} mm) are finer than the contact faces of the finest body \
-         (a node for a square of {face:.3e} mm), so that their tractions are not determined; take cells of at least \
-         {:.3e} mm{}, refine a mesh or give it elements of order 2, or make one body a half-space",
+        "a cell of the frame is only {ratio:.2} times the contact area of a node of the finest body (mean side {cell:.3} \
+         {unit}, nodes {face:.3} {unit} apart), so that tractions are not determined; take {nodes}cells of at least \
+         {:.3} {unit}{}, refine a mesh or give it elements of order 2, or make one body a half-space",
         face * LEAST_RATIO.sqrt(),
         at_most(frame, ratio, LEAST_RATIO)
     ));
-    Err(Failure { error, key: if frame.grid.is_some() { "frame.cells" } else { "frame.body" }.to_owned() })
+    let key = match (frame.grid, own_nodes) {
+        (Some(_), _) => "frame.cells",
+        (None, true) => "frame.points",
+        (None, false) => "frame.body",
+    };
+    Err(Failure { error, key: key.to_owned() })
+}
+
+/// Whether the contact faces of body `index` are of first order.
+fn first_order(plan: &Plan, index: usize) -> bool {
+    let Some(fe) = plan.bodies[index].fe() else { return false };
+    let group = fe.mesh.group_of_dim(&fe.contact, 2);
+    let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
+    group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(fe.mesh.kind(cell))))
 }
 
 /// The finest grid whose cells reach `wanted` faces each, in words, from the present `ratio`.

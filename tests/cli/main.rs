@@ -2,6 +2,8 @@
 mod bad_input;
 mod cache;
 mod compare;
+mod doubts;
+mod interrupt;
 mod iterative;
 mod limits;
 mod materials;

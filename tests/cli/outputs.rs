@@ -73,13 +73,15 @@ fn a_run_that_does_not_converge_sets_earlier_results_aside() {
     assert_eq!(json(&dir.path().join("summary.json"))["reason"], "iterations");
     assert_eq!(fs::read(dir.path().join("previous-1/summary.json")).expect("the earlier summary"), before);
     assert!(dir.path().join("previous-1/history.csv").exists());
-    assert_eq!(fs::read_to_string(dir.path().join("frame_0003.vtu")).expect("untouched"), "good");
+    assert!(!dir.path().join("frame_0003.vtu").exists(), "an old field beside the new summary");
+    assert_eq!(fs::read_to_string(dir.path().join("previous-1/frame_0003.vtu")).expect("kept"), "good");
     assert_eq!(fs::read_to_string(dir.path().join("notes.txt")).expect("untouched"), "mine");
 }
 
-/// Truth: the same for a run that ends before its first increment; repeated failures pile nothing up.
+/// Truth: the same for a run that ends before its first increment: what lies beside a summary is of its run; repeated
+/// failures pile nothing up.
 #[test]
-fn a_failed_run_changes_only_the_summary() {
+fn a_failed_run_leaves_only_its_summary() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     run_into(dir.path(), 1, "frame.pvd", "good", Ok(Outcome::Converged));
     for _ in 0..3 {
@@ -88,8 +90,8 @@ fn a_failed_run_changes_only_the_summary() {
         summary.fail(&Error::input("body1.mesh: no such file"));
         Recorder::into_directory(output).finish(&mut summary).expect("a written summary");
     }
-    assert_eq!(names(dir.path()), ["frame.pvd", "history.csv", "previous-1", "summary.json"]);
-    assert_eq!(names(&dir.path().join("previous-1")), ["summary.json"]);
+    assert_eq!(names(dir.path()), ["previous-1", "summary.json"]);
+    assert_eq!(names(&dir.path().join("previous-1")), ["frame.pvd", "history.csv", "summary.json"]);
     let summary = json(&dir.path().join("summary.json"));
     assert_eq!(
         (&summary["status"], &summary["error"]),

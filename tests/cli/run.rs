@@ -188,7 +188,8 @@ fn a_failed_run_loses_nothing() {
     let after = summary(&out);
     assert_eq!(after["status"], "failed");
     assert!(after["error"].as_str().unwrap().contains("gap.radius"), "{after}");
-    assert_eq!(fs::read(out.join("history.csv")).unwrap(), table);
+    assert!(!out.join("history.csv").exists(), "old results beside the summary of a failed run");
+    assert_eq!(fs::read(out.join("previous-1/history.csv")).unwrap(), table);
     assert_eq!(fs::read(out.join("previous-1/summary.json")).unwrap(), before);
 }
 

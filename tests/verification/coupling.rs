@@ -16,6 +16,7 @@ mod nodes;
 mod order_two;
 mod pairs;
 mod quadratic;
+mod rigid_partner;
 mod states;
 mod touch;
 

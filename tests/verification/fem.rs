@@ -64,6 +64,11 @@ fn patch_macneal_harder() {
     let sigma = stiffness.voigt() * Vector6::from(strain);
     let published = Vector6::new(2000.0, 2000.0, 2000.0, 400.0, 400.0, 400.0);
     assert!((sigma - published).amax() < 1e-9);
+    // One corner is folded, no integration point: a warning, as in other programs.
+    let quality = orthowear::mesh::quality::check(&macneal_harder()).expect("a mesh that can be computed");
+    assert!(
+        quality.folded_at_nodes == 1 && quality.warnings()[0].contains("1 of 7 solid elements are folded")
+    );
     for formulation in HexFormulation::ALL {
         patch_test(macneal_harder(), stiffness.clone(), formulation, strain, 1.0, 1e-12);
     }

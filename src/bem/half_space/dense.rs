@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::linalg::memory;
 use crate::linalg::operator::Flexibility;
 
@@ -52,6 +53,9 @@ impl DenseFlexibility {
             .into_par_iter()
             .zip(centers)
             .for_each(|((row_x, row_y, row_n), &center)| {
+                if interrupt::wished() {
+                    return;
+                }
                 for (j, cell) in cells.iter().enumerate() {
                     let block = integrator.polygon(cell, center);
                     for (i, row) in [&mut *row_x, &mut *row_y, &mut *row_n].into_iter().enumerate() {
@@ -59,6 +63,7 @@ impl DenseFlexibility {
                     }
                 }
             });
+        interrupt::check()?;
         symmetrise(&mut rows, areas);
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }

@@ -10,6 +10,7 @@ use super::green::SurfaceGreen;
 use super::kernel_table::KernelTable;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::linalg::memory;
 use crate::linalg::operator::Flexibility;
 
@@ -56,6 +57,7 @@ impl FftFlexibility {
     ) -> Result<Self> {
         check(cells, spacing)?;
         let table = KernelTable::new(cells, spacing, &PatchIntegrator::new(green));
+        interrupt::check()?;
         let convolution = Convolution::new(cells);
         let symbol = symbol(&convolution, &table);
         let buffers = Mutex::new(convolution.buffers());

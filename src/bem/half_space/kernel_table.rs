@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::patch::PatchIntegrator;
+use crate::interrupt;
 
 /// K(d) for the offsets d = target - source of a uniform grid; half of them, since K(-d) = K(d)^T.
 ///
@@ -16,12 +17,16 @@ pub(super) struct KernelTable {
 }
 
 impl KernelTable {
-    /// Integrates over one cell of the sides `spacing` for all offsets of a grid of `cells`.
+    /// Integrates over one cell of the sides `spacing` for all offsets of a grid of `cells`; ends early if a stop is
+    /// wished.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], integrator: &PatchIntegrator) -> Self {
         let [nx, ny] = cells;
         let width = 2 * ny - 1;
         let mut blocks = vec![Matrix3::zeros(); nx * width];
         blocks.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {
+            if interrupt::wished() {
+                return;
+            }
             let first = if dx == 0 { ny - 1 } else { 0 };
             for (column, block) in row.iter_mut().enumerate().skip(first) {
                 let dy = column as f64 - (ny - 1) as f64;

@@ -27,6 +27,9 @@ pub struct ErrorEstimate {
     pub norm: f64,
 }
 
+/// Relative errors below this are rounding and the tolerance of the contact, whatever the mesh.
+pub const ROUNDING: f64 = 1e-8;
+
 impl ErrorEstimate {
     /// Norm of the error over the body.
     pub fn total(&self) -> f64 {

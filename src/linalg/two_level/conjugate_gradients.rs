@@ -4,6 +4,7 @@ use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
 use super::{TOLERANCE, TwoLevelSolver};
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// Most iterations; a preconditioner that needs more is of no use.
 const MOST: usize = 2000;
@@ -64,6 +65,7 @@ impl Vectors {
         let mut products = [0.0; LANES];
         let mut taken = [[0.0; LANES]; DELAY];
         for iteration in 0..MOST {
+            interrupt::check()?;
             self.precondition(solver)?;
             let new = dot(&self.residual, &self.preconditioned);
             let ratio: Lanes = std::array::from_fn(|l| quotient(new[l], products[l]));

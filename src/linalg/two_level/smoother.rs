@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, add, add_transposed, three, three_mut, wide};
 use crate::error::{Error, Result};
+use crate::geometry::place;
 
 /// The inverses of the diagonal blocks.
 pub(super) struct GaussSeidel {
@@ -20,8 +21,8 @@ impl GaussSeidel {
             let inverse = Matrix3::from_row_slice(block).cholesky().map(|factor| factor.inverse());
             let inverse = inverse.ok_or_else(|| {
                 Error::input(format!(
-                    "the stiffness matrix is singular at the node at {:?}: nothing holds it",
-                    matrix.points[node]
+                    "the stiffness matrix is singular at the node at {}: nothing holds it",
+                    place(&matrix.points[node])
                 ))
             })?;
             Ok(std::array::from_fn(|i| inverse[(i / 3, i % 3)]))

@@ -50,9 +50,8 @@ impl Sample {
         Self { slopes, directions: determinant(directions), weight }
     }
 
-    /// Determinant of the map at this point of the element with these nodes, as it is and by the lengths of the images
-    /// of the directions.
-    fn jacobian(&self, points: &[[f64; 3]], nodes: &[usize]) -> (f64, f64) {
+    /// The Jacobian at this point of the element with these nodes.
+    fn jacobian(&self, points: &[[f64; 3]], nodes: &[usize]) -> Jacobian {
         let mut tangents = [[0.0; 3]; 3];
         for (&node, slopes) in nodes.iter().zip(&self.slopes) {
             for (tangent, slope) in tangents.iter_mut().zip(slopes) {
@@ -61,7 +60,27 @@ impl Sample {
         }
         let spanned = determinant(tangents);
         let lengths: f64 = tangents.iter().map(|t| t.iter().map(|x| x * x).sum::<f64>().sqrt()).product();
-        (spanned / self.directions, if lengths > 0.0 { spanned / lengths } else { 0.0 })
+        let scaled = if lengths > 0.0 { spanned / lengths } else { NO_LENGTH };
+        Jacobian { value: spanned / self.directions, scaled }
+    }
+}
+
+/// Stands for the share of a Jacobian where an edge has no length: below all others.
+const NO_LENGTH: f64 = f64::NEG_INFINITY;
+
+/// Determinant of the map at a point, as it is and by the lengths of the images of the directions.
+#[derive(Clone, Copy)]
+struct Jacobian {
+    value: f64,
+    scaled: f64,
+}
+
+impl Jacobian {
+    const NONE: Self = Self { value: f64::INFINITY, scaled: f64::INFINITY };
+
+    /// The lesser of two; one that is not a number is the least of all.
+    fn or_less(self, other: Self) -> Self {
+        if other.scaled < self.scaled || other.scaled.is_nan() { other } else { self }
     }
 }
 
@@ -94,69 +113,93 @@ fn samples(kind: ElementKind) -> Vec<Sample> {
     inside.chain(corners).chain(others).collect()
 }
 
-/// The least Jacobian of an element.
+/// The least Jacobians of an element.
 struct Least {
     kind: ElementKind,
     tag: u64,
-    jacobian: f64,
-    scaled: f64,
+    /// At the integration points.
+    inside: Jacobian,
+    /// At the nodes.
+    nodal: Jacobian,
 }
 
 impl Least {
-    /// That of a cell of a block, and the cell's volume.
+    /// Those of a cell of a block, and the cell's volume.
     fn new(mesh: &Mesh, block: &Block, cell: usize, samples: &[Sample]) -> (Self, f64) {
         let nodes = block.cell_nodes(cell);
-        let (mut least, mut volume) = ((f64::INFINITY, f64::INFINITY), 0.0);
+        let (mut inside, mut nodal, mut volume) = (Jacobian::NONE, Jacobian::NONE, 0.0);
         for sample in samples {
             let found = sample.jacobian(&mesh.points, nodes);
-            // A Jacobian that is not a number is the least of all.
-            if found.1 < least.1 || found.1.is_nan() {
-                least = found;
-            }
-            volume += sample.weight * found.0;
+            let least = if sample.weight == 0.0 { &mut nodal } else { &mut inside };
+            *least = least.or_less(found);
+            volume += sample.weight * found.value;
         }
-        (Self { kind: block.kind, tag: block.tags[cell], jacobian: least.0, scaled: least.1 }, volume)
+        (Self { kind: block.kind, tag: block.tags[cell], inside, nodal }, volume)
     }
 
+    /// Whether its stiffness can be computed, and no edge has shrunk to a point.
     fn is_sound(&self) -> bool {
-        self.scaled > COLLAPSED
+        self.inside.scaled > COLLAPSED && self.nodal.scaled > NO_LENGTH
+    }
+
+    fn least(&self) -> Jacobian {
+        self.inside.or_less(self.nodal)
     }
 }
 
-/// Refuses inverted, folded and collapsed solids; the least scaled Jacobian with its element, and the volume.
+/// What the Jacobians of sound solids are.
+pub(super) struct Jacobians {
+    /// The least scaled one, with its element.
+    pub least: (f64, u64),
+    /// Number of solids that are folded at a node, and nowhere at an integration point.
+    pub folded_at_nodes: usize,
+    /// Volume of all solids.
+    pub volume: f64,
+}
+
+/// Refuses inverted, folded and collapsed solids.
 ///
-/// The Jacobian is that of the element's own map, curved for elements of second order, at its integration points and at
-/// its nodes but the tip of a pyramid, where the map has no derivative.
-pub(super) fn check_jacobians(mesh: &Mesh) -> Result<((f64, u64), f64)> {
-    let (mut least, mut bad, mut volume) = ((f64::INFINITY, 0), Vec::new(), 0.0);
+/// The Jacobian is that of the element's own map, curved for elements of second order, at its integration points: where
+/// it is positive there, the stiffness is that of a body, and patch tests are passed. Its nodes (but the tip of a
+/// pyramid, where the map has no derivative) are looked at too, for a warning.
+pub(super) fn check_jacobians(mesh: &Mesh) -> Result<Jacobians> {
+    let mut all = Jacobians { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
+    let mut bad = Vec::new();
     for block in mesh.blocks.iter().filter(|block| block.kind.dim() == 3) {
         let samples = samples(block.kind);
         for cell in 0..block.n_cells() {
-            let (found, cell_volume) = Least::new(mesh, block, cell, &samples);
-            volume += cell_volume;
-            if found.scaled < least.0 {
-                least = (found.scaled, found.tag);
+            let (found, volume) = Least::new(mesh, block, cell, &samples);
+            all.volume += volume;
+            let least = found.least().scaled;
+            if least < all.least.0 {
+                all.least = (least, found.tag);
             }
             if !found.is_sound() {
                 bad.push(found);
+            } else if found.nodal.scaled <= COLLAPSED {
+                all.folded_at_nodes += 1;
             }
         }
     }
-    if bad.is_empty() { Ok((least, volume)) } else { Err(refusal(mesh, &bad)) }
+    if bad.is_empty() { Ok(all) } else { Err(refusal(mesh, &bad)) }
 }
 
 /// Names the first of the bad elements, their number, and the worst of them.
 fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
     let named: Vec<String> =
         bad.iter().take(NAMED).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
-    let worst = bad.iter().min_by(|a, b| a.scaled.total_cmp(&b.scaled)).expect("at least one");
-    let turned = bad.iter().filter(|least| least.jacobian < 0.0).count();
+    let worst = bad.iter().min_by(|a, b| a.inside.scaled.total_cmp(&b.inside.scaled)).expect("at least one");
+    let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
+    let share = match worst.inside.scaled {
+        share if share.is_finite() => format!(", or {share:.3e} of the lengths of its edges"),
+        _ => String::new(),
+    };
     let states = [(turned, "turned inside out or folded"), (bad.len() - turned, "collapsed")];
     let states: Vec<String> =
         states.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     Error::input(format!(
-        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; the worst is that of element {}: {:.3e}, or \
-         {:.3e} of the lengths of its edges. Mend the mesh (turned solids: reverse the node order, in gmsh \
+        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; the worst is that of element {}: {:.3e}{share}. \
+         Mend the mesh (turned solids: reverse the node order, in gmsh \
          `ReverseMesh`; folded or collapsed ones: move or refine nodes; curved ones: straighten or refine them, in gmsh \
          `Mesh.HighOrderOptimize = 2`)",
         bad.len(),
@@ -166,7 +209,6 @@ fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
         named.join(", "),
         if bad.len() > NAMED { ", .." } else { "" },
         worst.tag,
-        worst.jacobian,
-        worst.scaled,
+        worst.inside.value,
     ))
 }

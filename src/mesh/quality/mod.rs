@@ -9,7 +9,7 @@ use super::faces::face_of_three_solids;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::geometry::Point;
+use crate::geometry::{Point, place};
 use jacobian::check_jacobians;
 use measure::{aspect_ratios, coincident_points, connected_parts};
 
@@ -25,6 +25,8 @@ pub struct Quality {
     /// Least Jacobian at a node or integration point by the product of the lengths of its columns: 1 for a box; and its
     /// element.
     pub least_jacobian: (f64, u64),
+    /// Number of solids that are folded or flat at a node, though at no integration point.
+    pub folded_at_nodes: usize,
     /// Largest ratio of the longest to the shortest edge of a solid, and its element.
     pub largest_aspect: (f64, u64),
     /// Mean of those ratios.
@@ -64,22 +66,36 @@ impl Quality {
 
     /// What deserves a warning.
     pub fn warnings(&self) -> Vec<String> {
+        self.folded().into_iter().chain(self.unmerged()).collect()
+    }
+
+    /// That solids are folded at nodes.
+    fn folded(&self) -> Option<String> {
+        let (least, tag) = self.least_jacobian;
+        let all: usize = self.solids.iter().map(|(_, n)| n).sum();
+        (self.folded_at_nodes > 0).then(|| {
+            format!(
+                "{} of {all} solid elements are folded or flat at a node, though their Jacobian is positive at all \
+                 integration points; the worst is element {tag}, {least:.1e} of the lengths of its edges. They are computed \
+                 as they are, and stresses there are less accurate; better move the node, or straighten the edge",
+                self.folded_at_nodes
+            )
+        })
+    }
+
+    /// That nodes lie on one another.
+    fn unmerged(&self) -> Option<String> {
         let n = self.coincident_points.len();
         if n == 0 {
-            return Vec::new();
+            return None;
         }
-        let places: Vec<String> = self
-            .coincident_points
-            .iter()
-            .take(3)
-            .map(|x| format!("({}, {}, {})", x[0], x[1], x[2]))
-            .collect();
+        let places: Vec<String> = self.coincident_points.iter().take(3).map(place).collect();
         let (verb, more) = (if n == 1 { "node lies" } else { "nodes lie" }, if n > 3 { ", .." } else { "" });
-        vec![format!(
+        Some(format!(
             "{n} {verb} where another node lies already, at {}{more}: the elements there are not joined; merge the \
              nodes unless a crack is meant (in gmsh: `Coherence Mesh`)",
             places.join(", ")
-        )]
+        ))
     }
 }
 
@@ -106,16 +122,13 @@ impl fmt::Display for Quality {
 /// Checks the solids of a mesh and measures them.
 ///
 /// # Errors
-/// If there are no solids; if elements are turned inside out, folded or collapsed (their numbers and the least Jacobian
-/// are named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
+/// If there are no solids; if elements are turned inside out, folded or collapsed at an integration point (their numbers
+/// and the least Jacobian are named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
-        return Err(Error::input(format!(
-            "{} has no solid elements; mesh the volume (`gmsh -3`) and put it into a physical group so that it is saved",
-            mesh.source
-        )));
+        return Err(no_solids(mesh));
     }
-    let (least_jacobian, volume) = check_jacobians(mesh)?;
+    let jacobians = check_jacobians(mesh)?;
     if let Some([a, b, c]) = face_of_three_solids(mesh) {
         return Err(Error::input(format!(
             "the elements {}, {} and {} of {} share one face; solids may overlap nowhere",
@@ -130,13 +143,26 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
     Ok(Quality {
         n_points: mesh.n_points(),
         solids,
-        volume,
-        least_jacobian,
+        volume: jacobians.volume,
+        least_jacobian: jacobians.least,
+        folded_at_nodes: jacobians.folded_at_nodes,
         largest_aspect,
         mean_aspect,
         parts: connected_parts(mesh),
         coincident_points: coincident_points(&mesh.points),
     })
+}
+
+/// A mesh without solids, and how that comes about.
+fn no_solids(mesh: &Mesh) -> Error {
+    let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::Block::n_cells).sum();
+    let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };
+    Error::input(format!(
+        "{} has no solid elements{has}: gmsh saves only what belongs to a physical group once there is one, so give the \
+         volume one too (in the .geo: `Physical Volume(\"body\") = {{1}};` with its number, or \
+         `Physical Volume(\"body\") = Volume{{:}};` for all) and mesh it with `gmsh -3`",
+        mesh.source
+    ))
 }
 
 /// Corners of a solid, straight edges between them.

@@ -30,8 +30,8 @@ pub enum Frame {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
-        /// One cell per face or per node; default "nodes" between two meshed bodies whose faces are of first order,
-        /// else "faces".
+        /// One cell per face or per node; default "nodes" where its faces are of first order and no half-space takes
+        /// part, else "faces".
         #[serde(default)]
         #[schemars(with = "FramePoints")]
         points: Option<FramePoints>,

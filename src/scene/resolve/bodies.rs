@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
-use super::{orientations, placements};
+use super::{contradictions, orientations, placements};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
@@ -64,6 +64,10 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         elastic(r, key, &body.material, None, materials);
         return None;
     };
+    if mesh.volume_cells().next().is_none() {
+        // Reported; everything else would say the same in other words.
+        return None;
+    }
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.mistakes.len();
     check_groups(r, key, body, &mesh);
@@ -121,6 +125,9 @@ fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
 
 /// Reports supports that contradict one another or let a part float, and notes that the body floats.
 fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+    if contradictions::report(r, spec) > 0 {
+        return;
+    }
     match fem::free_motions(&spec.inputs(key)) {
         Ok(None) => {}
         Ok(Some(free)) => r.notes.push(format!(
@@ -130,6 +137,8 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
         Err(error) => {
             let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
             let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
+            let named = |support: &&Support| error.message().contains(&format!("\"{}\"", support.group));
+            let list = spec.supports.iter().find(named).map(|support| support.key.clone()).or(list);
             let mend = "a body may float as a whole, but not in parts";
             let place = list.unwrap_or_else(|| key.to_owned());
             r.wrong(&place, error.message().to_owned(), "these supports", mend);
@@ -145,7 +154,12 @@ fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> 
             values[index(*component)] = Some(0.0);
             values
         });
-        supports.push(Support { group: fixed.group.clone(), values, gradient: [[0.0; 3]; 3] });
+        supports.push(Support {
+            key: format!("{key}.fixed.{i}"),
+            group: fixed.group.clone(),
+            values,
+            gradient: [[0.0; 3]; 3],
+        });
     }
     let mut sound = true;
     for (i, displaced) in body.displaced.iter().enumerate() {
@@ -183,7 +197,12 @@ fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Su
         r.wrong(key, message, "lacks `value`", "add `value`, or `gradient`, or use `fixed`");
         sound = false;
     }
-    let mut support = Support { group: displaced.group.clone(), values: [None; 3], gradient: [[0.0; 3]; 3] };
+    let mut support = Support {
+        key: key.to_owned(),
+        group: displaced.group.clone(),
+        values: [None; 3],
+        gradient: [[0.0; 3]; 3],
+    };
     for (component, value) in displaced.components.iter().zip(value) {
         support.values[index(*component)] = Some(*value);
     }
@@ -221,7 +240,12 @@ fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<V
             Ok(component) => {
                 let mut values = [None; 3];
                 values[component] = Some(0.0);
-                supports.push(Support { group: group.clone(), values, gradient: [[0.0; 3]; 3] });
+                supports.push(Support {
+                    key: format!("{key}.symmetry.{i}"),
+                    group: group.clone(),
+                    values,
+                    gradient: [[0.0; 3]; 3],
+                });
             }
             Err(error) => {
                 let mend = "name a group of surfaces of the mesh, plane and across x, y or z";

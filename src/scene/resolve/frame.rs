@@ -31,7 +31,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
                 return None;
             }
             let body = mesh_body(r, body, bodies)?;
-            let points = points.unwrap_or_else(|| mesh_points(bodies));
+            let points = points.unwrap_or_else(|| mesh_points(bodies, body));
             Some(FrameSpec::Mesh { body, points, center, azimuth, normal })
         }
     }
@@ -43,17 +43,18 @@ fn mean_face_area(fe: &FeSpec) -> f64 {
         .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
 }
 
-/// One cell per node between two meshed bodies with faces of first order: a checkerboard of tractions on faces would
-/// move neither of them.
-fn mesh_points(bodies: &[Option<BodySpec>; 2]) -> FramePoints {
+/// One cell per node where faces of first order meet a mesh or a rigid body: a checkerboard of tractions on faces would
+/// move neither side. A half-space feels every cell.
+fn mesh_points(bodies: &[Option<BodySpec>; 2], body: usize) -> FramePoints {
     let linear = |fe: &FeSpec| {
         let group = fe.mesh.group_of_dim(&fe.contact, 2);
         group.is_ok_and(|group| {
             group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
         })
     };
-    let both = bodies.iter().all(|body| body.as_ref().and_then(BodySpec::fe).is_some_and(linear));
-    if both { FramePoints::Nodes } else { FramePoints::Faces }
+    let half_space = bodies.iter().flatten().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    let own = bodies[body].as_ref().and_then(BodySpec::fe);
+    if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }
 }
 
 /// Index of the body whose faces are the cells; without a wish the finer one.

@@ -1,0 +1,104 @@
+//! Results that are in doubt are said to be, on the screen and in summary.json; what cannot be better is said to be so.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::limits::BLOCK;
+
+/// The coarse block under a rigid sphere, with texts replaced by others.
+fn block(changes: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.toml");
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
+    let mut text = BLOCK.replace("MESH", &mesh.display().to_string());
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+/// Exit code, what `check` or `run` prints, and the warnings in the summary.
+fn call(verb: &str, scene: &Path) -> (Option<i32>, String, Vec<String>) {
+    let output = crate::tools::orthowear().arg(verb).arg(scene).output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let summary = fs::read(scene.with_extension("out").join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_slice(&summary).unwrap_or_default();
+    let warnings = summary["warnings"].as_array().cloned().unwrap_or_default();
+    (output.status.code(), text, warnings.iter().map(|w| w.as_str().unwrap().to_owned()).collect())
+}
+
+/// Truth: the mesh of the block has quadrangles of one node each, which do not feel tractions that alternate from face to
+/// face; cells around nodes, the default against a rigid body, are felt.
+#[test]
+fn a_cell_per_face_under_a_rigid_body_is_doubtful() {
+    let grid = "kind = \"grid\"\nhalf_width = [1.2, 1.2]\ncells = [4, 4]";
+    let (_folder, path) = block(&[(grid, "kind = \"mesh\"\npoints = \"faces\"")]);
+    for verb in ["check", "run"] {
+        let (code, text, warnings) = call(verb, &path);
+        assert_eq!(code, Some(0), "{text}");
+        assert!(
+            text.contains("WARNING: a cell of the frame is only 1.00 times the contact area of a node"),
+            "{text}"
+        );
+        assert!(text.contains("take frame.points = \"nodes\"") && !text.contains("note: WARNING"), "{text}");
+        assert_eq!(warnings.iter().any(|w| w.starts_with("WARNING: a cell")), verb == "run");
+    }
+    let (_folder, path) = block(&[(grid, "kind = \"mesh\"")]);
+    let (code, text, _) = call("check", &path);
+    assert!(
+        code == Some(0) && text.contains("cells around the nodes") && !text.contains("WARNING"),
+        "{text}"
+    );
+}
+
+/// Truth: geometry: cells of 0.6 mm have their centres 0.42 mm from the axis, where the sphere of 50 mm is 1.8e-3 mm above
+/// its lowest point, more than the approach.
+#[test]
+fn an_approach_that_no_cell_feels_is_a_warning() {
+    let (_folder, path) = block(&[("approach = 0.02", "approach = 1e-3")]);
+    let (code, text, warnings) = call("run", &path);
+    assert_eq!(code, Some(0), "{text}");
+    let warning = warnings.iter().find(|w| w.starts_with("WARNING: step \"indent\" (1)")).expect("a warning");
+    for words in [
+        "none of the 16 cells",
+        "moved 1.0000e-3 past the first touch",
+        "still 8.0000e-4 open",
+        "more than 1.8000e-3",
+    ] {
+        assert!(warning.contains(words), "lacks \"{words}\": {warning}");
+    }
+    assert!(text.contains("\nWARNING: step"), "{text}");
+}
+
+/// Truth: uniaxial stress in a prism (nu = 0) is exact on any mesh: the estimated error is rounding.
+#[test]
+fn a_body_of_constant_stress_need_not_be_refined() {
+    let (folder, path) = block(&[
+        (
+            "model = \"transversely-isotropic\"\nE1 = 167230.0\nE2 = 9544.0\nG12 = 5292.0\nnu12 = 0.272\nnu23 = 0.37",
+            "model = \"isotropic\"\nE = 1e4\nnu = 0.0",
+        ),
+        ("fibre = { tilt = 30.0 }\n", ""),
+        ("half_width = [1.2, 1.2]\ncells = [4, 4]", "half_width = [1.0, 1.0]\ncells = [1, 1]"),
+        ("kind = \"sphere\"\nradius = 50.0", "kind = \"flat\""),
+    ]);
+    let mesh = folder.path().join("cubes.msh");
+    fs::write(&mesh, super::mesh_mistakes::MESH.replace("\"top\"", "\"contact\"")).unwrap();
+    let set = format!("body1.mesh=\"{}\"", mesh.display());
+    let sizes = folder.path().join("sizes.pos");
+    let output = crate::tools::orthowear()
+        .arg("refine")
+        .arg(&path)
+        .args(["--set", &set, "--out"])
+        .arg(&sizes)
+        .output()
+        .unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("rounding: nothing to refine") && text.contains("no sizes were written"), "{text}");
+    assert!(!sizes.exists() && !text.contains("refine there"), "{text}");
+}
