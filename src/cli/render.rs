@@ -27,6 +27,10 @@ pub(super) fn render(mistakes: &Mistakes) -> String {
         }
         text.push('\n');
     }
+    for note in &mistakes.notes {
+        text.push_str(&super::remark(note));
+        text.push_str("\n\n");
+    }
     let n = mistakes.list.len();
     let more = if n > MOST { format!(" ({} not shown)", n - MOST) } else { String::new() };
     let plural = if n == 1 { "mistake" } else { "mistakes" };

@@ -7,6 +7,7 @@ use super::foundation::{Resistance, resistances};
 use super::regions::Regions;
 use super::spec::FeSpec;
 use crate::error::{Error, Result};
+use crate::geometry::place;
 use crate::linalg::ordering::NodeGraph;
 
 /// Eigenvalues of the supports' Gram matrix below this share of its largest are zero: supports that are nearer to
@@ -96,10 +97,10 @@ pub(super) fn find(spec: &FeSpec, dofs: &Dofs, graph: &NodeGraph) -> Result<Opti
             return Ok(Some(free));
         }
         return Err(Error::input(format!(
-            "the body is not held: its part of {} nodes around {:.4?} (of {} parts that share no node) can move without \
+            "the body is not held: its part of {} nodes around {} (of {} parts that share no node) can move without \
              force by {}; fix more components of its supports, or join the parts: only a body of one part may float",
             part.len(),
-            <[f64; 3]>::from(free.centre),
+            place(&free.centre.into()),
             parts.len(),
             free.names.join(", ")
         )));

@@ -140,9 +140,9 @@ impl Prepared<'_> {
         let six = self.six(motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
         if turn.norm() * self.model.frame.size() > 1e-6 * shift.norm() {
-            format!("rotation about {}", direction_name(turn))
+            format!("rotation about {}", direction_name(turn * sign_of_largest(turn)))
         } else {
-            format!("translation along {}", direction_name(shift))
+            format!("translation along {}", direction_name(shift * sign_of_largest(shift)))
         }
     }
 
@@ -178,6 +178,11 @@ impl Prepared<'_> {
 }
 
 /// An axis by its name, any other direction by its components.
+/// Makes the largest component positive: a motion that is held has no sense of direction.
+fn sign_of_largest(direction: Vector3<f64>) -> f64 {
+    direction[direction.iamax()].signum()
+}
+
 fn direction_name(direction: Vector3<f64>) -> String {
     let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {

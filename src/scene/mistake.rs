@@ -68,6 +68,8 @@ pub struct Mistakes {
     pub sha256: String,
     /// The mistakes in the order of the file.
     pub list: Vec<Mistake>,
+    /// What else was noted of the scene, which may be why they are there.
+    pub notes: Vec<String>,
 }
 
 impl Mistakes {
@@ -84,6 +86,7 @@ impl Mistakes {
             text: document.text.clone(),
             sha256: document.sha256.clone(),
             list,
+            notes: Vec::new(),
         }
     }
 

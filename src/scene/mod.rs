@@ -41,7 +41,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
     let clean = mistakes.is_empty();
     // Without the keys that no table knows, what is left may still be checked.
     unknown.iter().for_each(|key| document.remove(key));
-    let (plan, nonsense) = resolve::resolve(&document, clean);
+    let (plan, nonsense, notes) = resolve::resolve(&document, clean);
     mistakes.extend(nonsense);
     match plan {
         Some(mut plan) if mistakes.is_empty() => {
@@ -53,7 +53,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
             if plan.is_none() && mistakes.is_empty() {
                 mistakes.push(unexplained(&document));
             }
-            Err(Mistakes::new(&document, mistakes))
+            Err(Mistakes { notes, ..Mistakes::new(&document, mistakes) })
         }
     }
 }

@@ -55,6 +55,12 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     let covered = covered(&frame, &fe.mesh, &faces, SIDES[other]);
     if !covered.contains(&true) {
+        for (body, key) in KEYS.into_iter().enumerate() {
+            let Some(fe) = plan.bodies[body].fe() else { continue };
+            let contact = format!("{key}.contact");
+            let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
+            faces_the_other(fe, &faces, &frame, body).at(&contact)?;
+        }
         let error = Error::input(format!(
             "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
              the groups and the places of the two meshes, or take the frame from the body with the smaller faces \

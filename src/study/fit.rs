@@ -9,7 +9,7 @@ use crate::error::{Error, doubtful};
 use crate::fem::Regions;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
-use crate::geometry::Point;
+use crate::geometry::{Point, number};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::keys::frame::FramePoints;
@@ -19,7 +19,11 @@ use crate::wear::WearLaw;
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
 const LEAST_RATIO: f64 = 0.9;
 
-/// Cells smaller than this many such areas are warned about.
+/// Cells smaller than this many such areas put the peak pressure in doubt. Tried with a rigid sphere on 16 and 24 faces
+/// (Hertz): 1 has errors of 1 to 3 % and up to 1800 iterations, 1.19 and more at most 0.5 % up to 2, and fewer than 100.
+const DOUBTFUL_RATIO: f64 = 1.15;
+
+/// Cells smaller than this many such areas are noted.
 const SAFE_RATIO: f64 = 2.0;
 
 /// A node is held along the normal if this share of the normal lies in the components that are held.
@@ -118,20 +122,33 @@ fn cells_against_faces(plan: &Plan, frame: &ContactFrame, face: f64) -> Result<O
     let nodes = if own_nodes { "frame.points = \"nodes\", " } else { "" };
     let (cell, face) = (cell.sqrt(), face.sqrt());
     if ratio >= LEAST_RATIO {
-        return Ok(Some(doubtful(&format!(
-            "a cell of the frame is only {ratio:.2} times the contact area of a node (mean side {cell:.3} {unit}, nodes \
-             {face:.3} {unit} apart): tractions that alternate from cell to cell hardly move the mesh, so that peak \
-             pressures are in doubt and need not converge (forces do); take {nodes}cells of at least {:.3} {unit}{}, or \
-             make one body a half-space",
-            face * SAFE_RATIO.sqrt(),
+        let note = format!(
+            "a cell of the frame is only {ratio:.2} times the contact area of a node (mean side {} {unit}, nodes {} {unit} \
+             apart): tractions that alternate from cell to cell hardly move the mesh",
+            number(cell),
+            number(face),
+        );
+        let mend = format!(
+            "take {nodes}cells of at least {} {unit}{}, or make one body a half-space",
+            number(face * SAFE_RATIO.sqrt()),
             at_most(frame, ratio, SAFE_RATIO)
-        ))));
+        );
+        return Ok(Some(if ratio < DOUBTFUL_RATIO {
+            doubtful(&format!(
+                "{note}, so that peak pressures are in doubt and need not converge (forces do); {mend}"
+            ))
+        } else {
+            format!("{note} and may oscillate; {mend}")
+        }));
     }
     let error = Error::input(format!(
-        "a cell of the frame is only {ratio:.2} times the contact area of a node of the finest body (mean side {cell:.3} \
-         {unit}, nodes {face:.3} {unit} apart), so that tractions are not determined; take {nodes}cells of at least \
-         {:.3} {unit}{}, refine a mesh or give it elements of order 2, or make one body a half-space",
-        face * LEAST_RATIO.sqrt(),
+        "a cell of the frame is only {} times the contact area of a node of the finest body (mean side {} {unit}, nodes {} \
+         {unit} apart), so that tractions are not determined; take {nodes}cells of at least {} {unit}{}, refine a mesh or \
+         give it elements of order 2, or make one body a half-space",
+        number(format!("{ratio:.2e}").parse().unwrap_or(ratio)),
+        number(cell),
+        number(face),
+        number(face * LEAST_RATIO.sqrt()),
         at_most(frame, ratio, LEAST_RATIO)
     ));
     let key = match (frame.grid, own_nodes) {

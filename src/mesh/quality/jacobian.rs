@@ -190,15 +190,23 @@ fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
         bad.iter().take(NAMED).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
     let worst = bad.iter().min_by(|a, b| a.inside.scaled.total_cmp(&b.inside.scaled)).expect("at least one");
     let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
-    let share = match worst.inside.scaled {
-        share if share.is_finite() => format!(", or {share:.3e} of the lengths of its edges"),
-        _ => String::new(),
+    let worst = match worst.inside {
+        // Only edges have shrunk to points.
+        inside if inside.scaled > COLLAPSED => format!("an edge of element {} has no length", worst.tag),
+        Jacobian { value, scaled } => {
+            let share = if scaled.is_finite() {
+                format!(", or {scaled:.3e} of the lengths of its edges")
+            } else {
+                String::new()
+            };
+            format!("the worst is that of element {}: {value:.3e}{share}", worst.tag)
+        }
     };
     let states = [(turned, "turned inside out or folded"), (bad.len() - turned, "collapsed")];
     let states: Vec<String> =
         states.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     Error::input(format!(
-        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; the worst is that of element {}: {:.3e}{share}. \
+        "{} of {} solid elements of {} have no positive Jacobian ({}): {}{}; {worst}. \
          Mend the mesh (turned solids: reverse the node order, in gmsh \
          `ReverseMesh`; folded or collapsed ones: move or refine nodes; curved ones: straighten or refine them, in gmsh \
          `Mesh.HighOrderOptimize = 2`)",
@@ -208,7 +216,5 @@ fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
         states.join(", "),
         named.join(", "),
         if bad.len() > NAMED { ", .." } else { "" },
-        worst.tag,
-        worst.inside.value,
     ))
 }

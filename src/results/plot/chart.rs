@@ -64,13 +64,18 @@ impl Chart {
             let Some(x) = axes[0].at(value) else { continue };
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{x:.1} {top}V{bottom}" stroke="{shade}"/>"#));
-            canvas.text([x, bottom + 17.0], Anchor::Middle, 12.0, &label.unwrap_or_default());
+            let Some(label) = label else { continue };
+            // The last label stays inside the panel.
+            let middle = x.min(PANEL[0] - 2.0 - 3.5 * label.chars().count() as f64);
+            canvas.text([middle, bottom + 17.0], Anchor::Middle, 12.0, &label);
         }
         for (value, label) in axes[1].ticks() {
             let Some(y) = axes[1].at(value) else { continue };
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{left} {y:.1}H{right}" stroke="{shade}"/>"#));
-            canvas.text([left - 7.0, y + 4.0], Anchor::End, 12.0, &label.unwrap_or_default());
+            if let Some(label) = label {
+                canvas.text([left - 7.0, y + 4.0], Anchor::End, 12.0, &label);
+            }
         }
         let (width, height) = (right - left, bottom - top);
         canvas.add(format_args!(
@@ -120,9 +125,9 @@ impl Chart {
         for (i, series) in self.series.iter().enumerate() {
             let y = top + 13.0 + 18.0 * i as f64;
             let colour = SERIES[i % SERIES.len()];
-            let (from, to) = (left + 6.0, left + 30.0);
+            let (from, to, dashes) = (left + 6.0, left + 30.0, dashes(i));
             canvas.add(format_args!(
-                r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{colour}" stroke-width="1.8"/>"#
+                r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{colour}" stroke-width="1.8"{dashes}/>"#
             ));
             mark(canvas, [left + 18.0, y], i);
             canvas.text([left + 36.0, y + 4.0], Anchor::Start, 12.0, &series.name);
@@ -145,13 +150,19 @@ fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize)
     let colour = SERIES[i % SERIES.len()];
     if path.len() > 1 {
         canvas.add(format_args!(
-            r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.8"/>"#,
-            path.join("L")
+            r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.8"{}/>"#,
+            path.join("L"),
+            dashes(i)
         ));
     }
     if shown.len() <= 60 {
         shown.iter().for_each(|at| mark(canvas, *at, i));
     }
+}
+
+/// Lines of series that take a colour for the second time are dashed.
+fn dashes(i: usize) -> &'static str {
+    if i < SERIES.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
 
 /// The mark of series `i`: shapes differ as well as colours.

@@ -121,11 +121,24 @@ fn draw(shapes: &Shapes, panel: &Panel, length: &str, stress: &str) -> Canvas {
             .add(format_args!(r#"<path d="{outlines}" fill="{fill}" stroke="{fill}" stroke-width="0.6"/>"#));
     }
     canvas.add(format_args!(
-        r##"<path d="{dots}" stroke="#d55e00" stroke-width="1.6" stroke-linecap="round" fill="none"/>"##
+        r##"<path d="{dots}" stroke="#d55e00" stroke-width="{:.1}" stroke-linecap="round" fill="none"/>"##,
+        dot_size(shapes, &x)
     ));
     draw_axes(&mut canvas, &[x, y], length);
     draw_bar(&mut canvas, peak, stress);
     canvas
+}
+
+/// Width of the dot in a cell that sticks, pixels: to be seen on few cells, and not to cover many.
+fn dot_size(shapes: &Shapes, x: &Axis) -> f64 {
+    let doubled = |corners: &Vec<Vector2<f64>>| -> f64 {
+        let next = corners.iter().cycle().skip(1);
+        corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum()
+    };
+    let area = 0.5 * shapes.corners.iter().map(|corners| doubled(corners).abs()).sum::<f64>();
+    let side = (area / shapes.corners.len() as f64).sqrt();
+    let pixels = x.at(side).zip(x.at(0.0)).map_or(0.0, |(to, from)| to - from);
+    (0.25 * pixels).clamp(1.6, 6.0)
 }
 
 /// Axes of equal scale around all cells.
@@ -186,7 +199,8 @@ fn draw_bar(canvas: &mut Canvas, peak: f64, stress: &str) {
             canvas.text([left + width + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
         }
         canvas.text(
-            [left, top + height + 17.0],
+            // Below the labels of x, whose last one reaches under the bar.
+            [left, top + height + 34.0],
             Anchor::Start,
             11.0,
             &format!("max {}", label(peak, peak / 100.0)),

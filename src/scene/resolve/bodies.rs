@@ -64,10 +64,8 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         elastic(r, key, &body.material, None, materials);
         return None;
     };
-    if mesh.volume_cells().next().is_none() {
-        // Reported; everything else would say the same in other words.
-        return None;
-    }
+    // A mesh without solids is reported; everything else would say the same in other words.
+    mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
     let before = r.mistakes.len();
     check_groups(r, key, body, &mesh);

@@ -72,11 +72,17 @@ impl<'a> Resolver<'a> {
 }
 
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
-pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Mistake>) {
+pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Mistake>, Vec<String>) {
     let mut r = Resolver { document, mistakes: Vec::new(), notes: Vec::new(), clean };
     let plan = plan(&mut r);
     let whole = clean && r.mistakes.is_empty();
-    (plan.filter(|_| whole), r.mistakes)
+    (plan.filter(|_| whole), r.mistakes, r.notes)
+}
+
+/// The name of the scene's file, for a scene without a title.
+fn file_stem(document: &Document) -> String {
+    let stem = std::path::Path::new(&document.file).file_stem();
+    stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
 
 fn plan(r: &mut Resolver) -> Option<Plan> {
@@ -98,7 +104,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let [body1, body2] = bodies;
     let laws = laws?;
     Some(Plan {
-        title: title?,
+        title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
         limits,
