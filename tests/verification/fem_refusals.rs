@@ -137,7 +137,7 @@ fn refuses_loose_and_hinged_parts() {
     assert_says(&loose, &["part of 8 nodes", "2 parts", "translation x"]);
     let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0])).unwrap().condense(&[]).err().expect("singular");
     assert_eq!(hinged.kind(), Kind::Input);
-    assert_says(&hinged.to_string(), &["body1", "singular at the node at [", "direction"]);
+    assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 
 /// Truth: contact nodes are on the body and given once.
