@@ -43,7 +43,7 @@ impl SurfaceFace {
 }
 
 /// Corner nodes of a face in ascending order, `usize::MAX` in the place of a fourth corner of a triangle.
-type FaceKey = [usize; 4];
+pub(super) type FaceKey = [usize; 4];
 
 fn face_key(corners: &[usize]) -> FaceKey {
     let mut key = [usize::MAX; 4];
@@ -53,7 +53,7 @@ fn face_key(corners: &[usize]) -> FaceKey {
 }
 
 /// Calls `visit` for each face of each solid with its key, solid, local face.
-fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRef, usize)) {
+pub(super) fn each_solid_face(mesh: &Mesh, mut visit: impl FnMut(FaceKey, CellRef, usize)) {
     for owner in mesh.volume_cells() {
         let nodes = mesh.cell_nodes(owner);
         for (local_face, (kind, local)) in mesh.kind(owner).local_faces().iter().enumerate() {

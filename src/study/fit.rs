@@ -10,6 +10,7 @@ use crate::fem::Regions;
 use crate::frame::{ContactFrame, FaceMap, GapShape};
 use crate::friction::FrictionLaw;
 use crate::geometry::{Point, number};
+use crate::history::step::Normal;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::keys::frame::FramePoints;
@@ -25,6 +26,9 @@ const DOUBTFUL_RATIO: f64 = 1.15;
 
 /// Cells smaller than this many such areas are noted.
 const SAFE_RATIO: f64 = 2.0;
+
+/// Heights of a surface under a frame that differ by more than this share of the approach are noted.
+const UNEVEN: f64 = 0.05;
 
 /// A node is held along the normal if this share of the normal lies in the components that are held.
 const ALONG: f64 = 0.999;
@@ -54,7 +58,9 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         notes.extend(other_fibre(plan, fe, index, &faces));
         let area = area_per_node(&fe.mesh, &faces);
         finest = Some(finest.map_or(area, |least| least.min(area)));
-        heights[index] = Some(map.heights(frame, &fe.mesh));
+        let over_cells = map.heights(frame, &fe.mesh);
+        notes.extend(uneven(plan, key, &over_cells));
+        heights[index] = Some(over_cells);
     }
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
         distances(plan, frame, heights)?;
@@ -66,6 +72,26 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         notes.extend(cells_against_faces(plan, frame, face)?);
     }
     Ok(notes)
+}
+
+/// A note if the surface of body `key` has heights along n that the gap does not count; `heights` over the cells.
+fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
+    let approach = plan.steps.iter().filter_map(|step| match step.normal {
+        Some(Normal::Approach(approach)) => Some(approach),
+        _ => None,
+    });
+    let approach = approach.fold(0.0, f64::max);
+    let (low, high) =
+        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
+    let counts = plan.gap.shape != GapShape::Mesh && high - low > UNEVEN * approach && approach > 0.0;
+    counts.then(|| {
+        format!(
+            "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap does \
+             not count; take it from the meshes (gap.kind = \"mesh\") unless it stands for them",
+            number(high - low),
+            plan.units.length
+        )
+    })
 }
 
 /// A note if cells of a mesh frame have no faces of the other body opposite.

@@ -1,5 +1,6 @@
 //! Is a mesh of solids fit for analysis: Jacobians, shared faces, connected parts, unmerged nodes; its size and shape.
 
+mod conformity;
 mod jacobian;
 mod measure;
 
@@ -8,8 +9,10 @@ use std::fmt;
 use super::faces::face_of_three_solids;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, doubtful};
 use crate::geometry::{Point, place};
+pub use conformity::Misfits;
+use conformity::misfits;
 use jacobian::check_jacobians;
 use measure::{aspect_ratios, coincident_points, connected_parts};
 
@@ -27,6 +30,8 @@ pub struct Quality {
     pub least_jacobian: (f64, u64),
     /// Number of solids that are folded or flat at a node, though at no integration point.
     pub folded_at_nodes: usize,
+    /// Faces of neighbours that do not fit.
+    pub misfits: Misfits,
     /// Largest ratio of the longest to the shortest edge of a solid, and its element.
     pub largest_aspect: (f64, u64),
     /// Mean of those ratios.
@@ -66,7 +71,7 @@ impl Quality {
 
     /// What deserves a warning.
     pub fn warnings(&self) -> Vec<String> {
-        self.folded().into_iter().chain(self.unmerged()).collect()
+        self.folded().into_iter().chain(self.unfitting()).chain(self.unmerged()).collect()
     }
 
     /// That solids are folded at nodes.
@@ -81,6 +86,32 @@ impl Quality {
                 self.folded_at_nodes
             )
         })
+    }
+
+    /// That displacements have gaps between neighbours.
+    fn unfitting(&self) -> Vec<String> {
+        let Misfits { split, orders } = self.misfits;
+        let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
+            let words = format!(
+                "{n} {what} (one at element {tag}): their displacements differ between the nodes; {mend}"
+            );
+            (n > 0).then(|| doubtful(&words))
+        };
+        [
+            told(
+                split,
+                "quadrangles of solids lie on triangles of others with the same nodes",
+                "put pyramids between hexahedra and tetrahedra",
+            ),
+            told(
+                orders,
+                "faces of neighbouring solids have the same corners but not the same nodes between them",
+                "give all solids one order (in gmsh: `Mesh.ElementOrder`)",
+            ),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     /// That nodes lie on one another.
@@ -146,6 +177,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
         volume: jacobians.volume,
         least_jacobian: jacobians.least,
         folded_at_nodes: jacobians.folded_at_nodes,
+        misfits: misfits(mesh),
         largest_aspect,
         mean_aspect,
         parts: connected_parts(mesh),

@@ -119,7 +119,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         memory: memory?,
         output: output?,
         cache: None,
-        notes: std::mem::take(&mut r.notes),
+        notes: r.notes.clone(),
         document: r.document.clone(),
     })
 }

@@ -229,3 +229,43 @@ fn structured_blocks_refuse_what_cannot_be_meshed() {
     refused(&GradedBlock { distortion: 0.5, ..block.clone() }, "distortion 0.5");
     refused(&GradedBlock { patch_cells: [1 << 19, 1 << 19], ..block }, "2^32");
 }
+
+/// Truth: a quadrangle is bilinear, the two triangles on it are linear with a kink: joined at four nodes they differ in the
+/// middle. A pyramid fits both; elements of order 2 do not fit those of order 1.
+#[test]
+fn faces_of_neighbours_that_do_not_fit_are_counted() {
+    let mut points: Vec<[f64; 3]> = [0.0, 1.0]
+        .iter()
+        .flat_map(|&z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]])
+        .collect();
+    points.push([0.5, 0.5, 2.0]);
+    let block = |kind: ElementKind, nodes: Vec<usize>, tags: Vec<u64>| Block { kind, nodes, tags };
+    let hex = || block(ElementKind::Hex8, (0..8).collect(), vec![1]);
+    let mesh = |other: Block| Mesh { points: points.clone(), blocks: vec![hex(), other], ..Mesh::default() };
+    let tets = block(ElementKind::Tet4, vec![4, 5, 6, 8, 4, 6, 7, 8], vec![2, 3]);
+    let quality = check(&mesh(tets)).expect("measured");
+    assert_eq!((quality.misfits.split, quality.misfits.orders.0), ((1, 1), 0));
+    assert!(
+        quality.warnings()[0].contains("WARNING: 1 quadrangles")
+            && quality.warnings()[0].contains("pyramids")
+    );
+    let pyramid = block(ElementKind::Pyramid5, vec![4, 5, 6, 7, 8], vec![2]);
+    assert!(check(&mesh(pyramid)).expect("measured").warnings().is_empty());
+
+    let mut all = points[..8].to_vec();
+    all.extend(
+        ElementKind::Hex20
+            .reference_nodes()
+            .iter()
+            .map(|x| [0.5 * (x[0] + 1.0), 0.5 * (x[1] + 1.0), 0.5 * (x[2] + 1.0) + 1.0]),
+    );
+    // The lower corners are the upper ones of the cube below.
+    let nodes: Vec<usize> = (4..8).chain(8 + 4..8 + 20).collect();
+    let mixed = Mesh {
+        points: all,
+        blocks: vec![hex(), block(ElementKind::Hex20, nodes, vec![2])],
+        ..Mesh::default()
+    };
+    let quality = check(&mixed).expect("measured");
+    assert_eq!((quality.misfits.orders, quality.misfits.split.0), ((1, 2), 0));
+}

@@ -1,0 +1,53 @@
+//! Faces of neighbouring solids that do not fit: their nodes are joined, their displacements differ between them.
+
+use std::collections::HashMap;
+
+use crate::element::ElementKind;
+use crate::mesh::faces::{FaceKey, each_solid_face};
+use crate::mesh::{CellRef, Mesh};
+
+/// Pairs of faces that do not fit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Misfits {
+    /// Quadrangles on which triangles with the same nodes lie, and a solid there.
+    pub split: (usize, u64),
+    /// Faces of different order with the same corners, and a solid there.
+    pub orders: (usize, u64),
+}
+
+/// Finds them; there are none where all solids have faces of one kind.
+pub(super) fn misfits(mesh: &Mesh) -> Misfits {
+    let mut found = Misfits::default();
+    let face_kinds = mesh.blocks.iter().filter(|block| block.kind.dim() == 3).flat_map(|block| {
+        block.kind.local_faces().iter().map(|(kind, _)| *kind).collect::<Vec<ElementKind>>()
+    });
+    let mut kinds: Vec<ElementKind> = face_kinds.collect();
+    kinds.dedup();
+    if kinds.iter().all(|kind| *kind == kinds[0]) {
+        return found;
+    }
+    let mut faces: HashMap<FaceKey, (ElementKind, CellRef, bool)> = HashMap::new();
+    each_solid_face(mesh, |key, owner, local_face| {
+        let kind = mesh.kind(owner).local_faces()[local_face].0;
+        let face = faces.entry(key).or_insert((kind, owner, true));
+        if face.1 != owner {
+            face.2 = false;
+            if face.0 != kind {
+                found.orders = (found.orders.0 + 1, mesh.tag(owner).max(found.orders.1));
+            }
+        }
+    });
+    let lone = |key: &FaceKey| faces.get(key).is_some_and(|(_, _, lone)| *lone);
+    for (key, (kind, owner, _)) in &faces {
+        let triangle = |left_out: usize| {
+            let mut part = *key;
+            part[left_out] = usize::MAX;
+            part.sort_unstable();
+            part
+        };
+        if kind.n_corners() == 4 && lone(key) && (0..4).any(|corner| lone(&triangle(corner))) {
+            found.split = (found.split.0 + 1, mesh.tag(*owner).max(found.split.1));
+        }
+    }
+    found
+}
