@@ -420,3 +420,23 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
         "{found}"
     );
 }
+
+/// Truth: two blocks of the same mesh apart from each other share no node, though four nodes lie on others: said with the
+/// mistake that comes of it.
+#[test]
+fn unmerged_nodes_are_told_with_the_mistake() {
+    // The upper cube gets nodes of its own in the place of 5 to 8.
+    let extra = "13 -1 -1 -2\n14 1 -1 -2\n15 1 1 -2\n16 -1 1 -2\n$EndNodes";
+    let mesh = MESH
+        .replace("$Nodes\n12", "$Nodes\n16")
+        .replace("$EndNodes", extra)
+        .replace("$Elements\n5", "$Elements\n4")
+        .replace("3 3 2 3 3 5 6 7 8\n", "")
+        .replace("5 5 2 4 4 5 6 7 8 9 10 11 12", "5 5 2 4 4 13 14 15 16 9 10 11 12");
+    let (code, text) = check_mesh(&mesh);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(
+        text.contains("8 nodes around (0, 0, -1)") && text.contains("4 nodes lie where another node lies"),
+        "{text}"
+    );
+}
