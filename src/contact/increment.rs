@@ -173,7 +173,7 @@ impl Increment<'_> {
     }
 
     /// What follows from tractions and S P.
-    fn fill_from_elastic(&self, it: &mut Iterate) {
+    pub(super) fn fill_from_elastic(&self, it: &mut Iterate) {
         self.fill_gap(it);
         self.fill_slip(it);
         self.fill_wear(it);

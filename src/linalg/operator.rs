@@ -28,6 +28,12 @@ pub trait Flexibility: Send + Sync {
         true
     }
 
+    /// `pressure` such that S_nn pressure is about `normal_gap`, both `[N]`, by a symmetric positive definite approximation
+    /// of the inverse; overwrites. False if the operator has none. Does not allocate but for the first time.
+    fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
+        false
+    }
+
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
     /// no traction may act there.
     fn unformed(&self) -> Vec<usize> {
@@ -104,6 +110,11 @@ impl Flexibility for SumFlexibility {
 
     fn couples_normal_tangential(&self) -> bool {
         self.parts.iter().any(|part| part.couples_normal_tangential())
+    }
+
+    /// By the first part that can: flexibilities of bodies differ little more than by a factor.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
     }
 
     fn unformed(&self) -> Vec<usize> {

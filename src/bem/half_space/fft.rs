@@ -1,6 +1,6 @@
 //! Flexibility of half-spaces on a uniform grid frame: block Toeplitz, applied by fast Fourier transforms.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Complex, Matrix3};
 use rayon::prelude::*;
@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::fft_plan::{Buffers, Convolution};
 use super::green::SurfaceGreen;
 use super::kernel_table::KernelTable;
+use super::normal_inverse::{NormalInverse, normal_compliance};
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -40,6 +41,10 @@ pub struct FftFlexibility {
     own: Matrix3<f64>,
     coupled: bool,
     buffers: Mutex<Buffers>,
+    spacing: [f64; 2],
+    /// W_nn in directions over half a turn.
+    compliance: Vec<f64>,
+    inverse: OnceLock<NormalInverse>,
 }
 
 impl FftFlexibility {
@@ -60,9 +65,10 @@ impl FftFlexibility {
         interrupt::check()?;
         let convolution = Convolution::new(cells);
         let symbol = symbol(&convolution, &table);
-        let buffers = Mutex::new(convolution.buffers());
+        let buffers = Mutex::new(convolution.buffers(3));
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        Ok(Self { convolution, symbol, own: table.own(), coupled, buffers })
+        let (compliance, inverse) = (normal_compliance(green), OnceLock::new());
+        Ok(Self { convolution, symbol, own: table.own(), coupled, buffers, spacing, compliance, inverse })
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
@@ -109,6 +115,12 @@ impl Flexibility for FftFlexibility {
 
     fn couples_normal_tangential(&self) -> bool {
         self.coupled
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.compliance);
+        self.inverse.get_or_init(make).apply(normal_gap, pressure);
+        true
     }
 }
 

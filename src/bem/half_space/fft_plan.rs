@@ -48,8 +48,17 @@ struct Scratch {
 }
 
 impl Convolution {
+    /// Padded with as many zeros as cells.
     pub(super) fn new(cells: [usize; 2]) -> Self {
-        let padded = cells.map(|n| fast_size(2 * n - 1));
+        Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
+    }
+
+    /// As if the grid repeated itself; padded to sizes that are fast.
+    pub(super) fn periodic(cells: [usize; 2]) -> Self {
+        Self::padded(cells, cells.map(fast_size))
+    }
+
+    fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
         let mut planner = FftPlanner::new();
         let mut real_planner = RealFftPlanner::new();
         Self {
@@ -67,10 +76,10 @@ impl Convolution {
         self.padded[1] / 2 + 1
     }
 
-    /// Work space for three components.
-    pub(super) fn buffers(&self) -> Buffers {
+    /// Work space for up to `components` components.
+    pub(super) fn buffers(&self, components: usize) -> Buffers {
         let zero = Complex::new(0.0, 0.0);
-        let size = 3 * self.cells[0] * self.half_spectrum();
+        let size = components * self.cells[0] * self.half_spectrum();
         let fft = [
             self.rows.get_scratch_len(),
             self.rows_back.get_scratch_len(),
@@ -80,7 +89,7 @@ impl Convolution {
         let scratch = || Scratch {
             real: vec![0.0; self.padded[1]],
             spectrum: vec![zero; self.half_spectrum()],
-            columns: vec![zero; BLOCK * 3 * self.padded[0]],
+            columns: vec![zero; BLOCK * components * self.padded[0]],
             fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
         };
         Buffers {

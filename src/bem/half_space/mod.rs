@@ -17,6 +17,7 @@ pub mod fft;
 mod fft_plan;
 pub mod green;
 mod kernel_table;
+mod normal_inverse;
 pub mod patch;
 pub mod polygon;
 

@@ -1,6 +1,7 @@
 //! Contact solvers: each turns an increment and a start into tractions whose natural residual meets the tolerance.
 
 mod barzilai_borwein;
+mod conjugate_gradients;
 mod projected;
 mod uzawa;
 
@@ -11,7 +12,7 @@ use super::increment::{Increment, Iterate};
 /// Which solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// The default for the problem at hand; now Barzilai-Borwein throughout.
+    /// Projected conjugate gradients where only pressures are unknown, else Barzilai-Borwein.
     #[default]
     Auto,
     /// Projected gradient with Barzilai-Borwein steps (formulation 6.2, step 2).
@@ -50,6 +51,16 @@ pub fn solve(
     watch: &mut Watch,
 ) -> SolveReport {
     match options.method {
+        Method::Auto if conjugate_gradients::suits(problem) => {
+            let report = conjugate_gradients::solve(problem, it, options, watch);
+            if report.stop != Stop::Iterations {
+                return report;
+            }
+            // It stopped gaining: Barzilai-Borwein goes on from there.
+            let more = barzilai_borwein::solve(problem, it, options, watch);
+            let iterations = report.iterations + more.iterations;
+            SolveReport { iterations, applications: report.applications + more.applications, ..more }
+        }
         Method::Auto | Method::BarzilaiBorwein => barzilai_borwein::solve(problem, it, options, watch),
         Method::Uzawa => uzawa::solve(problem, it, options, watch),
     }

@@ -1,0 +1,237 @@
+//! Projected conjugate gradients for pressures alone: minimises the energy ½ pᵀ A S p + g₀ᵀ A p over p >= 0, under a
+//! prescribed force with its sum held.
+//!
+//! Each step minimises along a direction that is conjugate on the cells in contact; pressures below zero are cut, which takes
+//! their cells out; cells whose surfaces overlap come in. The residual is preconditioned with the operator's own approximate
+//! inverse, by the diagonal where it has none.
+//!
+//! # Source
+//! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
+//! conjugate gradient techniques"; with a preconditioner: Vollebregt 2014.
+
+use super::super::increment::{Increment, Iterate, NormalControl, TangentialControl};
+use super::super::projection::{Motions, StepSizes, project};
+use super::projected::{SolveReport, Stop};
+use super::{SolverOptions, Watch};
+
+/// Iterations without a new best residual after which another method has to go on.
+const PATIENCE: usize = 60;
+
+/// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
+pub(super) fn suits(problem: &Increment) -> bool {
+    let [end] = problem.ends.as_slice() else { return false };
+    let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
+    let free = end.balance.is_some() || end.tangential != TangentialControl::Shift;
+    problem.normal_only() && !pulled && !free
+}
+
+/// Vectors over the cells, `[N]`.
+struct Work {
+    /// In contact, or about to be.
+    active: Vec<bool>,
+    /// Negative gap of the active cells.
+    residual: Vec<f64>,
+    residual_before: Vec<f64>,
+    preconditioned: Vec<f64>,
+    direction: Vec<f64>,
+    /// S times the direction.
+    image: Vec<f64>,
+    /// Preconditioned product of the residual before; `None` at a start.
+    product_before: Option<f64>,
+}
+
+impl Work {
+    fn new(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            active: vec![false; n],
+            residual: zeros(),
+            residual_before: zeros(),
+            preconditioned: zeros(),
+            direction: zeros(),
+            image: zeros(),
+            product_before: None,
+        }
+    }
+}
+
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
+    let n = problem.n();
+    let mut work = Work::new(n);
+    let mut report = SolveReport {
+        stop: Stop::Iterations,
+        residual: f64::INFINITY,
+        iterations: 0,
+        applications: 2,
+        sliding: None,
+    };
+    start(problem, it);
+    let mut best = (f64::INFINITY, 0);
+    // Whether S p is that of the pressures themselves and not a sum of updates.
+    let mut fresh = true;
+    loop {
+        level(problem, it, &mut work);
+        let residual = problem.natural_residual(it);
+        report.residual = residual;
+        if residual.is_nan() {
+            report.stop = Stop::NotFinite;
+            return report;
+        }
+        if residual <= options.tolerance {
+            if fresh {
+                report.stop = Stop::Converged;
+                return report;
+            }
+            problem.evaluate(it);
+            report.applications += 1;
+            (fresh, work.product_before) = (true, None);
+            continue;
+        }
+        if residual < best.0 {
+            best = (residual, report.iterations);
+        }
+        if report.iterations >= options.max_iterations.min(best.1 + PATIENCE) {
+            return report;
+        }
+        if watch(report.iterations, residual) {
+            report.stop = Stop::Interrupted;
+            return report;
+        }
+        let Some(cut) = step(problem, it, &mut work) else { return report };
+        report.iterations += 1;
+        report.applications += 1 + usize::from(cut);
+        fresh = cut;
+    }
+}
+
+/// Pressures to begin with, evaluated: those of `it`, or a projection from none, scaled to the least energy.
+fn start(problem: &Increment, it: &mut Iterate) {
+    let n = problem.n();
+    let normal = 2 * n..3 * n;
+    let sum = |p: &[f64]| -> f64 { p.iter().zip(problem.areas).map(|(p, area)| area * p).sum() };
+    problem.evaluate(it);
+    let mut given = sum(&it.hatted[normal.clone()]);
+    let cold = given <= 0.0;
+    if cold {
+        let step = 1.0 / problem.scales.lambda_normal;
+        let (from, gap) = (it.hatted.clone(), it.gap.clone());
+        let motions = Motions { rigid: &mut it.rigid, floating: &mut it.floating };
+        let steps = StepSizes { normal: step, tangential: step };
+        project(problem, steps, (&from, &gap), &mut it.hatted, motions);
+        problem.evaluate(it);
+        given = sum(&it.hatted[normal.clone()]);
+    }
+    if given <= 0.0 {
+        return;
+    }
+    let factor = match problem.ends[0].normal {
+        NormalControl::Force(force) => force / given,
+        NormalControl::Approach if cold => {
+            // Energy ½ t² pᵀ A S p + t pᵀ A (g - S p).
+            let product = |values: &[f64]| -> f64 {
+                let pressures = it.hatted[normal.clone()].iter().zip(problem.areas);
+                pressures.zip(&values[normal.clone()]).map(|((p, area), value)| area * p * value).sum()
+            };
+            let (elastic, gap) = (product(&it.elastic), product(&it.gap));
+            1.0 - gap / elastic
+        }
+        NormalControl::Approach => 1.0,
+    };
+    if factor.is_finite() && factor > 0.0 {
+        it.hatted[normal.clone()].iter_mut().for_each(|p| *p *= factor);
+        it.elastic[normal].iter_mut().for_each(|u| *u *= factor);
+    }
+}
+
+/// Gap, rigid motion under a prescribed force, active cells and residual for the pressures and S p of `it`.
+fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) {
+    let n = problem.n();
+    it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
+    problem.fill_from_elastic(it);
+    if let NormalControl::Force(_) = problem.ends[0].normal {
+        let (mut sum, mut area) = (0.0, 0.0);
+        for i in (0..n).filter(|&i| it.hatted[2 * n + i] > 0.0) {
+            sum += problem.areas[i] * it.gap[2 * n + i];
+            area += problem.areas[i];
+        }
+        if area > 0.0 {
+            let lift = sum / area;
+            it.rigid[0][2] -= lift;
+            it.gap[2 * n..].iter_mut().for_each(|gap| *gap -= lift);
+        }
+    }
+    for i in 0..n {
+        let gap = it.gap[2 * n + i];
+        work.active[i] = it.hatted[2 * n + i] > 0.0 || gap < 0.0;
+        work.residual[i] = if work.active[i] { -gap } else { 0.0 };
+    }
+}
+
+/// A step along the next direction; whether pressures were cut, so that S p was applied anew. `None` if there is no direction
+/// that gains.
+fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<bool> {
+    let n = problem.n();
+    let areas = problem.areas;
+    let product =
+        |a: &[f64], b: &[f64]| -> f64 { areas.iter().zip(a).zip(b).map(|((area, a), b)| area * a * b).sum() };
+    if !problem.flexibility.precondition_normal(&work.residual, &mut work.preconditioned) {
+        let scaled = work.residual.iter().zip(&problem.scales.c_normal).map(|(r, c)| r * c);
+        work.preconditioned.iter_mut().zip(scaled).for_each(|(z, value)| *z = value);
+    }
+    let held = matches!(problem.ends[0].normal, NormalControl::Force(_));
+    restrict(&mut work.preconditioned, &work.active, areas, held);
+    let now = product(&work.residual, &work.preconditioned);
+    let memory = match work.product_before {
+        Some(before) => ((now - product(&work.residual_before, &work.preconditioned)) / before).max(0.0),
+        None => 0.0,
+    };
+    for (d, z) in work.direction.iter_mut().zip(&work.preconditioned) {
+        *d = z + memory * *d;
+    }
+    restrict(&mut work.direction, &work.active, areas, held);
+    problem.flexibility.apply_normal(&work.direction, &mut work.image);
+    let curvature = product(&work.direction, &work.image);
+    let length = product(&work.residual, &work.direction) / curvature;
+    if !(curvature > 0.0 && length.is_finite() && length > 0.0) {
+        return None;
+    }
+    let mut cut = false;
+    let pressures = &mut it.hatted[2 * n..];
+    for (p, d) in pressures.iter_mut().zip(&work.direction) {
+        *p += length * d;
+        cut |= *p < 0.0;
+        *p = p.max(0.0);
+    }
+    if cut {
+        if let NormalControl::Force(force) = problem.ends[0].normal {
+            let sum: f64 = pressures.iter().zip(areas).map(|(p, area)| area * p).sum();
+            pressures.iter_mut().for_each(|p| *p *= force / sum);
+        }
+        problem.flexibility.apply_normal(&it.hatted[2 * n..], &mut it.elastic[2 * n..]);
+    } else {
+        it.elastic[2 * n..].iter_mut().zip(&work.image).for_each(|(u, s)| *u += length * s);
+    }
+    work.residual_before.copy_from_slice(&work.residual);
+    work.product_before = Some(now);
+    Some(cut)
+}
+
+/// Sets `values` to zero outside the active cells; under a prescribed force also their mean.
+fn restrict(values: &mut [f64], active: &[bool], areas: &[f64], held: bool) {
+    values.iter_mut().zip(active).filter(|(_, active)| !**active).for_each(|(value, _)| *value = 0.0);
+    if !held {
+        return;
+    }
+    let (mut sum, mut area) = (0.0, 0.0);
+    for i in (0..values.len()).filter(|&i| active[i]) {
+        sum += areas[i] * values[i];
+        area += areas[i];
+    }
+    let mean = if area > 0.0 { sum / area } else { 0.0 };
+    values.iter_mut().zip(active).filter(|(_, active)| **active).for_each(|(value, _)| *value -= mean);
+}
