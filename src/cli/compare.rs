@@ -21,8 +21,8 @@ use crate::study::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {
-    use_threads(arguments.scene.threads);
     let stop = signal::catch();
+    use_threads(arguments.scene.threads);
     let started = Instant::now();
     let beside = || arguments.scene.scene.with_extension("compare");
     let directory = arguments.out.clone().unwrap_or_else(beside);

@@ -92,6 +92,7 @@ impl Observer for StepEnds<'_> {
 
 /// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> u8 {
+    let stop = signal::catch();
     use_threads(arguments.scene.threads);
     let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
         Ok(plan) => plan,
@@ -101,7 +102,6 @@ pub(super) fn refine(arguments: &RefineArgs) -> u8 {
         Ok(bodies) => bodies,
         Err(error) => return report(&error),
     };
-    let stop = signal::catch();
     let mut progress = Progress::new(arguments.quiet);
     let study = match study::prepare(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
         Ok(Some(study)) => study,

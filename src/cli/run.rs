@@ -25,8 +25,8 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         to_stderr("--resume is not available in this version: run the scene from the start\n");
         return exit::INPUT;
     }
-    use_threads(arguments.scene.threads);
     let stop = signal::catch();
+    use_threads(arguments.scene.threads);
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
     let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
