@@ -28,6 +28,48 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     (area, [first[0] + moment[0] / area, first[1] + moment[1] / area])
 }
 
+/// Turns below this share of a polygon's squared size are straight on.
+const STRAIGHT: f64 = 1e-12;
+
+/// Twice the area of the triangle that a corner makes with those before and after it.
+fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {
+    let n = polygon.len();
+    cross(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
+}
+
+/// Convex polygons that make up a simple one: itself where it is convex, triangles otherwise.
+///
+/// # Source
+/// Meisters (1975), Amer. Math. Monthly 82, 648-651: every simple polygon has an ear, a convex corner whose triangle holds
+/// no other corner.
+pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
+    let reach = |x: &[f64; 2]| (x[0] - polygon[0][0]).hypot(x[1] - polygon[0][1]);
+    let size = polygon.iter().map(reach).fold(0.0, f64::max);
+    let least = STRAIGHT * size * size;
+    let mut parts = Vec::new();
+    while (0..polygon.len()).any(|i| turn(&polygon, i) < -least) {
+        let n = polygon.len();
+        // A polygon without an ear crosses itself; its sharpest corner comes off all the same.
+        let sharpest = (0..n).max_by(|&i, &j| turn(&polygon, i).total_cmp(&turn(&polygon, j)));
+        let ear = (0..n).find(|&i| turn(&polygon, i) > least && is_empty(&polygon, i)).or(sharpest);
+        let Some(i) = ear else { break };
+        parts.push(vec![polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]]);
+        polygon.remove(i);
+    }
+    parts.push(polygon);
+    parts.retain(|part| area_and_centroid(part).0 > 0.0);
+    parts
+}
+
+/// Whether the triangle at a corner holds no other corner.
+fn is_empty(polygon: &[[f64; 2]], i: usize) -> bool {
+    let n = polygon.len();
+    let (before, after) = ((i + n - 1) % n, (i + 1) % n);
+    let triangle = [polygon[before], polygon[i], polygon[after]];
+    let holds = |x: [f64; 2]| (0..3).all(|k| cross(triangle[k], triangle[(k + 1) % 3], x) >= 0.0);
+    (0..n).filter(|k| ![before, i, after].contains(k)).all(|k| !holds(polygon[k]))
+}
+
 /// Intersection of two convex polygons, left in `result` (empty if they do not overlap); `spare` is scratch.
 ///
 /// # Source
@@ -90,6 +132,30 @@ mod tests {
         assert!((overlap(&SQUARE, &diamond) - 0.5).abs() < 1e-15);
         let triangle = [[-1.0, 0.0], [2.0, 0.0], [0.5, 1.5]];
         assert!((overlap(&triangle, &SQUARE) - 1.0).abs() < 1e-15);
+    }
+
+    /// Truth: by hand. An L of area 3 and its mirror image; a dart; a square with a corner in the middle of a side, and
+    /// one with that corner off by rounding, stay whole. Each part is convex, and the parts have the area of the whole.
+    #[test]
+    fn parts_of_a_polygon_are_convex() {
+        let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let mirrored: Vec<[f64; 2]> = l.iter().rev().map(|x| [-x[0], x[1]]).collect();
+        let dart = [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]];
+        let side = |x: f64| vec![SQUARE[0], [0.5, x], SQUARE[1], SQUARE[2], SQUARE[3]];
+        let cases = [
+            (l.to_vec(), 3.0, 6),
+            (mirrored, 3.0, 6),
+            (dart.to_vec(), 0.5, 2),
+            (side(0.0), 1.0, 1),
+            (side(1e-16), 1.0, 1),
+        ];
+        for (polygon, area, most) in cases {
+            let parts = convex_parts(polygon);
+            assert!(parts.len() <= most, "{parts:?}");
+            let sum: f64 = parts.iter().map(|part| area_and_centroid(part).0).sum();
+            assert!((sum - area).abs() < 1e-15, "{sum}");
+            assert!(parts.iter().all(|part| (0..part.len()).all(|i| turn(part, i) >= -1e-15)));
+        }
     }
 
     /// Truth: centroid of a triangle is the mean of its corners.

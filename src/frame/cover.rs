@@ -1,6 +1,6 @@
 //! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
 
-use super::clip::{Polygon, area_and_centroid, intersect};
+use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
 use super::facets::{Facet, divide};
 use super::search::{Ball, BallTree};
 use super::shape_integrals::{Facing, PlaneFacet};
@@ -35,7 +35,7 @@ pub(super) struct SpaceFaces<'a> {
     tree: BallTree,
 }
 
-/// The part of a cell under one facet.
+/// A convex part of a cell under one facet.
 pub(super) struct Hit {
     facet: usize,
     pub(super) plane: PlaneFacet,
@@ -96,6 +96,7 @@ impl<'a> SpaceFaces<'a> {
         };
         let outline: Polygon = frame.corners[cell].iter().map(flat).collect();
         let reach = outline.iter().map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
+        let parts = convex_parts(outline.clone());
         let (mut candidates, mut common, mut spare) = (Vec::new(), Polygon::new(), Polygon::new());
         self.tree.query(center, &normal, reach, &mut candidates);
         let (mut hits, mut folded) = (Vec::new(), None);
@@ -111,12 +112,14 @@ impl<'a> SpaceFaces<'a> {
                 folded = folded.or(Some(facet.face));
                 continue;
             }
-            intersect(&outline, plane.corners(), &mut common, &mut spare);
-            let area = area_and_centroid(&common).0;
-            if area > 1e-15 * frame.areas[cell] {
-                let mean = facet.corners.iter().sum::<Point>() / corners.len() as f64;
-                let height = normal.dot(&(mean - center));
-                hits.push(Hit { facet: candidate, plane, common: common.clone(), area, height });
+            let mean = facet.corners.iter().sum::<Point>() / corners.len() as f64;
+            let height = normal.dot(&(mean - center));
+            for part in &parts {
+                intersect(part, plane.corners(), &mut common, &mut spare);
+                let area = area_and_centroid(&common).0;
+                if area > 1e-15 * frame.areas[cell] {
+                    hits.push(Hit { facet: candidate, plane, common: common.clone(), area, height });
+                }
             }
         }
         (hits, folded)

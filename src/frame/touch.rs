@@ -19,6 +19,12 @@ use crate::mesh::faces::SurfaceFace;
 /// Halvings of the step of a search, from the size of a polygon.
 const HALVINGS: usize = 16;
 
+/// Rounds of a search; what is left of it then is rounding.
+const MOST_ROUNDS: usize = 200;
+
+/// A point outside of an edge by less than this share of the part's size lies on it.
+const BORDER: f64 = 1e-12;
+
 /// The meshed surface of one body under a frame.
 #[derive(Debug, Clone)]
 pub struct MeshedSurface<'a> {
@@ -39,7 +45,7 @@ struct Sheet<'a> {
     bows: Vec<[Point; 4]>,
 }
 
-/// A part of a cell under one face: the face's height over the cell is a sum of shape functions.
+/// A convex part of a cell under one face: the face's height over the cell is a sum of shape functions.
 struct Piece {
     polygon: Polygon,
     plane: PlaneFacet,
@@ -62,7 +68,7 @@ enum Over<'a> {
     Plane(&'a Plane),
 }
 
-/// The distance over one polygon of the common refinement.
+/// The distance over one convex polygon of the common refinement.
 struct Part<'a> {
     polygon: Polygon,
     sides: [Over<'a>; 2],
@@ -162,12 +168,28 @@ impl Part<'_> {
         self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
     }
 
-    fn contains(&self, x: [f64; 2]) -> bool {
+    /// Whether a point lies in the part or on its border: `slack` is what rounding makes of an area there. Edges that are
+    /// themselves no longer than rounding, as clipping leaves them, shut nothing out.
+    fn contains(&self, x: [f64; 2], slack: f64) -> bool {
         let n = self.polygon.len();
-        (0..n).all(|i| cross(self.polygon[i], self.polygon[(i + 1) % n], x) >= 0.0)
+        (0..n).all(|i| cross(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)
     }
 
-    /// The least distance, by steps in eight directions that are halved where none leads down.
+    /// The edges, and the diagonals over two of them.
+    fn directions(&self) -> Vec<[f64; 2]> {
+        let n = self.polygon.len();
+        let over = |i: usize, k: usize| {
+            let (from, to) = (self.polygon[i], self.polygon[(i + k) % n]);
+            [to[0] - from[0], to[1] - from[1]]
+        };
+        (0..n).flat_map(|i| [over(i, 1), over(i, 2)]).collect()
+    }
+
+    /// The least distance, by steps along the directions of the part, both ways, that are halved where none leads down: along
+    /// a border on which the search stands, too, and however narrow the part.
+    ///
+    /// # Source
+    /// Lewis and Torczon (2000), SIAM J. Optim. 10, 917-941: pattern search under linear constraints.
     fn lowest(&self) -> f64 {
         let (mut least, mut place) = (f64::INFINITY, [0.0; 2]);
         for x in self.points() {
@@ -176,21 +198,26 @@ impl Part<'_> {
                 (least, place) = (distance, x);
             }
         }
-        let from = self.polygon[0];
-        let mut step =
-            self.polygon.iter().map(|x| (x[0] - from[0]).hypot(x[1] - from[1])).fold(0.0, f64::max);
-        for _ in 0..HALVINGS {
-            step *= 0.5;
-            for direction in 0..8 {
-                let (s, c) = (std::f64::consts::FRAC_PI_4 * f64::from(direction)).sin_cos();
-                let x = [place[0] + step * c, place[1] + step * s];
-                if !self.contains(x) {
+        let directions = self.directions();
+        let slack = BORDER * directions.iter().map(|d| d[0] * d[0] + d[1] * d[1]).fold(0.0, f64::max);
+        let (mut halvings, mut share) = (0, 0.5);
+        for _ in 0..MOST_ROUNDS {
+            let before = least;
+            for (direction, sign) in directions.iter().flat_map(|d| [(d, share), (d, -share)]) {
+                let x = [place[0] + sign * direction[0], place[1] + sign * direction[1]];
+                if !self.contains(x, slack) {
                     continue;
                 }
                 let distance = self.distance(x);
                 if distance < least {
                     (least, place) = (distance, x);
                 }
+            }
+            if least == before {
+                (halvings, share) = (halvings + 1, 0.5 * share);
+            }
+            if halvings == HALVINGS {
+                break;
             }
         }
         least

@@ -96,16 +96,26 @@ impl<'a> Locator<'a> {
         found.into_iter()
     }
 
-    /// Whether the projection of `point` lies in the (convex) cell, its border included.
+    /// Whether the projection of `point` lies in the cell, its border included.
     fn holds(&self, cell: usize, point: &Point) -> bool {
-        let corners = &self.frame.corners[cell];
-        let normal = self.frame.triads[cell].normal();
+        let (corners, triad) = (&self.frame.corners[cell], &self.frame.triads[cell]);
         let slack = 1e-9 * self.bin;
-        (0..corners.len()).all(|i| {
-            let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
-            let edge = to - from;
-            normal.dot(&edge.cross(&(point - from))) >= -slack * edge.norm()
-        })
+        let mut crossings = 0;
+        for (i, from) in corners.iter().enumerate() {
+            let [a, b] =
+                [from, &corners[(i + 1) % corners.len()]].map(|corner| triad.to_local(&(corner - point)));
+            let (a, b) = (a.xy(), b.xy());
+            let edge = b - a;
+            let along = (-a.dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+            if (a + edge * along).norm() <= slack {
+                return true;
+            }
+            // A ray along x crosses the edge.
+            if (a.y > 0.0) != (b.y > 0.0) && (a.x - a.y * edge.x / edge.y) > 0.0 {
+                crossings += 1;
+            }
+        }
+        crossings % 2 == 1
     }
 }
 
@@ -166,6 +176,30 @@ mod tests {
             grid: None,
             left_out: 0,
             candidates: None,
+        }
+    }
+
+    /// Truth: by hand. A dart whose notch holds no point, its corners and its edges do.
+    #[test]
+    fn a_cell_may_be_a_dart() {
+        let mut frame = two_cells(0.0);
+        frame.corners[0] =
+            [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
+        let locator = Locator::new(&frame, Side::Upper);
+        let cases = [
+            ([0.3, 0.0], true),
+            ([1.5, 0.7], true),
+            ([1.5, -0.7], true),
+            ([0.5, 0.0], true),
+            ([2.0, 1.0], true),
+            ([1.0, 0.5], true),
+            ([0.6, 0.0], false),
+            ([1.5, 0.0], false),
+            ([1.5, 0.8], false),
+            ([-0.1, 0.0], false),
+        ];
+        for ([x, y], inside) in cases {
+            assert_eq!(locator.holds(0, &Point::new(x, y, 3.0)), inside, "{x} {y}");
         }
     }
 

@@ -7,6 +7,7 @@ use orthowear::coupling::mesh_distance;
 use orthowear::element::ElementKind;
 use orthowear::frame::{ContactFrame, FaceMap, MeshedSurface, Side, first_touch};
 use orthowear::friction::FrictionLaw;
+use orthowear::geometry::Point;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::faces::{SurfaceFace, group_faces};
 
@@ -89,6 +90,47 @@ fn two_ridges_touch_where_they_cross() {
         });
         assert!((found - 0.3).abs() < 1e-13, "{slope} {found}");
     }
+}
+
+/// Truth: a paraboloid, one face of second order, touches a plane at its vertex, wherever this lies among the cells; around
+/// the nodes of an irregular mesh these are not convex, and the vertex is put beside each corner that turns back. 1e-9: the
+/// search ends within 1e-5 of a cell's size, the height is of second order in that.
+#[test]
+fn a_vertex_touches_within_any_cell_around_a_node() {
+    let (n, h) = (6, 0.5);
+    let axes = [steps(-1.5, 1.5, n), steps(-1.5, 1.5, n), steps(-2.0, 0.0, 2)];
+    let scatter = |x: f64, y: f64| 0.27 * h * (91.0 * x + 57.0 * y + 1.0).sin();
+    let inside = |x: f64| if x.abs() < 1.4 { 1.0 } else { 0.0 };
+    let block = boxes(&axes, false, |[x, y, z]| {
+        let moved = inside(x) * inside(y);
+        [x + moved * scatter(x, y), y + moved * scatter(y, -x), z]
+    });
+    let frame = ContactFrame::from_nodes(&block, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
+    let places: Vec<Point> =
+        frame.corners.iter().flat_map(|corners| beside_notches(corners, 0.02 * h * h)).collect();
+    assert!(places.len() > 10, "{}", places.len());
+    let foot = above(1, serendipity, |[x, y]| 0.3 + 0.15 * ((x - 0.75).powi(2) + (y - 0.75).powi(2)));
+    with_surface(&frame, (&block, "high2", Side::Lower), |lower| {
+        for place in &places {
+            let mut vertex = foot.clone();
+            for x in &mut vertex.points {
+                (x[0], x[1]) = (4.0 * (x[0] - 0.75) + place.x, 4.0 * (x[1] - 0.75) + place.y);
+            }
+            let found = with_surface(&frame, (&vertex, "low2", Side::Upper), |upper| {
+                first_touch(&frame, [Some(lower), Some(upper)], 0.5)
+            });
+            assert!((found - 0.3).abs() < 1e-9, "{place:?} {found}");
+        }
+    });
+}
+
+/// Points of a cell beside each corner at which its outline turns back by more than `least`: behind the line through the
+/// edge before it.
+fn beside_notches(corners: &[Point], least: f64) -> Vec<Point> {
+    let m = corners.len();
+    let edge = |i: usize| corners[(i + 1) % m] - corners[i % m];
+    let notches = (0..m).filter(|&i| edge(i).cross(&edge(i + 1)).z < -least);
+    notches.map(|i| corners[(i + 1) % m] + 0.3 * (edge(i) + edge(i + 1))).collect()
 }
 
 /// Truth: a flat foot whose rim is bevelled touches with all of its flat part at once: the bevel bends no face of it.
