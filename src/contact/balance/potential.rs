@@ -171,14 +171,16 @@ impl Balance {
         }
     }
 
-    /// Huber's potential of a predictor, the traction it returns, and its derivatives.
+    /// Potential of a predictor (Huber's, or the work of a traction that is given), the traction it returns, and its derivatives.
     fn tangential(&self, cell: usize, star: [f64; 2], friction: Friction) -> (f64, [f64; 2], [[f64; 2]; 2]) {
         let norm = star[0].hypot(star[1]);
         let radius = match friction {
             Friction::Stick => f64::INFINITY,
             Friction::Radii(radii) => radii[cell],
             Friction::Slide(radii, direction) => {
-                return (0.0, self.limit(cell, radii[cell], &direction), [[0.0; 2]; 2]);
+                // The work of a constant traction.
+                let q = self.limit(cell, radii[cell], &direction);
+                return (q[0] * star[0] + q[1] * star[1], q, [[0.0; 2]; 2]);
             }
         };
         if norm <= radius {
@@ -277,6 +279,74 @@ impl Balance {
                 }
             };
             (out[cell], out[n + cell]) = (q[0], q[1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Wanted;
+    use super::*;
+    use crate::contact::scales::Hat;
+    use crate::friction::FrictionEllipse;
+
+    const N: usize = 12;
+
+    fn number(k: usize) -> f64 {
+        ((k as f64) * 0.618_033_988_75).fract() - 0.5
+    }
+
+    /// A bowl of cells that a normal force and a moment press and tilt.
+    fn bowl(areas: &[f64], hat: Hat) -> Balance {
+        let gap = |component: usize, cell: usize| match component {
+            0 => [1.0, 0.2 * number(cell), number(3 * cell)],
+            2 => [number(5 * cell), number(7 * cell + 1), 1.0],
+            _ => [0.3 * number(cell + 4), number(2 * cell), 2.0 * number(11 * cell)],
+        };
+        let wanted = [(0, 0.4), (2, 3.0), (3, 0.2)].map(|(component, work)| {
+            let mut motion = [0.0; COMPONENTS];
+            motion[component] = 1.0;
+            Wanted { motion, work }
+        });
+        Balance::new(Cells { areas, hat: Some(hat) }, gap, &wanted).unwrap()
+    }
+
+    /// Truth: the gradient is the derivative of the potential, the Hessian that of the gradient, whatever the friction.
+    /// Central differences of step h: h^2 and rounding / h, 1e-7 of the size with h = 1e-5.
+    #[test]
+    fn the_gradient_is_the_derivative_of_the_potential() {
+        let ellipse = FrictionEllipse { mu: [0.4, 0.6], angle: 0.3 };
+        let areas: Vec<f64> = (0..N).map(|i| 1.0 + number(i)).collect();
+        let hat = Hat::new(&ellipse);
+        let balance = bowl(&areas, hat);
+        let cells = Cells { areas: &areas, hat: Some(hat) };
+        let hatted: Vec<f64> =
+            (0..3 * N).map(|k| number(13 * k) + if k < 2 * N { 0.0 } else { 0.4 }).collect();
+        let gradient: Vec<f64> = (0..3 * N).map(|k| 0.1 * number(17 * k)).collect();
+        let steps = StepSizes { normal: 2.0, tangential: 1.5 };
+        let from = From { hatted: &hatted, gradient: &gradient, steps };
+        let radii: Vec<f64> = (0..N).map(|i| 0.3 + 0.4 * number(19 * i).abs()).collect();
+        let mut direction = Values::zeros();
+        (0..3).for_each(|j| direction[j] = number(j + 2));
+        let mut rho = Values::zeros();
+        (0..3).for_each(|j| rho[j] = 0.1 * number(23 * j + 1));
+        for friction in [Friction::Stick, Friction::Radii(&radii), Friction::Slide(&radii, direction)] {
+            let here = balance.point(cells, from, friction, &rho);
+            for j in 0..3 {
+                let h = 1e-5;
+                let mut step = Values::zeros();
+                step[j] = h;
+                let [up, down] =
+                    [rho + step, rho - step].map(|rho| balance.point(cells, from, friction, &rho));
+                let slope = (up.potential - down.potential) / (2.0 * h);
+                assert!(
+                    (slope - here.gradient[j]).abs() < 1e-7 * here.size,
+                    "{j} {slope} {}",
+                    here.gradient[j]
+                );
+                let bend = (up.gradient - down.gradient) / (2.0 * h);
+                assert!((bend - here.hessian.column(j)).norm() < 1e-6 * here.hessian.norm(), "{j}");
+            }
         }
     }
 }
