@@ -68,7 +68,7 @@ impl FeBody {
         let faces = group_faces(&mesh, contact)?;
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
         let heights = map.heights(frame, &mesh);
-        let model = FeModel::new(spec)?;
+        let model = FeModel::within(spec, &resources.memory)?;
         let candidates = frame.candidates.clone();
         let formed = candidates.as_ref().map(|cells| map.restrict(cells));
         let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;

@@ -311,7 +311,7 @@ mod tests {
     use crate::linalg::sparse::SymmetricTriplets;
 
     fn key(number: usize) -> CacheKey {
-        let mut triplets = SymmetricTriplets::new(3, 3);
+        let mut triplets = SymmetricTriplets::new(3);
         (0..3).for_each(|i| triplets.add(i, i, 1.0));
         CacheKey::new(&triplets.build(), &[number], "method")
     }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::dilatation::MeanDilatation;
 use super::enhanced::{Enhanced, map_all};
-use super::integration::{Inverted, Mapped, Sample, map};
+use super::integration::{Mapped, Sample, Unsound, map};
 use super::solids::{Rules, Solid, SolidRules, SolidVisitor, visit};
 use super::spec::HexFormulation;
 use crate::element::{ElementKind, Hex8};
@@ -99,7 +99,7 @@ pub(super) fn stiffness(
     formulation: HexFormulation,
     rules: &Rules,
     packed: &mut [f64],
-) -> Result<(), Inverted> {
+) -> Result<(), Unsound> {
     packed.fill(0.0);
     if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
         return mixed_stiffness(nodes, c, formulation, rules, packed);
@@ -116,7 +116,7 @@ struct StiffnessOf<'a> {
 }
 
 impl SolidVisitor for StiffnessOf<'_> {
-    type Output = Result<(), Inverted>;
+    type Output = Result<(), Unsound>;
 
     fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
         let nodes = fixed::<N>(self.nodes);
@@ -134,7 +134,7 @@ fn mixed_stiffness(
     formulation: HexFormulation,
     rules: &Rules,
     packed: &mut [f64],
-) -> Result<(), Inverted> {
+) -> Result<(), Unsound> {
     let (nodes, rule) = (fixed::<8>(nodes), &Hex8::rules(rules).stiffness);
     let mapped = map_all(nodes, rule)?;
     if formulation == HexFormulation::MeanDilatation {
@@ -206,7 +206,7 @@ pub(super) fn state(
     c: &Matrix6<f64>,
     formulation: HexFormulation,
     rules: &Rules,
-) -> Result<ElementState, Inverted> {
+) -> Result<ElementState, Unsound> {
     if kind == ElementKind::Hex8 && formulation != HexFormulation::Standard {
         return mixed_state(nodes, u, c, formulation, rules);
     }
@@ -222,7 +222,7 @@ struct StateOf<'a> {
 }
 
 impl SolidVisitor for StateOf<'_> {
-    type Output = Result<ElementState, Inverted>;
+    type Output = Result<ElementState, Unsound>;
 
     fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
         let (nodes, u, rules) = (fixed::<N>(self.nodes), fixed::<N>(self.u), S::rules(self.rules));
@@ -242,7 +242,7 @@ fn mixed_state(
     c: &Matrix6<f64>,
     formulation: HexFormulation,
     rules: &Rules,
-) -> Result<ElementState, Inverted> {
+) -> Result<ElementState, Unsound> {
     let (nodes, u, rules) = (fixed::<8>(nodes), fixed::<8>(u), Hex8::rules(rules));
     let mapped = map_all(nodes, &rules.stiffness)?;
     let mut strains = mapped.map(|point| strain(&point, u));
@@ -273,7 +273,7 @@ pub(super) fn states_at(
     u: &[[f64; 3]],
     c: &Matrix6<f64>,
     rule: &[RulePoint<3>],
-) -> Result<Vec<PointState>, Inverted> {
+) -> Result<Vec<PointState>, Unsound> {
     visit(kind, StatesAt { nodes, u, c, rule })
 }
 
@@ -285,7 +285,7 @@ struct StatesAt<'a> {
 }
 
 impl SolidVisitor for StatesAt<'_> {
-    type Output = Result<Vec<PointState>, Inverted>;
+    type Output = Result<Vec<PointState>, Unsound>;
 
     fn visit<S: Solid<N>, const N: usize>(self) -> Self::Output {
         let (nodes, u) = (fixed::<N>(self.nodes), fixed::<N>(self.u));

@@ -11,7 +11,7 @@
 use nalgebra::{Cholesky, Const, Matrix3, Matrix6, SMatrix, SVector};
 
 use super::element::unit_strain;
-use super::integration::{Inverted, Mapped, Sample, jacobian, map};
+use super::integration::{Mapped, Sample, Unsound, jacobian, map};
 use crate::element::{Hex8, ShapeFunctions};
 use crate::material::VOIGT;
 
@@ -55,10 +55,10 @@ impl Enhanced {
         samples: &[Sample<8>],
         mapped: &[Mapped<8>; 8],
         c: &Matrix6<f64>,
-    ) -> Result<Self, Inverted> {
+    ) -> Result<Self, Unsound> {
         let centre = jacobian(nodes, &Hex8::gradients([0.0; 3]));
         let det = centre.determinant();
-        let inverse = centre.try_inverse().filter(|_| det > 0.0).ok_or(Inverted(det))?;
+        let inverse = centre.try_inverse().filter(|_| det > 0.0).ok_or(Unsound::Jacobian(det))?;
         let t = transformation(&inverse);
         let mut modes = [Modes::zeros(); 8];
         let mut h = SMatrix::<f64, 9, 9>::zeros();
@@ -77,7 +77,7 @@ impl Enhanced {
                 }
             }
         }
-        let h = h.cholesky().ok_or(Inverted(det))?;
+        let h = h.cholesky().ok_or(Unsound::Modes)?;
         Ok(Self { modes, gamma, h })
     }
 
@@ -103,7 +103,7 @@ impl Enhanced {
 }
 
 /// Maps the eight integration points.
-pub(super) fn map_all(nodes: &[[f64; 3]; 8], samples: &[Sample<8>]) -> Result<[Mapped<8>; 8], Inverted> {
+pub(super) fn map_all(nodes: &[[f64; 3]; 8], samples: &[Sample<8>]) -> Result<[Mapped<8>; 8], Unsound> {
     let mut mapped = [map(nodes, &samples[0])?; 8];
     for (point, sample) in mapped.iter_mut().zip(samples).skip(1) {
         *point = map(nodes, sample)?;

@@ -60,7 +60,7 @@ impl Floating {
                     best = row;
                 }
             }
-            stiffness.add_to_diagonal(best, diagonal[best]);
+            stiffness.add(best, best, diagonal[best]);
             let length = size(&rows[best]).sqrt();
             let unit: Vec<f64> = rows[best].iter().map(|v| v / length).collect();
             for row in &mut rows {

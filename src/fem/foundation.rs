@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::loads::{FaceLoad, LoadedFace};
 use super::spec::{Bedding, FeSpec};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
@@ -11,6 +12,8 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
 /// The stiffness of one face.
 pub(super) struct FaceStiffness {
+    /// The face and its bedding.
+    pub face: LoadedFace,
     /// Nodes of the face.
     pub nodes: Vec<usize>,
     /// Lower triangle by rows, component c of node a at 3 a + c, N/mm.
@@ -84,7 +87,9 @@ fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: Bedding) -> FaceStiffness
         ElementKind::Tri6 => integrate::<Tri6, 6>(mesh, face, bedding, &triangle(5)),
         other => unreachable!("{} is no face of a solid", other.name()),
     };
-    FaceStiffness { nodes: face.nodes.clone(), packed }
+    let (owner, local_face) = (face.owner, face.local_face);
+    let face_and_bed = LoadedFace { owner, local_face, load: FaceLoad::Bed(bedding) };
+    FaceStiffness { face: face_and_bed, nodes: face.nodes.clone(), packed }
 }
 
 /// ∫ N_a k N_b dS of one face, packed; on flat faces the rules are exact.

@@ -28,9 +28,14 @@ pub(super) struct Mapped<const N: usize> {
     pub gradients: [[f64; 3]; N],
 }
 
-/// det J of an element that is inverted or degenerate there.
+/// Why an element has no stiffness.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Inverted(pub f64);
+pub(super) enum Unsound {
+    /// It is inverted or degenerate where its det J is this.
+    Jacobian(f64),
+    /// Its shape is sound, but the stiffness of its enhanced strains is not positive definite.
+    Modes,
+}
 
 /// The shape functions at the points of a rule.
 pub(super) fn samples<S: ShapeFunctions<N, 3>, const N: usize>(rule: Vec<RulePoint<3>>) -> Vec<Sample<N>> {
@@ -53,11 +58,12 @@ pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64;
 }
 
 /// Maps a sample into the element of nodes `nodes`.
-pub(super) fn map<const N: usize>(nodes: &[[f64; 3]; N], sample: &Sample<N>) -> Result<Mapped<N>, Inverted> {
+pub(super) fn map<const N: usize>(nodes: &[[f64; 3]; N], sample: &Sample<N>) -> Result<Mapped<N>, Unsound> {
     let j = jacobian(nodes, &sample.gradients);
     let det = j.determinant();
     let longest = j.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
-    let inverse = j.try_inverse().filter(|_| det > DEGENERATE * longest.powi(3)).ok_or(Inverted(det))?;
+    let inverse =
+        j.try_inverse().filter(|_| det > DEGENERATE * longest.powi(3)).ok_or(Unsound::Jacobian(det))?;
     let gradients = sample.gradients.map(|g| {
         std::array::from_fn(|i| inverse[(0, i)] * g[0] + inverse[(1, i)] * g[1] + inverse[(2, i)] * g[2])
     });

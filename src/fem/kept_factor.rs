@@ -127,7 +127,7 @@ mod tests {
     fn factors_come_back_whole_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
         let cache = FlexibilityCache::new(folder.path(), 1 << 20);
-        let mut triplets = SymmetricTriplets::new(1, 1);
+        let mut triplets = SymmetricTriplets::new(1);
         triplets.add(0, 0, 1.0);
         let key = CacheKey::new(&triplets.build(), &[0], "method");
         let values: Vec<f64> = (0..20_000).map(|i| 1.0 / (1.0 + f64::from(i))).collect();

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::integration::{Sample, map};
 use super::regions::Regions;
 use super::solids::{Rules, Solid, SolidVisitor, visit};
-use super::spec::FeSpec;
+use super::spec::{Bedding, FeSpec};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -15,34 +15,69 @@ use crate::quadrature::{RulePoint, quadrilateral, triangle};
 /// Nodal forces, global axes, N, `[n_points]`.
 pub(super) type NodalForces = Vec<[f64; 3]>;
 
-/// What acts on a face: along its outward normal, or along a fixed direction.
-#[derive(Clone, Copy)]
-enum FaceLoad {
+/// What acts on a face by itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum FaceLoad {
+    /// Against its outward normal, MPa.
     Pressure(f64),
+    /// Along a fixed direction, MPa.
     Traction(Vector3<f64>),
+    /// Against its displacement.
+    Bed(Bedding),
 }
 
-/// Nodal forces of all loads of `spec`.
+impl FaceLoad {
+    /// Traction on the body, MPa, where the outward normal (of length 1) and the displacement (mm) are these.
+    pub fn traction(&self, normal: &Vector3<f64>, displacement: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Pressure(pressure) => -*pressure * normal,
+            Self::Traction(traction) => *traction,
+            Self::Bed(Bedding::Normal(k)) => -*k * normal.dot(displacement) * normal,
+            Self::Bed(Bedding::Components(k)) => -Vector3::from(*k).component_mul(displacement),
+        }
+    }
+}
+
+/// A face of a solid on which a load acts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LoadedFace {
+    /// The solid.
+    pub owner: CellRef,
+    /// Index among its faces.
+    pub local_face: usize,
+    /// The load.
+    pub load: FaceLoad,
+}
+
+/// Loads of a body.
+pub(super) struct Loads {
+    /// Their nodal forces.
+    pub forces: NodalForces,
+    /// The faces that they act on; one with several loads stands there for each.
+    pub faces: Vec<LoadedFace>,
+}
+
+/// All loads of `spec`; foundations, whose forces depend on the displacement, are not among them.
 ///
 /// # Errors
 /// If a group is missing or no outer surface, or a value is not finite.
-pub(super) fn external_forces(spec: &FeSpec, regions: &Regions, rules: &Rules) -> Result<NodalForces> {
-    let mut forces = vec![[0.0; 3]; spec.mesh.n_points()];
+pub(super) fn loads(spec: &FeSpec, regions: &Regions, rules: &Rules) -> Result<Loads> {
+    let mut loads = Loads { forces: vec![[0.0; 3]; spec.mesh.n_points()], faces: Vec::new() };
     for (group, value) in &spec.pressures {
         finite(&[*value]).context(|| format!("pressure on the group \"{group}\""))?;
-        load_faces(&spec.mesh, group, FaceLoad::Pressure(*value), &mut forces)
+        load_faces(&spec.mesh, group, FaceLoad::Pressure(*value), &mut loads)
             .context(|| "pressure".to_string())?;
     }
     for (group, value) in &spec.tractions {
         finite(value).context(|| format!("traction on the group \"{group}\""))?;
-        load_faces(&spec.mesh, group, FaceLoad::Traction((*value).into()), &mut forces)
+        load_faces(&spec.mesh, group, FaceLoad::Traction((*value).into()), &mut loads)
             .context(|| "traction".to_string())?;
     }
     finite(&spec.body_force).context(|| "body force".to_string())?;
     if spec.body_force != [0.0; 3] {
-        add_body_force(&spec.mesh, &regions.cells, rules, |_| spec.body_force, &mut forces);
+        add_body_force(&spec.mesh, &regions.cells, rules, |_| spec.body_force, &mut loads.forces);
     }
-    Ok(forces)
+    Ok(loads)
 }
 
 fn finite(values: &[f64]) -> Result<()> {
@@ -52,11 +87,13 @@ fn finite(values: &[f64]) -> Result<()> {
     }
 }
 
-fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, forces: &mut NodalForces) -> Result<()> {
+fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut Loads) -> Result<()> {
     // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
     let (square, corner) = (quadrilateral(2), triangle(1));
     let (square2, corner2) = (quadrilateral(4), triangle(5));
+    let forces = &mut loads.forces;
     for face in group_faces(mesh, group)? {
+        loads.faces.push(LoadedFace { owner: face.owner, local_face: face.local_face, load });
         match face.kind {
             ElementKind::Quad4 => load_face::<Quad4, 4>(mesh, &face, load, &square, forces),
             ElementKind::Tri3 => load_face::<Tri3, 3>(mesh, &face, load, &corner, forces),
@@ -86,10 +123,8 @@ fn load_face<S: ShapeFunctions<N, 2>, const N: usize>(
                 .fold(Vector3::zeros(), |sum, (&node, g)| sum + Vector3::from(mesh.points[node]) * g[d])
         };
         let area = tangent(0).cross(&tangent(1)) * weight;
-        let force = match load {
-            FaceLoad::Pressure(p) => -p * area,
-            FaceLoad::Traction(t) => t * area.norm(),
-        };
+        let normal = area.try_normalize(0.0).unwrap_or_default();
+        let force = load.traction(&normal, &Vector3::zeros()) * area.norm();
         for (&node, value) in face.nodes.iter().zip(S::values(xi)) {
             (0..3).for_each(|c| forces[node][c] += value * force[c]);
         }

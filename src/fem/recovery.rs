@@ -109,5 +109,5 @@ fn element_state(elements: Elements, i: usize, displacement: &[[f64; 3]]) -> Res
     let u: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| displacement[node]).collect();
     let kind = elements.mesh.kind(cell);
     state(kind, &elements.points(cell), &u, &elements.material(i), elements.formulation, elements.rules)
-        .map_err(|inverted| elements.inverted(cell, inverted))
+        .map_err(|unsound| elements.unsound(cell, unsound))
 }

@@ -354,7 +354,7 @@ mod tests {
         {
             cells.push((0..8).map(|c| at(x + (c >> 2), y + (c >> 1 & 1), z + (c & 1))).collect());
         }
-        let mut triplets = SymmetricTriplets::new(k * k * k, 0);
+        let mut triplets = SymmetricTriplets::new(k * k * k);
         (0..k * k * k).for_each(|i| triplets.add(i, i, 1e-3));
         for cell in &cells {
             for (p, &i) in cell.iter().enumerate() {
@@ -412,7 +412,7 @@ mod tests {
     /// number, not its place in the order.
     #[test]
     fn names_the_row_of_a_bad_pivot() {
-        let mut triplets = SymmetricTriplets::new(50, 0);
+        let mut triplets = SymmetricTriplets::new(50);
         (0..50).for_each(|i| triplets.add(i, i, if i == 17 { -1.0 } else { 1.0 }));
         let matrix = triplets.build();
         let order: Vec<usize> = (0..50).rev().collect();

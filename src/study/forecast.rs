@@ -102,7 +102,7 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     }
     let n_solves: usize = plan.steps.iter().map(solves).sum();
     let application: f64 = bodies.iter().map(|body| body.application).sum();
-    // First-order iterations grow with the number of cells across the contact (formulation 6.1).
+    // First-order iterations grow with the number of cells across the contact: measured.
     let iterations = 8.0 * (frame.n_cells() as f64).sqrt();
     let held = of_frame(&frame) as f64 + bodies[0].held_bytes as f64;
     let memory_bytes = (of_frame(&frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
@@ -190,7 +190,7 @@ fn finite_elements(
     (frame, left): (&ContactFrame, MemoryLimit),
 ) -> Result<BodyForecast, Failure> {
     let key = KEYS[index];
-    let model = FeModel::new(fe.inputs(key)).at(key)?;
+    let model = FeModel::within(fe.inputs(key), &left).at(key)?;
     let map = face_map(fe, index, frame)?;
     let map = frame.candidates.as_ref().map(|cells| map.restrict(cells)).unwrap_or(map);
     let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);

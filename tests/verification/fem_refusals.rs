@@ -3,6 +3,7 @@
 use orthowear::element::ElementKind::{Hex8, Tet4};
 use orthowear::error::Kind;
 use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support, free_motions};
+use orthowear::linalg::memory::MemoryLimit;
 
 use super::fem_bodies::{ALL, clamp, isotropic, spec};
 use super::fem_meshes::{add_cells, block, prescribe};
@@ -21,6 +22,17 @@ fn assert_says(message: &str, words: &[&str]) {
     for word in words {
         assert!(message.contains(word), "{message:?} does not say {word:?}");
     }
+}
+
+/// Truth: docs/scene.md: what does not fit into the memory limit is refused before it begins; entries alone (row and value of
+/// each of the lower triangle) take 16 bytes.
+#[test]
+fn refuses_to_assemble_beyond_the_memory() {
+    let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
+    let limit = MemoryLimit::given(16 * entries as u64);
+    let error = FeModel::within(cube(vec![clamp("z0")]), &limit).err().expect("a refusal");
+    assert_eq!(error.kind(), Kind::Resources);
+    assert_says(error.message(), &["assembling 54 unknowns", "coarser mesh", "solver.memory_limit"]);
 }
 
 /// Truth: what a spec names must exist, be finite, be unique and cover the body.
@@ -52,7 +64,7 @@ fn refuses_wrong_specs() {
     assert_says(&refusal(surface), &["body", "surfaces"]);
 }
 
-/// Truth: a reversed or collapsed element is named with its number (catalogue rel-negative-jacobian).
+/// Truth: a reversed or collapsed element is named with its number.
 #[test]
 fn refuses_inverted_elements() {
     for kind in [Hex8, Tet4] {
@@ -73,7 +85,7 @@ fn free_names(spec: FeSpec) -> String {
     free_motions(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
-/// Truth: the rigid motions that leave the prescribed dofs at rest, found by hand (catalogue rel-floating-body).
+/// Truth: the rigid motions that leave the prescribed dofs at rest, found by hand.
 #[test]
 fn names_free_rigid_motions() {
     assert_eq!(free_names(cube(vec![clamp("z0")])), "");

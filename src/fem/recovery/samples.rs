@@ -69,7 +69,7 @@ fn point_states(
         Some(rule) => states_at(kind, &points, &nodal, &c, rule),
         None => state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points),
     };
-    states.map_err(|inverted| elements.inverted(cell, inverted))
+    states.map_err(|unsound| elements.unsound(cell, unsound))
 }
 
 fn sample(elements: Elements, i: usize, point: PointState) -> Sample {

@@ -1,21 +1,24 @@
 //! Stress on the contact surface, from the strain in it and the traction on it.
 //!
 //! Of the strain on a surface the part in its plane follows from the surface's own displacement, of the stress the part
-//! on it is the known traction. The material law gives the rest: with p for the components 11, 22, 12 in the plane and n
+//! on it is the known traction, of the contact and of the body's own loads and foundations there. The material law gives the rest: with p for the components 11, 22, 12 in the plane and n
 //! for 33, 23, 13 on it, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from the
 //! inside of the elements, which smooths the peaks beside a contact.
 //!
 //! # Source
 //! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
 
+use std::collections::HashMap;
+
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::points::RecoveryPoints;
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::fem::FeModel;
+use crate::fem::loads::FaceLoad;
 use crate::material::{Stiffness, VOIGT};
-use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
+use crate::mesh::{CellRef, Mesh};
 
 /// Voigt components in the plane, and on it.
 const IN_PLANE: [usize; 3] = [0, 1, 5];
@@ -32,15 +35,18 @@ pub struct ContactPoint {
     strain: Vector3<f64>,
     /// Stiffness in these axes, MPa.
     stiffness: Matrix6<f64>,
+    /// Traction of the body's own loads and foundations, global axes, MPa.
+    load: Vector3<f64>,
 }
 
 impl ContactPoint {
-    /// The stress under a traction on the body (global axes, MPa), Voigt 11 22 33 23 13 12, global axes, MPa.
+    /// The stress under a traction on the body (global axes, MPa) beside its own loads, Voigt 11 22 33 23 13 12, global
+    /// axes, MPa.
     pub fn stress(&self, traction: &[f64; 3]) -> [f64; 6] {
         let block = |rows: [usize; 3], columns: [usize; 3]| {
             Matrix3::from_fn(|i, j| self.stiffness[(rows[i], columns[j])])
         };
-        let local = self.axes.transpose() * Vector3::from(*traction);
+        let local = self.axes.transpose() * (Vector3::from(*traction) + self.load);
         let on_plane = Vector3::new(local.z, local.y, local.x);
         let normal = block(ON_PLANE, ON_PLANE).try_inverse().expect("a stiffness is positive definite")
             * (on_plane - block(ON_PLANE, IN_PLANE) * self.strain);
@@ -61,12 +67,13 @@ struct Sum {
     /// Weighted surface gradient of the displacement.
     gradient: Matrix3<f64>,
     stiffness: Matrix6<f64>,
+    load: Vector3<f64>,
 }
 
 /// The points of the contact `faces` with the strain of a displacement of all mesh nodes, ascending.
 ///
 /// At a point the faces count by the inverse of their areas: on a graded grid that interpolates between the middles of
-/// the cells.
+/// the cells. At the border of a load this is the mean of both sides.
 pub(crate) fn contact_points(
     model: &FeModel,
     points: &RecoveryPoints,
@@ -75,7 +82,12 @@ pub(crate) fn contact_points(
 ) -> Vec<ContactPoint> {
     let mesh = model.mesh();
     let mut sums = vec![Sum::default(); points.n_points()];
+    let mut loads: HashMap<(CellRef, usize), Vec<FaceLoad>> = HashMap::new();
+    for loaded in model.loaded_faces() {
+        loads.entry((loaded.owner, loaded.local_face)).or_default().push(loaded.load);
+    }
     for face in faces {
+        let loads = loads.get(&(face.owner, face.local_face)).map_or(&[][..], Vec::as_slice);
         let owner = mesh.volume_index(face.owner);
         let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
         let stiffness = model.regions().stiffness(owner);
@@ -88,6 +100,9 @@ pub(crate) fn contact_points(
             sum.weight += weight;
             sum.gradient += gradient * weight;
             sum.stiffness += stiffness * weight;
+            let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
+            let normal = area_vector.try_normalize(0.0).unwrap_or_default();
+            loads.iter().for_each(|load| sum.load += load.traction(&normal, &displacement) * weight);
         }
     }
     let found = sums.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
@@ -105,7 +120,7 @@ impl Sum {
         let strain = Vector3::new(gradient[(0, 0)], gradient[(1, 1)], gradient[(0, 1)] + gradient[(1, 0)]);
         let stiffness = Stiffness::from_voigt(self.stiffness / self.weight).ok()?;
         let stiffness = *stiffness.rotated(&axes.transpose()).voigt();
-        Some(ContactPoint { point, axes, strain, stiffness })
+        Some(ContactPoint { point, axes, strain, stiffness, load: self.load / self.weight })
     }
 }
 

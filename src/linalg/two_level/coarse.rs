@@ -225,7 +225,7 @@ fn coarse_matrix(
     (offsets, parts, forces): (&[usize], &[u32], &[Motions]),
     n_parts: usize,
 ) -> SymmetricSparse {
-    let mut triplets = SymmetricTriplets::new(6 * n_parts, 0);
+    let mut triplets = SymmetricTriplets::new(6 * n_parts);
     let mut there = vec![false; 6 * n_parts];
     for (node, own) in motions.iter().enumerate() {
         let p = part[node];

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use orthowear::body::{ElasticBody, Estimate, FeBody};
-use orthowear::element::ElementKind::Hex8;
-use orthowear::fem::{HexFormulation, Support};
+use orthowear::element::ElementKind::{Hex8, Hex20};
+use orthowear::fem::{Bedding, FeSpec, Foundation, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::material::Stiffness;
@@ -93,6 +93,62 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     };
     let stress = reals("stress");
     [stress[6 * node], stress[6 * node + 1], stress[6 * node + 2], reals("sigma_tangential")[node]]
+}
+
+/// A slab 3 x 2 x 1 that can widen freely, its faces "z0" to "z1" one element apart, without contact: the stress at the points
+/// of its surface "z1". `change` loads it.
+fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
+    let lengths = [3.0, 2.0, 1.0];
+    let mesh = block(Hex20, [3, 2, 2], lengths, |x| x);
+    let rolling = |group: &str, component: usize| Support {
+        group: group.into(),
+        components: [0, 1, 2].map(|c| c == component),
+        value: [0.0; 3],
+        gradient: [[0.0; 3]; 3],
+    };
+    let supports = vec![rolling("x0", 0), rolling("y0", 1), rolling("z0", 2)];
+    let material = Stiffness::isotropic(1000.0, 0.3).unwrap();
+    let mut spec = spec(mesh, material, HexFormulation::Enhanced, supports);
+    change(&mut spec);
+    let frame = ContactFrame::grid([1.5, 1.0], [3, 2], [1.5, 1.0], 0.0).unwrap();
+    let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
+    let displacement = body.recover(&[0.0; 18]).unwrap().displacement;
+    let field = body.recover_stress(&displacement, Estimate::Skipped).unwrap().unwrap();
+    let on_top = body.condensed().model().mesh().group_nodes("z1").unwrap();
+    assert_eq!(field.contact.len(), on_top.len());
+    field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
+}
+
+/// Truth: equilibrium. Loads on the contact faces themselves stress them where nothing touches: a pressure p by σ_zz = -p, a
+/// traction (0, 0, t) by t, both by their sum; on a foundation k whose other side moves by w the slab of height L and modulus
+/// E bears σ = w / (1/k + L/E) towards it. Exact to rounding: the elements hold linear displacements, the factorisation
+/// loses six digits at most.
+#[test]
+fn loads_on_contact_faces_are_in_their_stress() {
+    let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
+    let pulled = |spec: &mut FeSpec| spec.tractions.push(("z1".into(), [0.0, 0.0, 0.7]));
+    let bedded = |bedding: Bedding| {
+        move |spec: &mut FeSpec| {
+            spec.foundations.push(Foundation { group: "z1".into(), bedding });
+            spec.supports[2].value = [0.0, 0.0, 0.01];
+        }
+    };
+    let bed = -0.01 / (1.0 / 400.0 + 1.0 / 1000.0);
+    let cases = [
+        (slab(pressed), -2.5),
+        (slab(pulled), 0.7),
+        (slab(|spec| (pressed(spec), pulled(spec)).0), -1.8),
+        (slab(bedded(Bedding::Normal(400.0))), bed),
+        (slab(bedded(Bedding::Components([0.0, 0.0, 400.0]))), bed),
+    ];
+    for (points, wanted) in cases {
+        assert!(!points.is_empty());
+        for stress in points {
+            let exact = [0.0, 0.0, wanted, 0.0, 0.0, 0.0];
+            let error = stress.iter().zip(exact).map(|(s, e)| (s - e).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-9, "{stress:?} {wanted}");
+        }
+    }
 }
 
 /// Truth: Hertz' pressure p0 = 1 on the unit circle: σ_xx = -(1 + 2ν)/2 in the centre, outside the radial tension
