@@ -4,7 +4,7 @@ use super::bodies::{KEYS, distances, face_map, frame};
 use super::failure::Failure;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape};
-use crate::scene::plan::{BodySpec, FeSpec, Plan};
+use crate::scene::plan::{BodySpec, FeSpec, Plan, Support};
 use crate::scene::surface::surface_material;
 
 /// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
@@ -107,12 +107,20 @@ fn half_space(plan: &Plan, fe: &FeSpec, index: usize, notes: &mut Vec<String>) -
              a half-space has one direction"
         )));
     }
-    let loaded = !fe.pressures.is_empty()
-        || !fe.tractions.is_empty()
-        || fe.body_force != [0.0; 3]
-        || fe.supports.iter().any(|support| support.values.iter().flatten().any(|value| *value != 0.0));
-    if loaded {
-        notes.push(format!("the loads and prescribed displacements of {body} have no place in a half-space"));
+    let moved = |support: &Support| {
+        let values = support.values.iter().zip(&support.gradient);
+        values
+            .into_iter()
+            .any(|(value, row)| value.is_some_and(|v| v != 0.0) || row.iter().any(|g| *g != 0.0))
+    };
+    let lost = [
+        (!fe.pressures.is_empty() || !fe.tractions.is_empty() || fe.body_force != [0.0; 3], "loads"),
+        (!fe.foundations.is_empty(), "foundations"),
+        (fe.supports.iter().any(moved), "prescribed displacements"),
+    ];
+    let lost: Vec<&str> = lost.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect();
+    if !lost.is_empty() {
+        notes.push(format!("the {} of {body} have no place in a half-space", lost.join(" and ")));
     }
     if fe.regions.len() > 1 {
         notes.push(format!("the half-space in the place of {body} is all of {}", surface.elastic.name));

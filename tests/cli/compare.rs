@@ -102,6 +102,32 @@ fn variants_that_cannot_be_do_not_stop_the_others() {
     assert!(text.contains("BE-rigid: the material axes of body1 vary by up to"), "{text}");
 }
 
+/// Truth: docs/command-line.md: what has no place in a half-space is named: loads, foundations, displacements, also those
+/// that only vary in space. A support at rest is none of these.
+#[test]
+fn what_a_half_space_has_no_place_for_is_named() {
+    let scene = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let path = scene.path().join("scene.toml");
+    let notes = |settings: &[&str]| -> String {
+        let settings: Vec<String> = settings.iter().map(|setting| setting.to_string()).collect();
+        let plan = orthowear::scene::read(&path, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+        let (_, variants) =
+            orthowear::study::compare::variants(&plan).unwrap_or_else(|f| panic!("{}", f.error));
+        variants.into_iter().flat_map(|variant| variant.notes).collect()
+    };
+    assert_eq!(notes(&[]), "");
+    let sides = "body1.fixed=[{ group = \"base\", components = [\"x\", \"y\"] }]";
+    let far = "body1.displaced=[{ group = \"base\", components = [\"z\"], gradient = [[1e-4, 0.0, 0.0]] }]";
+    for (settings, named) in [
+        (&["body1.body_force=[0.0, 0.0, -1e-3]"][..], "the loads of body1"),
+        (&["body1.foundation=[{ group = \"base\", stiffness = 10.0 }]"], "the foundations of body1"),
+        (&[sides, far], "the prescribed displacements of body1"),
+    ] {
+        let found = notes(settings);
+        assert!(found.contains(named), "{settings:?}: {found}");
+    }
+}
+
 /// Truth: docs/command-line.md: one variant where nothing is meshed; the worst exit code; mistakes as in `run`.
 #[test]
 fn one_variant_and_the_worst_exit_code() {
