@@ -91,29 +91,38 @@ fn imports_point_back_along_the_data_flow() {
     assert!(wrong.is_empty(), "imports against the data flow:\n{}", wrong.join("\n"));
 }
 
-/// Truth: every source file belongs to the crate.
+/// Modules that a file declares (`mod name;`).
+fn declared(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| {
+        let line = line.trim();
+        let line = ["pub(crate) ", "pub(super) ", "pub "]
+            .iter()
+            .find_map(|prefix| line.strip_prefix(prefix))
+            .unwrap_or(line);
+        line.strip_prefix("mod ")?.strip_suffix(';')
+    })
+}
+
+/// Truth: every source file belongs to the crate: the file of the module around it declares it, by the place where the
+/// language looks for it.
 #[test]
 fn every_file_is_declared() {
     let files = sources();
-    let declared: BTreeSet<String> = files
-        .iter()
-        .flat_map(|(_, text)| {
-            text.lines().filter_map(|line| {
-                let line = line.trim().trim_start_matches("pub(crate) ").trim_start_matches("pub ");
-                line.strip_prefix("mod ")?.strip_suffix(';').map(str::to_owned)
-            })
-        })
-        .collect();
-    for (path, _) in &files {
-        let stem = path.file_stem().and_then(|s| s.to_str()).expect("a UTF-8 file name");
-        let name = if stem == "mod" {
-            path.parent().and_then(Path::file_name).and_then(|s| s.to_str()).expect("a folder")
-        } else {
-            stem
-        };
-        if !["lib", "main"].contains(&name) {
-            assert!(declared.contains(name), "{} is declared by no `mod`", path.display());
+    let mut places = BTreeSet::new();
+    for (path, text) in &files {
+        let folder = path.parent().expect("a folder");
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a UTF-8 file name");
+        // Modules of lib.rs and mod.rs lie beside them, those of name.rs in a folder of that name.
+        let inside =
+            if ["lib", "main", "mod"].contains(&stem) { folder.to_owned() } else { folder.join(stem) };
+        for name in declared(text) {
+            places.insert(inside.join(format!("{name}.rs")));
+            places.insert(inside.join(name).join("mod.rs"));
         }
+    }
+    for (path, _) in &files {
+        let is_root = ["lib.rs", "main.rs"].iter().any(|name| path == Path::new(name));
+        assert!(is_root || places.contains(path), "{} is declared by no `mod`", path.display());
     }
 }
 

@@ -29,11 +29,6 @@ impl HexFormulation {
             Self::MeanDilatation => "hex8-bbar",
         }
     }
-
-    /// The formulation of a name, `None` if there is none.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|formulation| formulation.name() == name)
-    }
 }
 
 /// Prescribed displacement of the nodes of a group.

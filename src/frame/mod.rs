@@ -92,10 +92,4 @@ impl ContactFrame {
     pub fn is_level(&self) -> bool {
         self.triads.iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
     }
-
-    /// The common normal of all cells, if they have one (to the last bit).
-    pub fn common_normal(&self) -> Option<Point> {
-        let first = self.triads.first()?.normal();
-        self.triads.iter().all(|triad| triad.normal() == first).then_some(first)
-    }
 }

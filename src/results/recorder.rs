@@ -23,11 +23,6 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Keeps records in memory only.
-    pub fn in_memory() -> Self {
-        Self::default()
-    }
-
     /// Keeps records and writes files into `output`.
     pub fn into_directory(output: OutputDir) -> Self {
         Self { output: Some(output), ..Self::default() }

@@ -4,8 +4,6 @@ mod conformity;
 mod jacobian;
 mod measure;
 
-use std::fmt;
-
 use super::faces::face_of_three_solids;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
@@ -44,31 +42,6 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Refuses a mesh of several parts, which no support can hold together.
-    ///
-    /// # Errors
-    /// If there is more than one connected part; names their sizes and an element of each.
-    pub fn require_connected(&self, source: &str) -> Result<()> {
-        if self.parts.len() <= 1 {
-            return Ok(());
-        }
-        let listed: Vec<String> =
-            self.parts.iter().take(5).map(|(n, tag)| format!("{n} with element {tag}")).collect();
-        let hint = match self.coincident_points.len() {
-            0 => String::new(),
-            n => {
-                format!("; {n} nodes lie where another lies already, merge them (in gmsh: `Coherence Mesh`)")
-            }
-        };
-        Err(Error::input(format!(
-            "the solids of {source} fall into {} parts that share no node ({} elements{}){hint}; one connected body \
-             is expected",
-            self.parts.len(),
-            listed.join(", "),
-            if self.parts.len() > 5 { ", .." } else { "" },
-        )))
-    }
-
     /// What deserves a warning.
     pub fn warnings(&self) -> Vec<String> {
         self.folded().into_iter().chain(self.unfitting()).chain(self.unmerged()).collect()
@@ -130,31 +103,11 @@ impl Quality {
     }
 }
 
-impl fmt::Display for Quality {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let solids: Vec<String> =
-            self.solids.iter().map(|(kind, n)| format!("{n} {}", kind.name())).collect();
-        write!(
-            f,
-            "{} nodes, {}, volume {:.6e}, aspect ratio {:.1} on average and {:.1} at most (element {}), least scaled \
-             Jacobian {:.3} (element {})",
-            self.n_points,
-            solids.join(" + "),
-            self.volume,
-            self.mean_aspect,
-            self.largest_aspect.0,
-            self.largest_aspect.1,
-            self.least_jacobian.0,
-            self.least_jacobian.1
-        )
-    }
-}
-
 /// Checks the solids of a mesh and measures them.
 ///
 /// # Errors
 /// If there are no solids; if elements are turned inside out, folded or collapsed at an integration point (their numbers
-/// and the least Jacobian are named); if three solids share a face. Several parts are not an error here: [`Quality::require_connected`].
+/// and the least Jacobian are named); if three solids share a face. Several parts are not an error here: what holds each is the body's matter.
 pub fn check(mesh: &Mesh) -> Result<Quality> {
     if mesh.volume_cells().next().is_none() {
         return Err(no_solids(mesh));

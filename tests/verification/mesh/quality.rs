@@ -139,13 +139,8 @@ fn parts_and_unmerged_nodes_are_counted() {
     let touching = check(&two(1.0)).expect("measured");
     assert_eq!((touching.parts.len(), touching.coincident_points.len()), (2, 4));
     assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
-    let message = touching.require_connected("two.msh").expect_err("two parts").to_string();
-    assert!(
-        message.contains("two.msh") && message.contains("2 parts") && message.contains("element 99"),
-        "{message}"
-    );
     assert!(touching.warnings()[0].contains("4 nodes"));
-    assert!(check(&cube).expect("measured").require_connected("cube").is_ok());
+    assert_eq!(check(&cube).expect("measured").parts.len(), 1);
 
     let mut thrice = cube.clone();
     for tag in [98, 99] {
