@@ -15,7 +15,7 @@ use crate::linalg::packed::PackedSymmetric;
 /// Symmetric in the area-weighted sense because F is and the same I serves forces and displacements.
 ///
 /// # Source
-/// formulation 3.3.
+/// docs/theory-coupling.md.
 pub struct CondensedFlexibility {
     map: FaceMap,
     nodal: PackedSymmetric,

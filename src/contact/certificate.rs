@@ -1,4 +1,4 @@
-//! Checks of a state that do not depend on how it was found (formulation 7), from the tractions alone.
+//! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
 use super::increment::{Increment, Iterate};
 

@@ -293,7 +293,7 @@ impl Increment<'_> {
         }
     }
 
-    /// dw = p |Δg|_i summed over the ends (formulation 2.3, implicit in p and slip), added to the normal gap.
+    /// dw = p |Δg|_i summed over the ends (docs/theory-wear.md, implicit in p and slip), added to the normal gap.
     fn fill_wear(&self, it: &mut Iterate) {
         let n = self.n();
         it.wear_rate.fill(0.0);
@@ -343,7 +343,7 @@ impl Increment<'_> {
             && it.hatted[base + i].hypot(it.hatted[base + n + i]) < p * (1.0 - STICK_MARGIN)
     }
 
-    /// Natural residual (formulation 7.1): what one local projection step with c = 1 / diag S (the diagonal of the
+    /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
     /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
     /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
     pub fn natural_residual(&self, it: &Iterate) -> f64 {

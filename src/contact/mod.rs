@@ -1,7 +1,7 @@
 //! One contact increment: Signorini's conditions and an elliptic Coulomb law on the frame, implicit wear included.
 //!
 //! Unknowns are the *hatted* tractions on body 2, P̂ = D⁻¹ P with D = diag(μ1, μ2, 1) in the friction axes
-//! (formulation 2.2): in them every ellipse is the unit disc and radial return is the exact projection. Planes are
+//! (docs/theory-contact.md): in them every ellipse is the unit disc and radial return is the exact projection. Planes are
 //! ordered [q̂1, q̂2, p]; the matching gap is ĝ = [μ1 Δg1, μ2 Δg2, g_n], Δg the slip of the increment.
 //!
 //! An increment has one *end*, or two that are solved together: the two ends of a fretting stroke, coupled through

@@ -43,7 +43,7 @@ impl Hat {
 /// Local compliances and step sizes of one operator and friction ellipse.
 #[derive(Debug, Clone)]
 pub struct Scales {
-    /// c_n = 1 / S_nn of each cell, MPa/mm (formulation 7.1).
+    /// c_n = 1 / S_nn of each cell, MPa/mm (docs/theory-contact.md).
     pub c_normal: Vec<f64>,
     /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell; empty without friction.
     pub c_tangential: Vec<f64>,

@@ -13,7 +13,7 @@
 //! unknowns x / l0, k / l0; rows of finite elements by 1 / (E0 l0^2), the others by 1 / l0.
 //!
 //! # Source
-//! formulation 3.2.
+//! docs/theory-coupling.md.
 
 use std::sync::Mutex;
 
@@ -40,7 +40,7 @@ pub struct BlockSystem {
     work: Mutex<Work>,
 }
 
-/// Scales of formulation 3.2.
+/// Scales of docs/theory-coupling.md.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scales {
     /// E0, MPa.

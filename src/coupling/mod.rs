@@ -18,10 +18,10 @@ pub use distance::mesh_distance;
 /// How the equations of the bodies and of the frame are brought together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coupling {
-    /// Each body is eliminated on its own; the flexibilities on the frame are summed (formulation 3.3).
+    /// Each body is eliminated on its own; the flexibilities on the frame are summed (docs/theory-coupling.md).
     #[default]
     Schur,
-    /// The assembled system of bodies and frame, factored as a whole (formulation 3.2); the reference path.
+    /// The assembled system of bodies and frame, factored as a whole (docs/theory-coupling.md); the reference path.
     Block,
 }
 

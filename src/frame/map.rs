@@ -5,7 +5,7 @@
 //! seen along the cell's normal; so sum_I A_I I_Ij = int N_j dS wherever the cells tile the faces.
 //!
 //! # Source
-//! formulation 3.1 (d).
+//! docs/theory-coupling.md.
 
 use rayon::prelude::*;
 use sprs::CsMat;

@@ -6,7 +6,7 @@
 //! quarter of its work.
 //!
 //! # Source
-//! formulation 3.1 (c): never locally more frame points than displacement nodes of the finer side.
+//! What makes the tractions unique: never locally more frame points than displacement nodes of the finer side.
 
 use std::collections::HashMap;
 

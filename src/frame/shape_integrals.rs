@@ -215,7 +215,7 @@ mod tests {
         }
     }
 
-    /// Truth: the consistent loads of a uniform pressure on straight faces (formulation 10): tri6 0 at corners and
+    /// Truth: the consistent loads of a uniform pressure on straight faces (docs/theory-coupling.md): tri6 0 at corners and
     /// 1/3 at middle nodes; quad8 on a parallelogram -1/12 and 1/3; quad9 1/36, 1/9 and 4/9; tri3 1/3. 1e-14: rounding.
     #[test]
     fn consistent_loads() {

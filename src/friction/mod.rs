@@ -32,7 +32,7 @@ pub enum FrictionLaw {
         /// Angle of the first axis from the frame's x, radians.
         angle: f64,
     },
-    /// Fibre-reinforced plastic (formulation 2.4): mu_j interpolated between fibre direction, transverse and normal.
+    /// Fibre-reinforced plastic (docs/scene.md): mu_j interpolated between fibre direction, transverse and normal.
     Frp {
         /// Coefficient along fibres in the surface.
         mu_l: f64,

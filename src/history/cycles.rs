@@ -1,4 +1,4 @@
-//! Fretting cycles taken in jumps (formulation 11.2, 11.3).
+//! Fretting cycles taken in jumps (docs/theory-wear.md).
 //!
 //! A jump of ΔN cycles integrates dw/dN = F(w), F = p₊|s₊|_i + p₋|s₋|_i, with the two stroke ends P₊, P₋ solved
 //! together: the slip of a stroke is the difference of the tangential gaps at its ends (elastic recovery included),

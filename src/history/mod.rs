@@ -1,7 +1,7 @@
 //! Load steps, cycles and cycle jumps: the main loop.
 //!
 //! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
-//! measured from the end of the increment before (formulation 12), or a number of cycle jumps (see `cycles`).
+//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycles`).
 //! Progress, output and checkpoints hang on an [`step::Observer`].
 
 mod balance;

@@ -111,7 +111,7 @@ pub(super) fn frame_state(problem: &Increment, it: &Iterate, end: usize, worn: &
 }
 
 /// Imbalance of ½ Δ(Pᵀ A S P) against Σ A P̄·Δ(S P), relative: a quadratic identity that holds to rounding for a
-/// symmetric operator (formulation 7.5).
+/// symmetric operator (docs/theory-contact.md).
 pub(super) fn energy_balance(prepared: &Prepared, before: &State, it: &Iterate, end: usize) -> f64 {
     let n = prepared.n();
     let (mut change, mut work, mut scale) = (0.0, 0.0, 0.0);

@@ -65,7 +65,7 @@ pub struct Step {
     pub cycles: Option<Cycles>,
 }
 
-/// Independent checks of a converged increment (formulation 7), recomputed afresh from the tractions.
+/// Independent checks of a converged increment (docs/theory-contact.md), recomputed afresh from the tractions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
 pub struct Certificate {
     /// Natural residual (7.1), relative to the largest pressure.

@@ -40,7 +40,7 @@ const ALONG: f64 = 0.999;
 /// half-space takes part, or the meshes overlap.
 ///
 /// # Source
-/// formulation 3.1: never more points of the frame than degrees of freedom of the finer side.
+/// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     let mut finest: Option<f64> = None;

@@ -1,4 +1,4 @@
-//! Wear laws: the worn depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (formulation 2.3).
+//! Wear laws: the worn depth per slip, dw = p |dg_t|_i with |v|_i = sqrt((i1 v1)^2 + (i2 v2)^2) (docs/theory-wear.md).
 
 use crate::friction::{FrictionEllipse, tilt_interpolation};
 
@@ -28,7 +28,7 @@ pub enum WearLaw {
         /// Angle of the first axis from the frame's x, radians.
         angle: f64,
     },
-    /// Fibre-reinforced plastic (formulation 2.4).
+    /// Fibre-reinforced plastic (docs/scene.md).
     Frp {
         /// Intensity along fibres in the surface.
         i_l: f64,

@@ -77,7 +77,7 @@ fn noted(from: &str, to: &str, word: &str, there: bool) {
     }
 }
 
-/// Truth: formulation 3.1, no more points of the frame than degrees of freedom of the finer side.
+/// Truth: tractions are unique with no more points of the frame than degrees of freedom of the finer side.
 #[test]
 fn cells_finer_than_the_elements() {
     refused("[4, 4]", "[48, 48]", &["frame.cells", "contact area of a node", "not determined", "or fewer"]);
@@ -118,7 +118,7 @@ fn folders_are_no_meshes() {
     refused("mesh = 'MESH'", &format!("mesh = '{folder}'"), &["body1.mesh", "is a folder"]);
 }
 
-/// Truth: formulation 12: the path counts with any friction; fibres are named only where they are tilted.
+/// Truth: docs/theory-contact.md: the path counts with any friction; fibres are named only where they are tilted.
 #[test]
 fn path_dependence_names_tilted_fibres_only() {
     let (_folder, path) = block("[4, 4]", "[4, 4]");

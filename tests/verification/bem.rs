@@ -83,7 +83,7 @@ fn kernels_agree_with_an_independent_program() {
     }
 }
 
-/// Truth: Boussinesq and Cerruti, in the form of formulation 8.2 (all nine components, both sides). Tolerance
+/// Truth: Boussinesq and Cerruti, in the form of docs/theory-half-space.md (all nine components, both sides). Tolerance
 /// 1e-13: closed form against rounding.
 #[test]
 fn isotropic_limit_is_boussinesq_and_cerruti() {
@@ -209,7 +209,7 @@ fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
 }
 
-/// Truth: W from the Barnett-Lothe tensors by direct principal-value quadrature (formulation 8.2, staggered
+/// Truth: W from the Barnett-Lothe tensors by direct principal-value quadrature (docs/theory-half-space.md, staggered
 /// trapezoid, exact for trigonometric polynomials), against the closed sum of the series. Tolerance 1e-12:
 /// rounding of 512 terms.
 #[test]
@@ -754,7 +754,7 @@ fn operators_give_the_same_bits_for_any_number_of_threads() {
 }
 
 /// Truth: equal isotropic bodies do not couple normal and tangential components (the antisymmetric parts
-/// cancel), unlike ones do, and equal tilted ones do through the even part of G_xn (formulation 8.2). Leaving the
+/// cancel), unlike ones do, and equal tilted ones do through the even part of G_xn (docs/theory-half-space.md). Leaving the
 /// vanishing blocks out changes the result by rounding only.
 #[test]
 fn vanishing_cross_blocks_may_be_skipped() {

@@ -170,7 +170,7 @@ fn cattaneo_mindlin_with_lateral_contraction() {
     }
 }
 
-/// Truth: formulation 6.1, all methods reach the same state; 1e-7 of the largest pressure at residual 1e-9.
+/// Truth: docs/theory-contact.md, all methods reach the same state; 1e-7 of the largest pressure at residual 1e-9.
 #[test]
 fn uzawa_and_barzilai_borwein_agree() {
     let model = sphere_on_frp(30.0, 1.2, 16);
@@ -210,7 +210,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// Truth: turning the shift by 180 degrees on an isotropic pair turns the answer (formulation 13).
+/// Truth: turning the shift by 180 degrees on an isotropic pair turns the answer.
 #[test]
 fn isotropic_answers_turn_with_the_shift() {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");

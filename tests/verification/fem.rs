@@ -140,7 +140,7 @@ fn uniaxial_rotated_orthotropic() {
     }
 }
 
-/// Truth: internal forces of rigid motions vanish, K R = 0 (catalogue rigid-body-modes), on a distorted and on a graded
+/// Truth: internal forces of rigid motions vanish, K R = 0, on a distorted and on a graded
 /// (1000:1) mesh of rotated orthotropic material. Tolerance: rounding relative to |K| |R|.
 #[test]
 fn rigid_motions_cause_no_forces() {
@@ -165,7 +165,7 @@ fn rigid_motions_cause_no_forces() {
     }
 }
 
-/// Truth: nu = 0: w(L) = -rho g L^2 / (2 E) = -0.0005, sum of reactions = weight (catalogue self-weight-column); linear
+/// Truth: nu = 0: w(L) = -rho g L^2 / (2 E) = -0.0005, sum of reactions = weight; linear
 /// elements are exact at the nodes of a column. Tolerance: rounding.
 #[test]
 fn self_weight_column() {
@@ -184,7 +184,7 @@ fn self_weight_column() {
 }
 
 /// Truth: a uniform pressure puts a quarter of its force on each node of a flat quadrilateral, a third on each of a
-/// triangle (formulation 10); on a curved distorted closed surface the forces balance and, with pressure on all
+/// triangle (docs/theory-finite-elements.md); on a curved distorted closed surface the forces balance and, with pressure on all
 /// sides, do the work p V of a uniform expansion (Gauss's theorem). Tolerance: rounding.
 #[test]
 fn pressurised_faces() {

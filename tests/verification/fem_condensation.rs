@@ -51,7 +51,7 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
 
 /// Truth: condensation is exact (Guyan 1965): F_cc f + u_free equals the full solution at the contact nodes, and F_cc is
 /// the block of the inverse of the assembled K computed by a dense factorisation of another library; energy equals
-/// work. Tolerance 1e-10 (catalogue schur-exactness). Prescribed contact dofs (the edge at x = 0) have zero rows.
+/// work. Tolerance 1e-10. Prescribed contact dofs (the edge at x = 0) have zero rows.
 #[test]
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
@@ -97,7 +97,7 @@ fn condensation_is_exact() {
 
 /// Truth: work of load a on displacement b equals that of b on a (Betti 1872), through back-substitutions; and, for a
 /// body without other loads, strain energy = half the work of the forces (Clapeyron). Tolerance 1e-12 relative to
-/// |f| |u| (catalogue maxwell-betti), energy 1e-11 (schur-exactness).
+/// |f| |u|, energy 1e-11 (schur-exactness).
 #[test]
 fn maxwell_betti() {
     for (kind, formulation) in ELEMENTS {

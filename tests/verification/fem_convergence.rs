@@ -84,7 +84,7 @@ fn solve_mms(
 }
 
 /// Truth: orders p + 1 in L2 and p in the energy norm, on straight and smoothly distorted meshes, and the strain energy
-/// 1.304876 (catalogue mms-isotropic; Roache 1998). Tolerance: the catalogue's 0.15 of the order over the finest pair of
+/// 1.304876 (Roache 1998). Tolerance: the catalogue's 0.15 of the order over the finest pair of
 /// three meshes; the energy within the discretisation error, checked by its own order 2 p.
 #[test]
 fn mms_isotropic() {
@@ -134,7 +134,7 @@ fn cantilever(kind: ElementKind, formulation: HexFormulation, n: usize) -> f64 {
     u[end][2]
 }
 
-/// Truth: 1.9066 +- 0.0002, three-dimensional solution of the clamped cantilever (catalogue cantilever-3d). Enhanced
+/// Truth: 1.9066 +- 0.0002, three-dimensional solution of the clamped cantilever. Enhanced
 /// hexahedra come within 1 % from two cells across the height, plain ones lock: with h the error of a shear-locking
 /// element is h^2-like but about (cell length / height)^2 / 2 of the bending part, several per cent here.
 #[test]

@@ -3,13 +3,13 @@
 use orthowear::friction::FrictionLaw;
 use orthowear::wear::WearLaw;
 
-/// Slip rule q = -p M² v / |M v| (formulation 2.1) for slip v.
+/// Slip rule q = -p M² v / |M v| (docs/theory-contact.md) for slip v.
 fn slip_rule(p: f64, mu: [f64; 2], v: [f64; 2]) -> [f64; 2] {
     let norm = (mu[0] * v[0]).hypot(mu[1] * v[1]);
     [-p * mu[0] * mu[0] * v[0] / norm, -p * mu[1] * mu[1] * v[1] / norm]
 }
 
-/// Truth: formulation 4: radial return belongs with the step r M², and no other: fixed points of the pair
+/// Truth: docs/theory-contact.md: radial return belongs with the step r M², and no other: fixed points of the pair
 /// (r M², radial) obey the slip rule to rounding, those of (r 1, radial) miss it by several percent.
 #[test]
 fn radial_return_goes_with_the_metric_step() {
@@ -31,7 +31,7 @@ fn radial_return_goes_with_the_metric_step() {
     }
 }
 
-/// Truth: formulation 2.4 with the coefficients of the reference scene: mu at tilt 0, 30, 90 (and |tilt|).
+/// Truth: docs/scene.md with the coefficients of the reference scene: mu at tilt 0, 30, 90 (and |tilt|).
 #[test]
 fn frp_interpolation() {
     for (tilt, mu) in [(0.0_f64, [0.4, 0.5]), (30.0, [0.45, 0.516_666_666_666_666_7]), (90.0, [0.55, 0.55])] {
@@ -46,7 +46,7 @@ fn frp_interpolation() {
             let ellipse = law.ellipse().expect("friction");
             assert!((ellipse.mu[0] - mu[0]).abs() < 1e-15 && (ellipse.mu[1] - mu[1]).abs() < 1e-15);
             assert_eq!(ellipse.angle, 0.3);
-            // i_j = k mu_j for every tilt with the source's data (formulation 1.1).
+            // i_j = k mu_j for every tilt with the source's data.
             let wear = WearLaw::Energy { k: 1.25e-9 }.intensity(Some(ellipse)).expect("wear");
             let frp = WearLaw::Frp {
                 i_l: 5.0e-10,

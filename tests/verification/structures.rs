@@ -1,4 +1,4 @@
-//! Problems of solid mechanics with known answers, for the elements they are meant for (catalogue finite-elements).
+//! Problems of solid mechanics with known answers, for the elements they are meant for.
 
 mod bending;
 mod free_modes;

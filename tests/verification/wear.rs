@@ -45,7 +45,7 @@ fn reference_cycles() {
     }
 }
 
-/// Truth: formulation 11.2: implicit Euler is first order, SDIRK2 with the slip at the stages second order,
+/// Truth: docs/theory-wear.md: implicit Euler is first order, SDIRK2 with the slip at the stages second order,
 /// measured on the worn depth against a fine run.
 #[test]
 fn orders_of_the_integrators() {
@@ -63,7 +63,7 @@ fn orders_of_the_integrators() {
 }
 
 /// Truth: V = k F path exactly for straight sliding under a constant force with Archard's law when every cell slides
-/// by the same path: rigid translation much longer than the elastic displacements; 4 N i P D per formulation 11.3,
+/// by the same path: rigid translation much longer than the elastic displacements; 4 N i P D,
 /// with the measured slip through the dissipation: V / (i/mu) = dissipation to 1e-10.
 #[test]
 fn archard_volume_is_proportional_to_dissipation() {
@@ -83,7 +83,7 @@ fn archard_volume_is_proportional_to_dissipation() {
     assert!(relative(last.normal_force, 500.0) < 1e-10);
 }
 
-/// Truth: the volume that can be worn at fixed approach is bounded by pi R delta^2 (formulation 1.12), and the
+/// Truth: the volume that can be worn at fixed approach is bounded by pi R delta^2, and the
 /// worn shape tends to (delta - h)+.
 #[test]
 fn the_limit_shape_is_the_rigid_overlap() {
@@ -168,7 +168,7 @@ fn an_unconverged_stage_is_loud() {
     }
 }
 
-/// Truth: no jump, however long, wears more than the rigid overlap (pi R approach^2, formulation 1.12) or deeper than
+/// Truth: no jump, however long, wears more than the rigid overlap (pi R approach^2) or deeper than
 /// the approach, and each takes off no less than a shorter history; a jump too long for second order says so.
 #[test]
 fn jumps_of_any_length_stay_within_the_overlap() {

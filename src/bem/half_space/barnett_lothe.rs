@@ -20,7 +20,7 @@ const CHANGE: f64 = 1e-10;
 /// The tensors S, H, L of the plane spanned by a surface direction m and the outward normal.
 ///
 /// # Source
-/// D.M. Barnett, J. Lothe (1973); formulation 8.1.
+/// D.M. Barnett, J. Lothe (1973); docs/theory-half-space.md.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarnettLothe {
     /// S (no unit).

@@ -72,7 +72,7 @@ impl Edge {
 
     /// Adds `height ∫ Γ(φ) / cos ψ dψ` to the entries of the even and the odd harmonics.
     ///
-    /// With P_n = foot^n K_n the recurrence of formulation 8.3 reads
+    /// With P_n = foot^n K_n the recurrence reads
     /// `P_{n+1} = foot (2 (b^n - a^n) / (i n) - foot P_{n-1})`.
     fn add(&self, green: &SurfaceGreen, even: &mut [f64; 6], odd: &mut [f64; 3]) {
         let (foot, [a, b]) = (self.foot, self.ends);

@@ -1,7 +1,7 @@
 //! Rigid motions that are found from a balance: those along which a force is prescribed or a body floats.
 //!
 //! The motion ρ is the multiplier of the projection: P = proj(P* - D R ρ) has to do the work F on each motion,
-//! Σ A R·P = F (formulation 3.3). For given friction radii the projection is one on a convex set, and ρ minimises a
+//! Σ A R·P = F (docs/theory-coupling.md). For given friction radii the projection is one on a convex set, and ρ minimises a
 //! convex potential (piecewise quadratic in the pressures, Huber's in the tangential tractions), found by damped
 //! Newton. The radii are the pressures found, so that a few such minima follow one another; where the pressures do not
 //! depend on the tangential tractions, as on level frames, the second is exact.

@@ -1,5 +1,5 @@
 //! Projected gradient with Barzilai-Borwein steps, one for the normal and one for the tangential block
-//! (formulation 6.2, step 2): alternately s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max; nonmonotone, the best
+//! (docs/theory-contact.md): alternately s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max; nonmonotone, the best
 //! state is kept.
 
 use super::super::increment::{Increment, Iterate};

@@ -15,9 +15,9 @@ pub enum Method {
     /// Projected conjugate gradients where only pressures are unknown, else Barzilai-Borwein.
     #[default]
     Auto,
-    /// Projected gradient with Barzilai-Borwein steps (formulation 6.2, step 2).
+    /// Projected gradient with Barzilai-Borwein steps (docs/theory-contact.md).
     BarzilaiBorwein,
-    /// Uzawa predictor-corrector with radial return (formulation 5), the method of the source paper.
+    /// Uzawa predictor-corrector with radial return (docs/theory-contact.md), the method of the source paper.
     Uzawa,
 }
 

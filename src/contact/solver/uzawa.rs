@@ -1,4 +1,4 @@
-//! Uzawa predictor-corrector with radial return: the reference method (formulation 5).
+//! Uzawa predictor-corrector with radial return: the reference method (docs/theory-contact.md).
 //!
 //! Predictor: the gap for the current tractions. Corrector: p <- (p - r_n g_n)+, q <- radial return of
 //! q - r_t M² Δg_t on |q|_μ <= p, which in hatted variables is a clip to the disc of radius p. Steps

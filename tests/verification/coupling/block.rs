@@ -1,4 +1,4 @@
-//! The assembled block system against the Schur complement (formulation 3.2 and 3.3).
+//! The assembled block system against the Schur complement (docs/theory-coupling.md).
 
 use super::bricks::{Brick, spec, straight, support, wavy};
 use super::half_spaces::{cfrp, difference, gaps};

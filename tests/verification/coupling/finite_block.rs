@@ -60,7 +60,7 @@ fn block(stiffness: &Stiffness, (size, outer, deep): (f64, usize, usize), frame:
 }
 
 /// Truth: the load of a clamped block differs from the half-space's by a term in contact radius / size
-/// (formulation 15.11; Saint-Venant: the far field of a point force). So doubling the size halves the difference
+/// (Saint-Venant: the far field of a point force). So doubling the size halves the difference
 /// (the quadratic term and the elements of 0.15 mm leave 0.44 to 0.56), and 2 d(12) - d(6), without the first-order
 /// term, is below 1 %.
 #[test]

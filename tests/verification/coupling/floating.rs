@@ -215,7 +215,7 @@ fn backwards(mut mesh: Mesh) -> Mesh {
 
 /// Catalogue incline-block: weight W at an angle to the face; N = W cos, T = W sin to 1e-9; it holds up to
 /// atan(0.3) = 16.699 degrees, and beyond the message says gross sliding, down the slope, with the load factor
-/// tan(16.699)/tan(16.8) (1e-3, catalogue rel-sliding-without-equilibrium). With the block's own moment balanced too.
+/// tan(16.699)/tan(16.8) (1e-3). With the block's own moment balanced too.
 #[test]
 fn a_block_on_an_incline() {
     for (degrees, holds) in [(16.0_f64, true), (16.6, true), (16.8, false)] {

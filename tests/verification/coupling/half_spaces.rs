@@ -38,7 +38,7 @@ pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&apart) / largest(b)
 }
 
-/// Truth: S = S1 + S2 (formulation 8.2): the pair against each body with a rigid partner; 1e-12: rounding of FFTs.
+/// Truth: S = S1 + S2 (docs/theory-half-space.md): the pair against each body with a rigid partner; 1e-12: rounding of FFTs.
 #[test]
 fn a_pair_is_the_sum_of_its_halves() {
     let frame = ContactFrame::grid([1.0, 0.8], [8, 6], [0.3, 0.1], 0.4).unwrap();
@@ -114,7 +114,7 @@ fn recovered_displacements_make_the_gap() {
     assert!(difference(&found, &gap) < 1e-12);
 }
 
-/// Truth: equal isotropic halves cancel the blocks between n and t (formulation 8.2); the ledger says so, and the
+/// Truth: equal isotropic halves cancel the blocks between n and t (docs/theory-half-space.md); the ledger says so, and the
 /// answer is the same with the skip off. 1e-14: the blocks left out are rounding.
 #[test]
 fn vanishing_blocks_are_skipped() {

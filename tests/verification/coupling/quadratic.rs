@@ -62,8 +62,8 @@ fn map(mesh: &Mesh, frame: &ContactFrame) -> FaceMap {
 }
 
 /// Truth: where the cells tile the contact face, sum_I A_I I_Ij = int N_j dS for every node, negative ones at the
-/// corners of quad8 and zero ones at those of tri6 included (formulation 3.1, 10), whatever the cells: grids and the
-/// faces themselves. 1e-12 of the face's area: rounding.
+/// corners of quad8 and zero ones at those of tri6 included (docs/theory-coupling.md), whatever the cells: grids and the faces
+/// themselves. 1e-12 of the face's area: rounding.
 #[test]
 fn weights_sum_to_the_consistent_loads() {
     let meshes =

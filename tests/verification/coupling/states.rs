@@ -29,7 +29,7 @@ pub fn history(pair: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Run
     run(&model, &steps, &options, &mut Silent).expect("a run")
 }
 
-/// Truth: the two paths are the same equations; with certificates of 1e-12 the states agree to 1e-8 (formulation 7:
+/// Truth: the two paths are the same equations; with certificates of 1e-12 the states agree to 1e-8 (docs/theory-contact.md:
 /// the condition number of S is below 1e4), loads and prescribed displacements of the supports included.
 #[test]
 fn histories_agree_on_both_paths() {

@@ -1,4 +1,4 @@
-//! The manufactured solution u = (sin πx sin πy sin πz, 0, 0) in the unit cube (catalogue mms-isotropic).
+//! The manufactured solution u = (sin πx sin πy sin πz, 0, 0) in the unit cube.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use orthowear::material::Stiffness;
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
 
-/// Strain energy of the solution, isotropic with E = 1 and ν = 0.3 (catalogue mms-isotropic).
+/// Strain energy of the solution, isotropic with E = 1 and ν = 0.3.
 pub const ENERGY: f64 = 1.304876;
 
 fn material() -> Stiffness {

@@ -62,7 +62,7 @@ fn assert_bent(mesh: Mesh) {
     assert!(error < 1e-9 * 210.0, "stress {error:e}");
 }
 
-/// Truth: quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (catalogue pure-bending; Timoshenko and
+/// Truth: quadratic displacements, sigma_max = 210, w(10, 0, 0) = -0.05, energy 1.4 (Timoshenko and
 /// Goodier) are in the space of every element of second order whose edges are straight: on parallelepipeds for all, on any
 /// tetrahedra, and on any hexahedra and wedges for those complete in each direction (27 and 18 nodes). Tolerance: the
 /// catalogue's 1e-9.
@@ -126,7 +126,7 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
 }
 
 /// Truth: 1.9066 ± 0.0002, three-dimensional solution of the clamped cantilever; 1.919333 by beam theory with shear
-/// (catalogue cantilever-3d; Timoshenko, Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells;
+/// (Timoshenko, Cowper 1966). Tolerances: the catalogue's 0.3 % and 1 % on 4 x 4 x 40 cells;
 /// displacement methods approach from below, monotonically on nested meshes. The catalogue gives 1.9050 for 27 nodes, to
 /// half its last digit.
 #[test]
@@ -143,7 +143,7 @@ fn cantilever_of_second_order() {
     }
 }
 
-/// Truth: nu = 0: w = -rho g (L z - z²/2) / E, base stress -rho g L = -0.1, reactions 0.1 (catalogue self-weight-column).
+/// Truth: nu = 0: w = -rho g (L z - z²/2) / E, base stress -rho g L = -0.1, reactions 0.1.
 /// Elements of second order contain it; extruded linear ones (hexahedra, wedges) are exact at their nodes. Tolerance: the
 /// catalogue's 1e-10, 1e-12 for the reactions.
 #[test]

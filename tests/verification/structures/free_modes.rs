@@ -35,7 +35,7 @@ fn assert_six_free_modes(name: &str, k: DMatrix<f64>) {
 }
 
 /// Truth: a free body has six rigid motions and no other without energy: K is symmetric, has exactly six zero eigenvalues
-/// and is positive otherwise (catalogue rigid-body-modes), down to a single cell, where hourglass modes would show.
+/// and is positive otherwise, down to a single cell, where hourglass modes would show.
 /// Tolerances: the catalogue's 1e-14 and 1e-9.
 #[test]
 fn free_bodies_have_six_modes_without_energy() {

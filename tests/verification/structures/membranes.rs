@@ -38,7 +38,7 @@ fn cook(kind: ElementKind, n: usize, (modulus, nu, force): (f64, f64, f64), plan
 }
 
 /// Truth: 23.968 in plane stress (E = 1, nu = 1/3, F = 1) and 8.778 in plane strain (E = 250, nu = 0.3, F = 100)
-/// (catalogue cook-membrane; Cook 1974; graded elements of degree 4 and 5). Tolerance: the catalogue's 1 % with 32 elements
+/// (Cook 1974; graded elements of degree 4 and 5). Tolerance: the catalogue's 1 % with 32 elements
 /// of second order along an edge; half of them, and twice as many enhanced hexahedra of 8 nodes, are held to it as well. In
 /// plane stress the body of thickness 1 is a solid one, whose front is free: it differs at the clamped corners only.
 #[test]
@@ -52,7 +52,7 @@ fn cook_membrane() {
 }
 
 /// Truth: sigma_yy = 92.7 MPa at D = (2, 0) of the elliptic membrane, E = 210 GPa, nu = 0.3, 10 MPa outward on the outer edge,
-/// lengths in m (catalogue nafems-le1; NAFEMS 1990). Tolerance: the catalogue's 2 %, of the recovered nodal stress on 16 x 24
+/// lengths in m (NAFEMS 1990). Tolerance: the catalogue's 2 %, of the recovered nodal stress on 16 x 24
 /// elements.
 #[test]
 fn nafems_le1() {

@@ -9,7 +9,7 @@ use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::prescribe;
 
 /// Truth: sigma_yy = -5.38 MPa at D = (2, 0, 0.6) of the thick elliptic plate, E = 210 GPa, nu = 0.3, 1 MPa on its upper face,
-/// lengths in m; the outer face is held along x and y, and along z on its middle line (catalogue nafems-le10; NAFEMS 1990).
+/// lengths in m; the outer face is held along x and y, and along z on its middle line (NAFEMS 1990).
 /// Tolerance: the catalogue's 2 %, on 12 x 8 x 4 elements, of the recovered stress at this corner and of the mean of what the
 /// elements extrapolate there.
 #[test]
