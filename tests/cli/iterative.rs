@@ -43,7 +43,8 @@ fn call(command: &str, scene: &Path, limit: &str) -> (Option<i32>, String) {
 /// A limit that conjugate gradients fit into with two threads, and a factorisation does not: what a refusal says that the
 /// former need, with what frame and program take.
 fn limit(scene: &Path) -> u64 {
-    let (code, text) = call("check", scene, "32000000");
+    // The assembled body fits into this, and no solver.
+    let (code, text) = call("check", scene, "50000000");
     assert_eq!(code, Some(4), "{text}");
     let needed = text.split(" needs ").nth(1).and_then(|rest| rest.split('(').nth(1)).unwrap();
     needed.split_whitespace().next().unwrap().parse::<u64>().unwrap() + 30_000_000 + 16 * 500
