@@ -14,7 +14,7 @@ use rustfft::{Fft, FftPlanner};
 /// Pieces into which the rows and the columns are divided for the threads.
 const TASKS: usize = 16;
 
-/// Columns gathered at once: their complex numbers share a cache line.
+/// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
 
 /// The plans for a grid of `cells` padded with zeros to `padded`.
@@ -33,7 +33,7 @@ pub(super) struct Convolution {
 pub(super) struct Buffers {
     /// `[ix][component][k_y]`
     rows: Vec<Complex<f64>>,
-    /// `[k_y][component][ix]`
+    /// `[k_y][component][column_stride]`, cells ix first
     columns: Vec<Complex<f64>>,
     tasks: Vec<Scratch>,
 }
@@ -41,7 +41,8 @@ pub(super) struct Buffers {
 /// Work space of one piece.
 struct Scratch {
     real: Vec<f64>,
-    spectrum: Vec<Complex<f64>>,
+    /// `[BLOCK][k_y]`
+    spectra: Vec<Complex<f64>>,
     /// `[BLOCK][component][padded_x]`
     columns: Vec<Complex<f64>>,
     fft: Vec<Complex<f64>>,
@@ -76,10 +77,16 @@ impl Convolution {
         self.padded[1] / 2 + 1
     }
 
+    /// Length that a column takes: an odd number of cache lines, since columns at a distance of a power of two would share
+    /// their places in the cache.
+    fn column_stride(&self) -> usize {
+        (self.cells[0].div_ceil(BLOCK) | 1) * BLOCK
+    }
+
     /// Work space for up to `components` components.
     pub(super) fn buffers(&self, components: usize) -> Buffers {
         let zero = Complex::new(0.0, 0.0);
-        let size = components * self.cells[0] * self.half_spectrum();
+        let half = self.half_spectrum();
         let fft = [
             self.rows.get_scratch_len(),
             self.rows_back.get_scratch_len(),
@@ -88,13 +95,13 @@ impl Convolution {
         ];
         let scratch = || Scratch {
             real: vec![0.0; self.padded[1]],
-            spectrum: vec![zero; self.half_spectrum()],
+            spectra: vec![zero; BLOCK * half],
             columns: vec![zero; BLOCK * components * self.padded[0]],
             fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
         };
         Buffers {
-            rows: vec![zero; size],
-            columns: vec![zero; size],
+            rows: vec![zero; components * self.cells[0] * half],
+            columns: vec![zero; components * self.column_stride() * half],
             tasks: (0..TASKS).map(|_| scratch()).collect(),
         }
     }
@@ -109,10 +116,11 @@ impl Convolution {
         multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
     ) {
         let Buffers { rows, columns, tasks } = buffers;
-        let size = C * self.cells[0] * self.half_spectrum();
-        self.forward_rows::<C>(input, &mut rows[..size], tasks);
-        self.through_columns::<C>(&rows[..size], &mut columns[..size], tasks, multiply);
-        self.backward_rows::<C>(&columns[..size], output, tasks);
+        let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
+        let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
+        self.forward_rows::<C>(input, rows, tasks);
+        self.through_columns::<C>(rows, columns, tasks, multiply);
+        self.backward_rows::<C>(columns, output, tasks);
     }
 
     fn forward_rows<const C: usize>(&self, input: &[f64], rows: &mut [Complex<f64>], tasks: &mut [Scratch]) {
@@ -141,24 +149,24 @@ impl Convolution {
         tasks: &mut [Scratch],
         multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
     ) {
-        let nx = self.cells[0];
+        let (nx, stride) = (self.cells[0], self.column_stride());
         let per_task = self.half_spectrum().div_ceil(TASKS);
-        columns.par_chunks_mut(per_task * C * nx).zip(tasks).enumerate().for_each(
+        columns.par_chunks_mut(per_task * C * stride).zip(tasks).enumerate().for_each(
             |(task, (columns, scratch))| {
-                for (block, columns) in columns.chunks_mut(BLOCK * C * nx).enumerate() {
+                for (block, columns) in columns.chunks_mut(BLOCK * C * stride).enumerate() {
                     let first = task * per_task + block * BLOCK;
-                    let count = columns.len() / (C * nx);
+                    let count = columns.len() / (C * stride);
                     self.gather::<C>(rows, first, count, &mut scratch.columns);
-                    for (k, columns) in columns.chunks_exact_mut(C * nx).enumerate() {
+                    for (k, columns) in columns.chunks_exact_mut(C * stride).enumerate() {
                         let work = &mut scratch.columns[k * C * self.padded[0]..(k + 1) * C * self.padded[0]];
                         self.columns.process_with_scratch(work, &mut scratch.fft);
                         let mut split = work.chunks_exact_mut(self.padded[0]);
                         multiply(first + k, std::array::from_fn(|_| split.next().expect("C columns")));
                         self.columns_back.process_with_scratch(work, &mut scratch.fft);
                         for (column, padded) in
-                            columns.chunks_exact_mut(nx).zip(work.chunks_exact(self.padded[0]))
+                            columns.chunks_exact_mut(stride).zip(work.chunks_exact(self.padded[0]))
                         {
-                            column.copy_from_slice(&padded[..nx]);
+                            column[..nx].copy_from_slice(&padded[..nx]);
                         }
                     }
                 }
@@ -195,32 +203,40 @@ impl Convolution {
         tasks: &mut [Scratch],
     ) {
         let [nx, ny] = self.cells;
-        let per_task = nx.div_ceil(TASKS);
+        let (half, stride) = (self.half_spectrum(), self.column_stride());
+        let per_task = nx.div_ceil(TASKS).next_multiple_of(BLOCK);
         for (component, plane) in output.chunks_exact_mut(nx * ny).enumerate() {
             plane.par_chunks_mut(per_task * ny).zip(&mut *tasks).enumerate().for_each(
                 |(task, (rows, scratch))| {
-                    for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
-                        let ix = task * per_task + k;
-                        for (ky, value) in scratch.spectrum.iter_mut().enumerate() {
-                            *value = columns[(ky * C + component) * nx + ix];
+                    for (block, rows) in rows.chunks_mut(BLOCK * ny).enumerate() {
+                        let (ix, count) = (task * per_task + block * BLOCK, rows.len() / ny);
+                        for ky in 0..half {
+                            let start = (ky * C + component) * stride + ix;
+                            for (k, value) in columns[start..start + count].iter().enumerate() {
+                                scratch.spectra[k * half + ky] = *value;
+                            }
                         }
-                        self.real_row(scratch);
-                        row.copy_from_slice(&scratch.real[..ny]);
+                        for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
+                            self.real_row(k, scratch);
+                            row.copy_from_slice(&scratch.real[..ny]);
+                        }
                     }
                 },
             );
         }
     }
 
-    /// Inverse transform of `scratch.spectrum` into `scratch.real`; the rounding left in the imaginary parts of
+    /// Inverse transform of the `k`th of `scratch.spectra` into `scratch.real`; the rounding left in the imaginary parts of
     /// the real harmonics is removed first.
-    fn real_row(&self, scratch: &mut Scratch) {
-        scratch.spectrum[0].im = 0.0;
+    fn real_row(&self, k: usize, scratch: &mut Scratch) {
+        let half = self.half_spectrum();
+        let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
+        spectrum[0].im = 0.0;
         if self.padded[1].is_multiple_of(2) {
-            scratch.spectrum[self.padded[1] / 2].im = 0.0;
+            spectrum[self.padded[1] / 2].im = 0.0;
         }
         self.rows_back
-            .process_with_scratch(&mut scratch.spectrum, &mut scratch.real, &mut scratch.fft)
+            .process_with_scratch(spectrum, &mut scratch.real, &mut scratch.fft)
             .expect("buffers of the planned lengths");
     }
 
