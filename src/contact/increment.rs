@@ -172,6 +172,20 @@ impl Increment<'_> {
         self.fill_from_elastic(it);
     }
 
+    /// The normal gap of `end` from S P, rigid motion and worn depth: of an increment without wear, all that pressures need.
+    pub(super) fn fill_normal_gap(&self, it: &mut Iterate, end: usize) {
+        let n = self.n();
+        let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
+        let level = self.rigid_axes.is_none() && self.floating.is_empty();
+        let (motion, floating) = (it.rigid[end], it.floating[end]);
+        let gap = it.gap[normal.clone()].iter_mut().zip(&it.elastic[normal]);
+        let undeformed = self.initial_gap[2 * n..].iter().zip(self.worn);
+        for (i, ((gap, elastic), (initial, worn))) in gap.zip(undeformed).enumerate() {
+            let closing = if level { motion[2] } else { self.rigid_gap(i, motion, &floating)[2] };
+            *gap = initial + closing + elastic + worn;
+        }
+    }
+
     /// What follows from tractions and S P.
     pub(super) fn fill_from_elastic(&self, it: &mut Iterate) {
         self.fill_gap(it);

@@ -75,22 +75,23 @@ pub(super) fn solve(
     // Whether S p is that of the pressures themselves and not a sum of updates.
     let mut fresh = true;
     loop {
-        level(problem, it, &mut work);
-        let residual = problem.natural_residual(it);
-        report.residual = residual;
-        if residual.is_nan() {
-            report.stop = Stop::NotFinite;
-            return report;
-        }
+        let mut residual = level(problem, it, &mut work);
         if residual <= options.tolerance {
+            // Updates of S p gather rounding.
+            report.applications += usize::from(!fresh);
             if fresh {
-                report.stop = Stop::Converged;
-                return report;
+                it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
+                problem.fill_from_elastic(it);
+            } else {
+                problem.evaluate(it);
             }
-            problem.evaluate(it);
-            report.applications += 1;
-            (fresh, work.product_before) = (true, None);
-            continue;
+            work.product_before = None;
+            residual = problem.natural_residual(it);
+        }
+        report.residual = residual;
+        if residual.is_nan() || residual <= options.tolerance {
+            report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
+            return report;
         }
         if residual < best.0 {
             best = (residual, report.iterations);
@@ -148,11 +149,11 @@ fn start(problem: &Increment, it: &mut Iterate) {
     }
 }
 
-/// Gap, rigid motion under a prescribed force, active cells and residual for the pressures and S p of `it`.
-fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) {
+/// Normal gap, rigid motion under a prescribed force, active cells and their residual for the pressures and S p of `it`; the
+/// natural residual but for the defect of the force.
+fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) -> f64 {
     let n = problem.n();
-    it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
-    problem.fill_from_elastic(it);
+    problem.fill_normal_gap(it, 0);
     if let NormalControl::Force(_) = problem.ends[0].normal {
         let (mut sum, mut area) = (0.0, 0.0);
         for i in (0..n).filter(|&i| it.hatted[2 * n + i] > 0.0) {
@@ -165,11 +166,18 @@ fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) {
             it.gap[2 * n..].iter_mut().for_each(|gap| *gap -= lift);
         }
     }
-    for i in 0..n {
-        let gap = it.gap[2 * n + i];
-        work.active[i] = it.hatted[2 * n + i] > 0.0 || gap < 0.0;
+    let (mut change, mut p_max, mut sum) = (0.0_f64, 0.0_f64, 0.0);
+    for (i, (p, gap)) in it.hatted[2 * n..].iter().zip(&it.gap[2 * n..]).enumerate() {
+        work.active[i] = *p > 0.0 || *gap < 0.0;
         work.residual[i] = if work.active[i] { -gap } else { 0.0 };
+        let after = (p - problem.scales.c_normal[i] * gap).max(0.0);
+        change = change.max((p - after).abs());
+        p_max = p_max.max(*p);
+        // Not a number if any gap is.
+        sum += gap;
     }
+    let residual = if change == 0.0 { 0.0 } else { change / p_max };
+    if sum.is_nan() { f64::NAN } else { residual }
 }
 
 /// A step along the next direction; whether pressures were cut, so that S p was applied anew. `None` if there is no direction
