@@ -3,7 +3,7 @@
 use super::progress::seconds;
 use super::run::{report, show_failure};
 use super::table::{align, short};
-use super::{SceneArgs, exit, refuse, remark, to_stdout, use_threads};
+use super::{SceneArgs, exit, refuse, remark, to_stdout};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{Normal, Step, Tangential};
@@ -29,7 +29,6 @@ const DEFAULTS: [(&str, &str); 10] = [
 
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
-    use_threads(arguments.threads);
     let mut plan = match scene::read(&arguments.scene, &arguments.overrides) {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::progress::{Progress, seconds};
 use super::run::{Job, compute, reason, report, show_failure, units};
 use super::table::{align, short};
-use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout, use_threads};
+use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::Result;
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
@@ -22,7 +22,6 @@ use crate::study::compare::{Variant, variants};
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     let stop = signal::catch();
-    use_threads(arguments.scene.threads);
     let started = Instant::now();
     let beside = || arguments.scene.scene.with_extension("compare");
     let directory = arguments.out.clone().unwrap_or_else(beside);

@@ -114,10 +114,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     std::panic::set_hook(Box::new(report_panic));
     let code = std::panic::catch_unwind(|| match command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Compare(arguments) => compare::compare(&arguments),
-        Command::Check(arguments) => check::check(&arguments),
-        Command::Refine(arguments) => refine::refine(&arguments),
+        Command::Run(arguments) => stoppable(arguments.scene.threads, || run::run(&arguments)),
+        Command::Compare(arguments) => stoppable(arguments.scene.threads, || compare::compare(&arguments)),
+        Command::Check(arguments) => in_pool(arguments.threads, || check::check(&arguments)),
+        Command::Refine(arguments) => stoppable(arguments.scene.threads, || refine::refine(&arguments)),
         Command::Schema => schema::schema(),
     });
     ExitCode::from(code.unwrap_or(exit::FAILED))
@@ -135,12 +135,24 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Sets the number of threads.
-fn use_threads(threads: Option<u16>) {
-    if let Some(threads) = threads {
-        // Fails only if a pool exists already, which then has the number of the first call.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
-    }
+/// Stack of the threads, bytes: that of a main thread.
+const STACK: usize = 8 << 20;
+
+/// Does `work` as [`in_pool`], with signals caught before there are threads.
+fn stoppable(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+    signal::catch();
+    in_pool(threads, work)
+}
+
+/// Does `work` on one of the `threads` (as many as there are cores if not given): work handed over from another one would wait
+/// for it each time.
+fn in_pool(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+    // Fails only if a pool exists already, which then has the number of the first call.
+    let _ = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, usize::from))
+        .stack_size(STACK)
+        .build_global();
+    rayon::scope(|_| work())
 }
 
 /// Prints the mistakes of a scene; the exit code.

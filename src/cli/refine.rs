@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::progress::Progress;
 use super::run::{reason, report, show_failure};
-use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout, use_threads};
+use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout};
 use crate::body::Estimate;
 use crate::error::{Error, Kind, Result};
 use crate::fem::{ErrorEstimate, ROUNDING};
@@ -24,7 +24,7 @@ use crate::study::{self, Study};
 #[derive(Debug, Args)]
 pub(super) struct RefineArgs {
     #[command(flatten)]
-    scene: SceneArgs,
+    pub(super) scene: SceneArgs,
     /// Error of the stress to aim at, relative, in the energy norm; default half of the present one.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     error: Option<f64>,
@@ -93,7 +93,6 @@ impl Observer for StepEnds<'_> {
 /// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> u8 {
     let stop = signal::catch();
-    use_threads(arguments.scene.threads);
     let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),

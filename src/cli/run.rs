@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::progress::{Progress, seconds};
-use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout, use_threads};
+use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout};
 use crate::error::{Error, Kind, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
@@ -26,7 +26,6 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         return exit::INPUT;
     }
     let stop = signal::catch();
-    use_threads(arguments.scene.threads);
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
     let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {

@@ -301,7 +301,7 @@ impl CondensedBody {
         let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
         let targets: Vec<_> = at.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
         let (n, solver) = (self.model.n_free(), self.solver()?);
-        let mut rows = vec![0.0; dofs.len() * targets.len()];
+        let mut rows = zeroed(dofs.len() * targets.len())?;
         let mut columns = zeroed(n * dofs.len().min(BATCH))?;
         for (dofs, rows) in dofs.chunks(BATCH).zip(rows.chunks_mut((BATCH * targets.len()).max(1))) {
             let columns = &mut columns[..n * dofs.len()];

@@ -177,12 +177,12 @@ impl Prepared<'_> {
     }
 }
 
-/// An axis by its name, any other direction by its components.
 /// Makes the largest component positive: a motion that is held has no sense of direction.
 fn sign_of_largest(direction: Vector3<f64>) -> f64 {
     direction[direction.iamax()].signum()
 }
 
+/// An axis by its name, any other direction by its components.
 fn direction_name(direction: Vector3<f64>) -> String {
     let unit = direction.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
     for (axis, name) in ["x", "y", "n"].into_iter().enumerate() {

@@ -12,6 +12,12 @@ use super::model::Prepared;
 use super::step::{IncrementRecord, Observer, Outcome, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
+/// A contact of so few cells is told.
+const FEW_CELLS: usize = 3;
+
+/// How that begins.
+const FEW: &str = "the contact is carried by";
+
 /// Which laws act in an increment, and how often its slip happens.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Laws {
@@ -99,7 +105,9 @@ pub(super) fn solve_and_check(
             problem.flexibility.form(&cells)?;
             problem.scales = prepared.rescaled();
         }
-        let mut report = solve(problem, it, options, observer, stage)?;
+        let max_iterations = options.max_iterations.saturating_sub(spent[0]);
+        let options = SolverOptions { max_iterations, ..*options };
+        let mut report = solve(problem, it, &options, observer, stage)?;
         spent = [spent[0] + report.iterations, spent[1] + report.applications];
         [report.iterations, report.applications] = spent;
         let checks = certificate::check(problem, it);
@@ -242,6 +250,16 @@ impl Run<'_> {
         };
         if record.contact_area == 0.0 && record.converged {
             self.result.warnings.push(self.prepared.open_note(record, checks.min_gap));
+        }
+        let n = self.prepared.n();
+        let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
+        if (1..=FEW_CELLS).contains(&carrying) && !self.result.warnings.iter().any(|told| told.contains(FEW))
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are rough; take finer cells, and a finer \
+                 mesh under them, if this is more than a passing state",
+                record.name, record.increment
+            ));
         }
         let told = |earlier: &IncrementRecord| earlier.contact_touches_edge;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {

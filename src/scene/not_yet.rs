@@ -28,7 +28,9 @@ pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
         ("path", "ellipse") => "elliptic cycles",
         ("method", "newton") => "semismooth Newton",
         ("method", "gauss-seidel") => "block Gauss-Seidel",
-        ("method", "cg") => "projected conjugate gradients",
+        ("method", "cg") => {
+            "projected conjugate gradients by name (\"auto\" takes them where only pressures are unknown)"
+        }
         _ => return None,
     })
 }

@@ -17,6 +17,7 @@ mod order_two;
 mod pairs;
 mod quadratic;
 mod rigid_partner;
+mod soft;
 mod states;
 mod touch;
 

@@ -15,14 +15,18 @@ use super::projected::{SolveReport, Stop};
 use super::{SolverOptions, Watch};
 
 /// Iterations without a new best residual after which another method has to go on.
-const PATIENCE: usize = 60;
+const PATIENCE: usize = 200;
+
+/// A step whose cut raises the energy is taken again shorter by this factor, in so many trials at most.
+const SHORTEN: f64 = 0.25;
+const SHORTER: usize = 8;
 
 /// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
 pub(super) fn suits(problem: &Increment) -> bool {
     let [end] = problem.ends.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
     let free = end.balance.is_some() || end.tangential != TangentialControl::Shift;
-    problem.normal_only() && !pulled && !free
+    problem.friction.is_none() && problem.wear.is_none() && !pulled && !free
 }
 
 /// Vectors over the cells, `[N]`.
@@ -36,6 +40,8 @@ struct Work {
     direction: Vec<f64>,
     /// S times the direction.
     image: Vec<f64>,
+    pressures_before: Vec<f64>,
+    elastic_before: Vec<f64>,
     /// Preconditioned product of the residual before; `None` at a start.
     product_before: Option<f64>,
 }
@@ -50,6 +56,8 @@ impl Work {
             preconditioned: zeros(),
             direction: zeros(),
             image: zeros(),
+            pressures_before: zeros(),
+            elastic_before: zeros(),
             product_before: None,
         }
     }
@@ -103,9 +111,16 @@ pub(super) fn solve(
             report.stop = Stop::Interrupted;
             return report;
         }
-        let Some(cut) = step(problem, it, &mut work) else { return report };
+        let Some(Step { products, cut }) = step(problem, it, &mut work) else {
+            if work.product_before.take().is_none() {
+                return report;
+            }
+            // The direction before says nothing on the cells that are in contact now: once more without it.
+            report.applications += 1;
+            continue;
+        };
         report.iterations += 1;
-        report.applications += 1 + usize::from(cut);
+        report.applications += products;
         fresh = cut;
     }
 }
@@ -180,10 +195,18 @@ fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) -> f64 {
     if sum.is_nan() { f64::NAN } else { residual }
 }
 
-/// A step along the next direction; whether pressures were cut, so that S p was applied anew. `None` if there is no direction
-/// that gains.
-fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<bool> {
+/// What a step took.
+struct Step {
+    /// Products with S.
+    products: usize,
+    /// Whether pressures were cut, so that S p is fresh.
+    cut: bool,
+}
+
+/// A step along the next direction; `None` if it gains nothing.
+fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<Step> {
     let n = problem.n();
+    work.pressures_before.copy_from_slice(&it.hatted[2 * n..]);
     let areas = problem.areas;
     let product =
         |a: &[f64], b: &[f64]| -> f64 { areas.iter().zip(a).zip(b).map(|((area, a), b)| area * a * b).sum() };
@@ -208,25 +231,56 @@ fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<bool> 
     if !(curvature > 0.0 && length.is_finite() && length > 0.0) {
         return None;
     }
+    work.residual_before.copy_from_slice(&work.residual);
+    work.product_before = Some(now);
+    let cut = advance(&mut it.hatted[2 * n..], &work.direction, length);
+    if cut {
+        Some(Step { products: 1 + shorten(problem, it, work, length), cut })
+    } else {
+        it.elastic[2 * n..].iter_mut().zip(&work.image).for_each(|(u, s)| *u += length * s);
+        Some(Step { products: 1, cut })
+    }
+}
+
+/// `pressures` a step of `length` on, without those below zero; whether there were any.
+fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
     let mut cut = false;
-    let pressures = &mut it.hatted[2 * n..];
-    for (p, d) in pressures.iter_mut().zip(&work.direction) {
+    for (p, d) in pressures.iter_mut().zip(direction) {
         *p += length * d;
         cut |= *p < 0.0;
         *p = p.max(0.0);
     }
-    if cut {
+    cut
+}
+
+/// Applies S to pressures that were cut after a step of `length`, a shorter one where the cut has raised the energy; the number
+/// of products.
+fn shorten(problem: &Increment, it: &mut Iterate, work: &mut Work, length: f64) -> usize {
+    let (normal, mut length) = (2 * problem.n().., length);
+    work.elastic_before.copy_from_slice(&it.elastic[normal.clone()]);
+    // Of pressures with S p, up to a constant: Σ A p (g - S p_before + ½ S p), g the gap before.
+    let energy = |pressures: &[f64], elastic: &[f64], gap: &[f64], before: &[f64]| -> f64 {
+        let gaps =
+            gap.iter().zip(before).zip(elastic).map(|((gap, before), elastic)| gap - before + 0.5 * elastic);
+        problem.areas.iter().zip(pressures).zip(gaps).map(|((area, p), gap)| area * p * gap).sum()
+    };
+    let (gap, before) = (&it.gap[normal.clone()], &work.elastic_before);
+    let start = energy(&work.pressures_before, before, gap, before);
+    for products in 1..=SHORTER {
+        let pressures = &mut it.hatted[normal.clone()];
         if let NormalControl::Force(force) = problem.ends[0].normal {
-            let sum: f64 = pressures.iter().zip(areas).map(|(p, area)| area * p).sum();
+            let sum: f64 = pressures.iter().zip(problem.areas).map(|(p, area)| area * p).sum();
             pressures.iter_mut().for_each(|p| *p *= force / sum);
         }
-        problem.flexibility.apply_normal(&it.hatted[2 * n..], &mut it.elastic[2 * n..]);
-    } else {
-        it.elastic[2 * n..].iter_mut().zip(&work.image).for_each(|(u, s)| *u += length * s);
+        problem.flexibility.apply_normal(pressures, &mut it.elastic[normal.clone()]);
+        if products == SHORTER || energy(pressures, &it.elastic[normal.clone()], gap, before) <= start {
+            return products;
+        }
+        length *= SHORTEN;
+        pressures.copy_from_slice(&work.pressures_before);
+        advance(pressures, &work.direction, length);
     }
-    work.residual_before.copy_from_slice(&work.residual);
-    work.product_before = Some(now);
-    Some(cut)
+    SHORTER
 }
 
 /// Sets `values` to zero outside the active cells; under a prescribed force also their mean.

@@ -57,7 +57,9 @@ pub fn solve(
                 return report;
             }
             // It stopped gaining: Barzilai-Borwein goes on from there.
-            let more = barzilai_borwein::solve(problem, it, options, watch);
+            let max_iterations = options.max_iterations - report.iterations;
+            let rest = SolverOptions { max_iterations, ..*options };
+            let more = barzilai_borwein::solve(problem, it, &rest, watch);
             let iterations = report.iterations + more.iterations;
             SolveReport { iterations, applications: report.applications + more.applications, ..more }
         }
