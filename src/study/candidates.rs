@@ -6,12 +6,11 @@
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
-use crate::error::Result as Outcome;
 use crate::fem;
 use crate::frame::{ContactFrame, GapShape};
 use crate::history::step::{Normal, Skipped, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::Plan;
+use crate::scene::plan::{Plan, Support};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
 const MARGIN: f64 = 1.25;
@@ -70,22 +69,22 @@ fn reach(plan: &Plan, frame: &ContactFrame) -> Option<f64> {
     (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
-/// The larger of `most` and the distance from the centre that `step` moves body 2 along the frame's plane, mm; `None` if
-/// it is unknown.
-fn along_the_plane(most: f64, step: &Step) -> Option<f64> {
+/// `before` and what `step` moves body 2 along the frame's plane at most, mm: a bound of the way of all steps; `None` if it is
+/// unknown.
+fn along_the_plane(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,
         Some(Tangential::Shift([x, y])) => x.hypot(y),
         None => 0.0,
     };
-    Some(most + shift + step.cycles.as_ref().map_or(0.0, |cycles| cycles.amplitude))
+    Some(before + shift + step.cycles.as_ref().map_or(0.0, |cycles| cycles.amplitude))
 }
 
 /// Whether no meshed body floats, or deforms without contact.
 fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
     for (body, key) in plan.bodies.iter().zip(KEYS) {
         let Some(fe) = body.fe() else { continue };
-        let moved = |support: &crate::scene::plan::Support| {
+        let moved = |support: &Support| {
             let values = support.values.iter().flatten();
             values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
         };
@@ -111,6 +110,5 @@ fn initial_gap(plan: &Plan, frame: &ContactFrame) -> Result<Vec<f64>, Failure> {
     if heights.iter().any(Option::is_some) {
         return distances(plan, frame, heights);
     }
-    let gap: Outcome<Vec<f64>> = plan.gap.evaluate(frame);
-    gap.at("gap")
+    plan.gap.evaluate(frame).at("gap")
 }

@@ -102,3 +102,17 @@ fn a_body_of_constant_stress_need_not_be_refined() {
     assert!(text.contains("rounding: nothing to refine") && text.contains("no sizes were written"), "{text}");
     assert!(!sizes.exists() && !text.contains("refine there"), "{text}");
 }
+
+/// Truth: geometry: of 3 x 3 cells of 0.8 mm one stands on the axis, the next ones 6.4e-3 mm away from the sphere of 50 mm,
+/// more than the approach. With 16 cells in contact nothing is told.
+#[test]
+fn a_contact_of_one_cell_is_told() {
+    let (_folder, path) =
+        block(&[("cells = [4, 4]", "cells = [3, 3]"), ("approach = 0.02", "approach = 1e-3")]);
+    let (code, text, warnings) = call("run", &path);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(warnings.iter().any(|w| w.contains("the contact is carried by 1 of 9 cells")), "{warnings:?}");
+    let (_folder, path) = block(&[("approach = 0.02", "approach = 0.04")]);
+    let (_, _, warnings) = call("run", &path);
+    assert!(!warnings.iter().any(|w| w.contains("carried by")), "{warnings:?}");
+}
