@@ -3,7 +3,9 @@
 use std::sync::OnceLock;
 
 use super::{BodyEquations, BodyField, ElasticBody};
-use crate::bem::half_space::{CrossBlocks, DenseFlexibility, FftFlexibility, SurfaceGreen};
+use crate::bem::half_space::{
+    CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility, SurfaceGreen,
+};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad};
@@ -58,7 +60,7 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
 
 /// The cells of a plane frame in the x and y of its plane, as the half-space operators take them.
 enum PlaneCells {
-    Grid { cells: [usize; 2], spacing: [f64; 2] },
+    Grid { cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2] },
     Polygons { centers: Vec<[f64; 2]>, corners: Vec<Vec<[f64; 2]>>, areas: Vec<f64> },
 }
 
@@ -77,7 +79,7 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
 impl PlaneCells {
     fn new(frame: &ContactFrame) -> Result<Self> {
         if let Some(grid) = frame.grid {
-            return Ok(Self::Grid { cells: grid.cells, spacing: grid.spacing });
+            return Ok(Self::Grid { cells: grid.cells, spacing: grid.spacing, periodic: grid.periodic });
         }
         let (centers, corners) = plane_polygons(frame)?;
         Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
@@ -85,7 +87,12 @@ impl PlaneCells {
 
     fn flexibility(&self, green: &SurfaceGreen, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
-            Self::Grid { cells, spacing } => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
+            Self::Grid { cells, spacing, periodic: [false, false] } => {
+                Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?)
+            }
+            Self::Grid { cells, spacing, periodic } => {
+                Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?)
+            }
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
             }
@@ -93,7 +100,7 @@ impl PlaneCells {
     }
 }
 
-/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, dense elsewhere.
+/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, periodic or not, dense elsewhere.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -105,11 +112,16 @@ pub fn half_space_flexibility(
     PlaneCells::new(frame)?.flexibility(green, cross)
 }
 
-/// The same operator as a matrix of the integrals over every cell, whatever the frame.
+/// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.
 ///
 /// # Errors
-/// If the frame is not plane, or memory does not suffice.
+/// If the frame is not plane or repeats itself, or memory does not suffice.
 pub fn half_space_matrix(green: &SurfaceGreen, frame: &ContactFrame) -> Result<DenseFlexibility> {
+    if frame.grid.is_some_and(|grid| grid.periodic != [false; 2]) {
+        return Err(Error::input(
+            "the block system has no periodic frames: leave out solver.coupling, or frame.periodic",
+        ));
+    }
     let (centers, corners) = plane_polygons(frame)?;
     DenseFlexibility::new(&centers, &corners, &frame.areas, green)
 }

@@ -82,13 +82,19 @@ fn is_default(document: &Document, key: &str) -> bool {
 fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
     let length = &plan.units.length;
     let frame = match plan.frame {
-        FrameSpec::Grid { half_width, cells, .. } => format!(
-            "grid of {} x {} = {} cells, {} x {} {length}",
+        FrameSpec::Grid { half_width, cells, periodic, .. } => format!(
+            "grid of {} x {} = {} cells, {} x {} {length}{}",
             cells[0],
             cells[1],
             forecast.n_cells,
             2.0 * half_width[0],
-            2.0 * half_width[1]
+            2.0 * half_width[1],
+            match periodic {
+                [false, false] => "",
+                [true, false] => ", periodic along x",
+                [false, true] => ", periodic along y",
+                [true, true] => ", periodic along x and y",
+            }
         ),
         FrameSpec::Mesh { body, points, .. } => {
             let what = if points == FramePoints::Faces { "faces" } else { "cells around the nodes" };

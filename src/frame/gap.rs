@@ -89,7 +89,8 @@ impl InitialGap {
         (0..frame.n_cells())
             .map(|cell| {
                 let [x, y] = frame.plane_coordinates(cell);
-                self.at(x - self.offset[0], y - self.offset[1])
+                let [x, y] = frame.nearest_image([x - self.offset[0], y - self.offset[1]]);
+                self.at(x, y)
             })
             .collect()
     }

@@ -18,7 +18,7 @@ impl ContactFrame {
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
-        let grid = Grid { cells, spacing, center, azimuth };
+        let grid = Grid { cells, spacing, center, azimuth, periodic: [false; 2] };
         let triad = Triad::horizontal(azimuth);
         let origin = Point::new(center[0], center[1], 0.0);
         let place = |x: f64, y: f64| origin + triad.to_global(&Point::new(x, y, 0.0));
@@ -56,12 +56,13 @@ impl Grid {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
     }
 
-    /// Whether each cell lies in the outermost rows, `[N]`.
+    /// Whether each cell lies in the outermost rows of a direction that does not repeat itself, `[N]`.
     pub(super) fn rim(&self) -> Vec<bool> {
         let [nx, ny] = self.cells;
+        let outermost = |axis: usize, i: usize| !self.periodic[axis] && (i == 0 || i + 1 == self.cells[axis]);
         let mut rim = Vec::with_capacity(nx * ny);
         for ix in 0..nx {
-            rim.extend((0..ny).map(|iy| ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny));
+            rim.extend((0..ny).map(|iy| outermost(0, ix) || outermost(1, iy)));
         }
         rim
     }
@@ -114,6 +115,16 @@ mod tests {
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
         assert_eq!(super::super::edges::rim(&frame.corners), frame.rim());
+    }
+
+    /// Truth: the definition: a direction that repeats itself has no rim, and positions beyond half a side have an image.
+    #[test]
+    fn repeated_frames_have_no_rim() {
+        let frame =
+            |periodic| ContactFrame::grid([1.0, 2.0], [5, 4], [0.0, 0.0], 0.0).unwrap().repeated(periodic);
+        let count = |periodic| frame(periodic).rim().iter().filter(|is| **is).count();
+        assert_eq!([count([true, false]), count([false, true]), count([true, true])], [10, 8, 0]);
+        assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
     }
 
     /// Truth: the documented refusals.

@@ -24,12 +24,16 @@ impl Heights {
         self.check()?;
         let mut gap = match self.spacing {
             None => self.per_cell(frame, offset)?,
-            Some(spacing) => (0..frame.n_cells())
-                .map(|cell| {
-                    let [x, y] = frame.plane_coordinates(cell);
-                    self.interpolate([x - offset[0], y - offset[1]], spacing)
-                })
-                .collect::<Result<Vec<f64>>>()?,
+            Some(spacing) => {
+                let repeats = self.repeats(frame, spacing);
+                (0..frame.n_cells())
+                    .map(|cell| {
+                        let [x, y] = frame.plane_coordinates(cell);
+                        let position = frame.nearest_image([x - offset[0], y - offset[1]]);
+                        self.interpolate(position, spacing, repeats)
+                    })
+                    .collect::<Result<Vec<f64>>>()?
+            }
         };
         let lowest = gap.iter().copied().fold(f64::INFINITY, f64::min);
         gap.iter_mut().for_each(|g| *g -= lowest);
@@ -85,12 +89,27 @@ impl Heights {
         Ok(self.values.clone())
     }
 
-    fn interpolate(&self, position: [f64; 2], spacing: [f64; 2]) -> Result<f64> {
+    /// Whether the table is one period of a frame that repeats itself, along x and y: its first value follows its last.
+    fn repeats(&self, frame: &ContactFrame, spacing: [f64; 2]) -> [bool; 2] {
+        let Some(grid) = frame.grid else { return [false; 2] };
+        [0, 1].map(|axis| {
+            let side = grid.cells[axis] as f64 * grid.spacing[axis];
+            let table = self.shape[axis] as f64 * spacing[axis];
+            grid.periodic[axis] && (table - side).abs() <= 1e-9 * side
+        })
+    }
+
+    fn interpolate(&self, position: [f64; 2], spacing: [f64; 2], repeats: [bool; 2]) -> Result<f64> {
         let mut low = [0usize; 2];
         let mut share = [0.0; 2];
         for axis in 0..2 {
             let last = (self.shape[axis] - 1) as f64;
             let index = position[axis] / spacing[axis] + 0.5 * last;
+            if repeats[axis] {
+                low[axis] = (index.floor() as isize).rem_euclid(self.shape[axis] as isize) as usize;
+                share[axis] = index - index.floor();
+                continue;
+            }
             if index < -1e-9 || index > last + 1e-9 {
                 return Err(Error::input(format!(
                     "gap heights reach {} mm from their middle along {}, the frame's cells {:.6} mm: give a larger \
@@ -105,9 +124,17 @@ impl Heights {
             share[axis] = index - low[axis] as f64;
         }
         let at = |dx: usize, dy: usize| {
-            let ix = (low[0] + dx).min(self.shape[0] - 1);
-            let iy = (low[1] + dy).min(self.shape[1] - 1);
-            self.values[ix * self.shape[1] + iy]
+            let next = |axis: usize, step: usize| match low[axis] + step {
+                beyond if beyond == self.shape[axis] => {
+                    if repeats[axis] {
+                        0
+                    } else {
+                        beyond - 1
+                    }
+                }
+                within => within,
+            };
+            self.values[next(0, dx) * self.shape[1] + next(1, dy)]
         };
         let [s, t] = share;
         Ok((1.0 - s) * ((1.0 - t) * at(0, 0) + t * at(0, 1)) + s * ((1.0 - t) * at(1, 0) + t * at(1, 1)))

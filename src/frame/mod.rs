@@ -35,6 +35,8 @@ pub struct Grid {
     pub center: [f64; 2],
     /// Angle of the frame's x axis from global x, radians.
     pub azimuth: f64,
+    /// Whether frame and bodies repeat themselves along x, y at the distance of the frame's sides.
+    pub periodic: [bool; 2],
 }
 
 /// Where contact may happen: N cells with constant tractions.
@@ -80,7 +82,28 @@ impl ContactFrame {
         [local.x, local.y]
     }
 
-    /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`.
+    /// The frame as one period of bodies that repeat themselves along its x, y where `periodic` says so; a mesh frame stays
+    /// as it is.
+    pub fn repeated(mut self, periodic: [bool; 2]) -> Self {
+        if let Some(grid) = &mut self.grid {
+            grid.periodic = periodic;
+        }
+        self
+    }
+
+    /// `position` along the frame's x, y, or its image that is nearest to the origin.
+    pub fn nearest_image(&self, position: [f64; 2]) -> [f64; 2] {
+        let Some(grid) = self.grid else { return position };
+        [0, 1].map(|axis| {
+            let x = position[axis];
+            let side = grid.cells[axis] as f64 * grid.spacing[axis];
+            // Half a period away both images are as near: a position within the frame is its own.
+            if grid.periodic[axis] && x.abs() > 0.5 * side { x - side * (x / side).round() } else { x }
+        })
+    }
+
+    /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`;
+    /// where the frame repeats itself there is none.
     pub fn rim(&self) -> Vec<bool> {
         match self.grid {
             Some(grid) => grid.rim(),

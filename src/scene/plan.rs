@@ -149,6 +149,8 @@ pub enum FrameSpec {
         center: [f64; 2],
         /// Angle of the frame's x from global x.
         azimuth: f64,
+        /// Whether it repeats itself along its x, y.
+        periodic: [bool; 2],
     },
     /// The contact group of a meshed body.
     Mesh {

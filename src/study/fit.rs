@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
+use super::repetition;
 use crate::element::ElementKind;
 use crate::error::{Error, doubtful};
 use crate::fem::Regions;
@@ -46,6 +47,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     let mut finest: Option<f64> = None;
     let mut heights = [None, None];
     notes.extend(cells_left_out(plan, frame));
+    notes.extend(repetition::check(plan, frame)?);
     for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
         let Some(fe) = body.fe() else { continue };
         let map = face_map(fe, index, frame)?;

@@ -10,6 +10,7 @@ pub mod forecast;
 mod memory;
 mod prepare;
 pub mod refine;
+mod repetition;
 mod skips;
 
 pub use failure::Failure;

@@ -200,9 +200,9 @@ const TABLE: &[Row] = &[
     ),
     (
         "cells = [16, 16]",
-        "cells = [16, 16]\nperiodic = [true, false]",
-        1,
-        &["frame.periodic", "not available"],
+        "cells = [1, 1]\nperiodic = [true, true]",
+        0,
+        &["frame.cells", "one cell", "more cells"],
     ),
     (
         "tolerance = 1e-8",

@@ -119,6 +119,54 @@ fn sphere_on_block_of_finite_elements() {
     assert!((number(last, "peak_pressure") / peak - 1.0).abs() < 0.1, "{peak}: {last}");
 }
 
+/// Truth: the scene's head (Hertz in plane strain): area to two cells, peak pressure and approach to 1e-3.
+#[test]
+fn line_contact() {
+    let summary = run(&scene("hertz-line.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    assert!((number(last, "contact_area") - 0.46978).abs() <= 0.01, "{last}");
+    assert!((number(last, "peak_pressure") / 1355.14 - 1.0).abs() < 1e-3, "{last}");
+    assert!((number(last, "approach") / 0.0026878 - 1.0).abs() < 1e-3, "{last}");
+    assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{summary}");
+}
+
+/// A sine wave of heights on a periodic frame, run with further lines of a scene.
+fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("heights.csv"), heights).unwrap();
+    let scene = format!(
+        "[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3\n[body1]\nkind = \"half-space\"\nmaterial = \"steel\"\n\
+         [body2]\nkind = \"rigid\"\n[frame]\nkind = \"grid\"\nhalf_width = [0.5, 0.5]\ncells = [16, 1]\nperiodic = {periodic}\n\
+         [gap]\nkind = \"heights\"\nfile = \"heights.csv\"\n[friction]\nlaw = \"none\"\n[[steps]]\n{steps}\n"
+    );
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, scene).unwrap();
+    let output = command("run", &path, &[]).output().unwrap();
+    // Notes stand with the results, mistakes do not.
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8_lossy(&text).into_owned())
+}
+
+/// Truth: docs/scene.md: the mean planes of surfaces that repeat themselves in both directions come no nearer than they are; a
+/// surface that does not repeat itself is noted, one that does is not.
+#[test]
+fn periodic_surfaces_are_told() {
+    let wave: Vec<String> = (0..16)
+        .map(|i| format!("{}", 0.001 * (1.0 - (std::f64::consts::PI * f64::from(i) / 8.0).cos())))
+        .collect();
+    let (code, text) = wavy(&wave.join("\n"), "[true, true]", "approach = 0.0009");
+    assert_eq!(code, Some(0), "{text}");
+    assert!(!text.contains("repeat"), "{text}");
+    let (code, text) = wavy(&wave.join("\n"), "[true, true]", "approach = 0.0011");
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("mean planes") && text.contains("normal_force"), "{text}");
+    let slope: Vec<String> = (0..16).map(|i| format!("{}", 0.0001 * f64::from(i))).collect();
+    let (code, text) = wavy(&slope.join("\n"), "[true, true]", "normal_force = 1.0");
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("does not repeat itself along x"), "{text}");
+}
+
 /// Loads, volume and friction energy of two runs agree within `relative` of the largest of each.
 #[track_caller]
 fn same(a: &Value, b: &Value, relative: f64) {

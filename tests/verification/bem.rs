@@ -3,6 +3,7 @@
 mod green;
 mod operators;
 mod patches;
+mod periodic;
 
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{Side, SurfaceGreen};

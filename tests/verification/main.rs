@@ -14,6 +14,7 @@ mod fem_supports;
 mod fields;
 mod laws;
 mod mesh;
+mod periodic;
 mod pressures;
 mod recovery;
 mod structures;

@@ -197,7 +197,7 @@ fn wrapped_offset(index: usize, period: usize, cells: usize) -> Option<isize> {
     }
 }
 
-fn check(cells: [usize; 2], spacing: [f64; 2]) -> Result<()> {
+pub(super) fn check(cells: [usize; 2], spacing: [f64; 2]) -> Result<()> {
     if cells.contains(&0) {
         return Err(Error::input(format!(
             "the contact frame has {} x {} cells; each direction needs at least one",

@@ -59,7 +59,8 @@ impl Convolution {
         Self::padded(cells, cells.map(fast_size))
     }
 
-    fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
+    /// Padded to given sizes, at least 2 cells - 1 or, where the grid repeats itself, as many as there are cells.
+    pub(super) fn padded(cells: [usize; 2], padded: [usize; 2]) -> Self {
         let mut planner = FftPlanner::new();
         let mut real_planner = RealFftPlanner::new();
         Self {

@@ -113,6 +113,22 @@ impl SurfaceGreen {
         Matrix3::from_fn(|i, j| Complex::new(re[(i, j)], im[(i, j)]) * (2.0 * PI))
     }
 
+    /// The series of W(m) at κ = 1: its even part is Re W (symmetric), its odd part Im W (antisymmetric).
+    pub(super) fn admittance_series(&self) -> Self {
+        let factor = |k: usize| if k.is_multiple_of(2) { 2.0 * PI } else { -2.0 * PI };
+        let mut series = self.clone();
+        series.even.iter_mut().enumerate().for_each(|(k, h)| h.iter_mut().for_each(|c| *c *= factor(k)));
+        series.odd.iter_mut().enumerate().for_each(|(k, h)| h.iter_mut().for_each(|c| *c *= -factor(k)));
+        series
+    }
+
+    /// Distance of the nearest singularity of Γ(φ) / r along a straight line from the real line, over r.
+    pub(super) fn clearance(&self) -> f64 {
+        // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
+        // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
+        (-DROPPED.ln() / self.order().max(1) as f64).tanh()
+    }
+
     /// Whether tangential tractions move the surface along the normal (and normal ones along it) at all.
     pub fn couples_normal_tangential(&self) -> bool {
         let cross =

@@ -8,8 +8,10 @@
 //! The way from a stiffness to an operator:
 //!
 //! [`Stiffness`](crate::material::Stiffness) -> [`SurfaceGreen`] -> [`PatchIntegrator`] ->
-//! [`FftFlexibility`] (grid frames) or [`DenseFlexibility`] (any plane frame)
+//! [`FftFlexibility`] (grid frames) or [`DenseFlexibility`] (any plane frame); on grids that repeat themselves
+//! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
 
+mod admittance;
 mod angular_table;
 pub mod barnett_lothe;
 pub mod dense;
@@ -17,8 +19,11 @@ pub mod fft;
 mod fft_plan;
 pub mod green;
 mod kernel_table;
+mod line;
 mod normal_inverse;
 pub mod patch;
+pub mod periodic;
+mod periodic_symbol;
 pub mod polygon;
 
 pub use crate::geometry::Side;
@@ -26,3 +31,4 @@ pub use dense::DenseFlexibility;
 pub use fft::{CrossBlocks, FftFlexibility};
 pub use green::SurfaceGreen;
 pub use patch::PatchIntegrator;
+pub use periodic::PeriodicFlexibility;

@@ -20,7 +20,7 @@ pub enum Frame {
         /// Angle of the frame's x from global x towards y, degrees.
         #[serde(default)]
         azimuth: f64,
-        /// Periodic directions; only [false, false] in this version.
+        /// Whether frame and half-spaces repeat themselves along its x, y; not with meshed bodies.
         #[serde(default)]
         periodic: [bool; 2],
     },

@@ -11,16 +11,15 @@ use super::Resolver;
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Option<FrameSpec> {
     match r.section("frame")? {
         Frame::Grid { half_width, cells, center, azimuth, periodic } => {
-            if periodic.contains(&true) {
-                let message = "periodic frames are not available in this version";
-                r.wrong("frame.periodic", message, "not available yet", "remove it, or write [false, false]");
-                return None;
+            if periodic != [false; 2] {
+                check_repetition(r, bodies, cells.map(|n| n.0), periodic)?;
             }
             Some(FrameSpec::Grid {
                 half_width: half_width.map(|w| w.0),
                 cells: cells.map(|n| n.0),
                 center,
                 azimuth: azimuth.to_radians(),
+                periodic,
             })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
@@ -35,6 +34,37 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
             Some(FrameSpec::Mesh { body, points, center, azimuth, normal })
         }
     }
+}
+
+/// Half-spaces alone repeat themselves; of a frame that does so both ways one cell is not enough.
+fn check_repetition(
+    r: &mut Resolver,
+    bodies: &[Option<BodySpec>; 2],
+    cells: [usize; 2],
+    periodic: [bool; 2],
+) -> Option<()> {
+    let before = r.mistakes.len();
+    for (index, body) in bodies.iter().enumerate() {
+        if body.as_ref().is_some_and(|body| body.fe().is_some()) {
+            let message = format!(
+                "a periodic frame takes half-spaces and rigid bodies, but body{} is meshed",
+                index + 1
+            );
+            let mend =
+                "remove it and give the mesh planes of symmetry (`symmetry`), or make the body a half-space";
+            r.wrong("frame.periodic", message, "a meshed body does not repeat itself", mend);
+        }
+    }
+    if periodic == [true; 2] && cells == [1, 1] {
+        let message = "one cell that repeats itself in both directions bears a uniform load, under which nothing deforms";
+        r.wrong("frame.cells", message, "one cell", "give the frame more cells along x or y");
+    }
+    let coupling = r.document.get("solver.coupling").map(|node| node.to_json());
+    if coupling.is_some_and(|word| word == "block") {
+        let message = "the block system has no periodic frames";
+        r.wrong("solver.coupling", message, "with a periodic frame", "remove it: \"schur\" is the default");
+    }
+    (r.mistakes.len() == before).then_some(())
 }
 
 /// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.

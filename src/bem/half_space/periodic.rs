@@ -1,0 +1,205 @@
+//! Flexibility of half-spaces on a grid frame that repeats itself in one or both directions.
+//!
+//! In a periodic direction tractions and displacements are trigonometric polynomials through the values at the centres, so that
+//! every harmonic that the grid resolves has its exact admittance W(m) / κ; in an open direction tractions are constant over the
+//! cells, as on other grid frames. Nothing is padded along periodic directions.
+//!
+//! A uniform load on a periodic half-space moves its surface by an amount that depends on how far away it is held. Periodic in
+//! both directions the mean displacement is zero; periodic in one, the line load that is the mean over it moves nothing at a
+//! distance of half of the frame's width.
+//!
+//! # Source
+//! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
+
+use std::sync::{Mutex, OnceLock};
+
+use nalgebra::{Complex, Matrix3};
+
+use super::admittance::Admittance;
+use super::fft::{CrossBlocks, check};
+use super::fft_plan::{Buffers, Convolution, fast_size};
+use super::green::SurfaceGreen;
+use super::periodic_symbol::{PLANES, closed, multiply_coupled, multiply_uncoupled, open_along};
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::linalg::operator::Flexibility;
+
+/// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
+const SLENDER: f64 = 1e3;
+
+/// The operator S of half-spaces on a uniform grid of cells that repeats itself.
+///
+/// Symmetric and positive definite but for the uniform tractions of a frame that is periodic in both directions, whose
+/// displacement is zero. Cell (ix, iy) has the index `ix * cells[1] + iy`.
+pub struct PeriodicFlexibility {
+    convolution: Convolution,
+    /// `[k_y][PLANES][padded_x]`, 1/(padded size) included.
+    symbol: Vec<f64>,
+    own: Matrix3<f64>,
+    coupled: bool,
+    buffers: Mutex<Buffers>,
+    spacing: [f64; 2],
+    admittance: Admittance,
+    inverse: OnceLock<NormalInverse>,
+}
+
+/// κ / W_nn on the grid taken as periodic in both directions: exact on such a frame, an approximate inverse on others.
+struct NormalInverse {
+    convolution: Convolution,
+    /// `[k_y][k_x]`, 1/(number of cells) included.
+    multiplier: Vec<f64>,
+    buffers: Mutex<Buffers>,
+}
+
+impl PeriodicFlexibility {
+    /// Computes the symbol: for a frame that is periodic in both directions in closed form, else by a transform per
+    /// harmonic.
+    ///
+    /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `periodic`: along x and y, at least one of them.
+    ///
+    /// # Errors
+    /// If the grid is empty, has a single cell although it is periodic in both directions, has cells of very unequal sides
+    /// in one, the spacing is not positive and finite, or the symbol does not fit into the memory.
+    pub fn new(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        periodic: [bool; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+    ) -> Result<Self> {
+        check(cells, spacing)?;
+        check_repetition(cells, spacing, periodic)?;
+        let padded = [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size(2 * cells[a] - 1) });
+        let convolution = Convolution::padded(cells, padded);
+        let admittance = Admittance::new(green);
+        let symbol = match periodic {
+            [true, true] => closed(&convolution, spacing, &admittance),
+            _ => {
+                open_along(&convolution, spacing, usize::from(periodic[0]), (&admittance, green.clearance()))
+            }
+        };
+        interrupt::check()?;
+        let buffers = Mutex::new(convolution.buffers(3));
+        let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
+        let (own, inverse) = (Matrix3::zeros(), OnceLock::new());
+        let mut made = Self { convolution, symbol, own, coupled, buffers, spacing, admittance, inverse };
+        made.own = made.influence_on_itself();
+        Ok(made)
+    }
+
+    /// K(0), by three applications to a single loaded cell.
+    fn influence_on_itself(&self) -> Matrix3<f64> {
+        let n = self.n_cells();
+        let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        let mut own = Matrix3::zeros();
+        for component in 0..3 {
+            tractions[component * n] = 1.0;
+            self.apply(&tractions, &mut gap);
+            tractions[component * n] = 0.0;
+            (0..3).for_each(|row| own[(row, component)] = gap[row * n]);
+        }
+        (own + own.transpose()) * 0.5
+    }
+
+    /// The planes of one k_y.
+    fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
+        let px = self.convolution.padded[0];
+        let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);
+        std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
+    }
+}
+
+impl Flexibility for PeriodicFlexibility {
+    fn n_cells(&self) -> usize {
+        self.convolution.cells[0] * self.convolution.cells[1]
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        self.convolution.apply::<3>(tractions, gap, &mut buffers, |ky, columns| {
+            if self.coupled {
+                multiply_coupled(self.planes(ky), columns);
+            } else {
+                multiply_uncoupled(self.planes(ky), columns);
+            }
+        });
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        self.convolution.apply::<1>(
+            pressure,
+            normal_gap,
+            &mut buffers,
+            |ky, [normal]: [&mut [Complex<f64>]; 1]| {
+                normal.iter_mut().zip(self.planes(ky)[2]).for_each(|(value, s)| *value *= *s);
+            },
+        );
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        vec![self.own; self.n_cells()]
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.coupled
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.admittance);
+        self.inverse.get_or_init(make).apply(normal_gap, pressure);
+        true
+    }
+}
+
+impl NormalInverse {
+    fn new(cells: [usize; 2], spacing: [f64; 2], admittance: &Admittance) -> Self {
+        let convolution = Convolution::padded(cells, cells);
+        let (n, px) = ((cells[0] * cells[1]) as f64, cells[0]);
+        let symbol = closed(&convolution, spacing, admittance);
+        // The symbol has the factor 1/n, and so has the multiplier; the zero wavenumber counts as half of the lowest.
+        let normal = || symbol.chunks_exact(PLANES * px).flat_map(|planes| &planes[2 * px..3 * px]);
+        let largest = normal().copied().fold(0.0, f64::max);
+        let invert = |s: &f64| match *s {
+            s if s > 0.0 => 1.0 / (n * n * s),
+            _ if largest > 0.0 => 0.5 / (n * n * largest),
+            // One cell: any factor will do.
+            _ => 1.0,
+        };
+        let multiplier = normal().map(invert).collect();
+        let buffers = Mutex::new(convolution.buffers(1));
+        Self { convolution, multiplier, buffers }
+    }
+
+    /// `pressure` from `normal_gap`, both `[N]`; does not allocate.
+    fn apply(&self, normal_gap: &[f64], pressure: &mut [f64]) {
+        let px = self.convolution.padded[0];
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        self.convolution.apply::<1>(normal_gap, pressure, &mut buffers, |ky, [column]| {
+            let row = &self.multiplier[ky * px..(ky + 1) * px];
+            column.iter_mut().zip(row).for_each(|(value, factor)| *value *= *factor);
+        });
+    }
+}
+
+fn check_repetition(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -> Result<()> {
+    if periodic == [false; 2] {
+        return Err(Error::numerical("the frame is periodic in no direction: it takes the padded operator"));
+    }
+    if periodic == [true; 2] && cells == [1, 1] {
+        return Err(Error::input(
+            "a frame of one cell that is periodic in both directions bears a uniform load only, under which nothing \
+             deforms: give it more cells along x or y",
+        ));
+    }
+    let across = usize::from(periodic[0]);
+    let ratio = spacing[across] / spacing[1 - across];
+    if periodic != [true; 2] && cells[1 - across] > 1 && ratio.max(1.0 / ratio) > SLENDER {
+        return Err(Error::input(format!(
+            "the cells of the periodic frame have the sides {} x {}; with a ratio above {SLENDER} their influence is not \
+             computed: choose half_width and cells for more even ones",
+            spacing[0], spacing[1]
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,113 @@
+//! Symbols of half-spaces on grids that repeat themselves, and products with them.
+
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
+use rayon::prelude::*;
+
+use super::admittance::{Admittance, Hermitian, Rows, hermitian};
+use super::fft_plan::Convolution;
+use super::line::Line;
+use crate::interrupt;
+
+/// Planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
+pub(super) const PLANES: usize = 9;
+
+/// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
+pub(super) fn closed(convolution: &Convolution, spacing: [f64; 2], admittance: &Admittance) -> Vec<f64> {
+    let [nx, ny] = convolution.padded;
+    let lowest = [2.0 * PI / (nx as f64 * spacing[0]), 2.0 * PI / (ny as f64 * spacing[1])];
+    filled(convolution, |kx, ky| {
+        let signed = if 2 * kx <= nx { kx as f64 } else { kx as f64 - nx as f64 };
+        let (x, y) = (signed * lowest[0], ky as f64 * lowest[1]);
+        // A harmonic of two cells is its own partner of opposite sign.
+        let [both_x, both_y] = [2 * kx == nx, 2 * ky == ny];
+        let mut sum: Rows = [0.0; 9];
+        let mut count = 0.0;
+        for sign_x in [1.0, -1.0].into_iter().take(1 + usize::from(both_x)) {
+            for sign_y in [1.0, -1.0].into_iter().take(1 + usize::from(both_y)) {
+                let rows = admittance.at([sign_x * x, sign_y * y]);
+                sum.iter_mut().zip(rows).for_each(|(s, r)| *s += r);
+                count += 1.0;
+            }
+        }
+        hermitian(&sum.map(|s| s / count))
+    })
+}
+
+/// The symbol of a frame that is open along `axis` and periodic along the other; `clearance`: see [`Line`].
+pub(super) fn open_along(
+    convolution: &Convolution,
+    spacing: [f64; 2],
+    axis: usize,
+    (admittance, clearance): (&Admittance, f64),
+) -> Vec<f64> {
+    let line = Line {
+        admittance,
+        axis,
+        cells: convolution.cells[axis],
+        padded: convolution.padded[axis],
+        spacing,
+        datum: 0.5 * convolution.cells[axis] as f64 * spacing[axis],
+        clearance,
+    };
+    let count = convolution.padded[1 - axis];
+    let harmonics: Vec<Vec<Hermitian>> =
+        (0..count / 2 + 1).into_par_iter().map(|index| symbol_or_nothing(&line, index, count)).collect();
+    if axis == 0 {
+        return filled(convolution, |kx, ky| harmonics[ky][kx]);
+    }
+    let back = convolution.padded[1];
+    filled(convolution, |kx, ky| match harmonics.get(kx) {
+        Some(harmonic) => harmonic[ky],
+        None => conjugate(harmonics[count - kx][(back - ky) % back]),
+    })
+}
+
+/// The symbol of a harmonic; zeros if a stop is wished.
+fn symbol_or_nothing(line: &Line, index: usize, count: usize) -> Vec<Hermitian> {
+    if interrupt::wished() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
+}
+
+fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermitian {
+    [xx, yy, nn, xy, -xy_im, xn, -xn_im, yn, -yn_im]
+}
+
+/// The planes of a symbol given at (k_x, k_y), with the weight of the inverse transform.
+fn filled(convolution: &Convolution, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
+    let [px, py] = convolution.padded;
+    let weight = 1.0 / (px * py) as f64;
+    let mut symbol = vec![0.0; PLANES * px * convolution.half_spectrum()];
+    symbol.par_chunks_exact_mut(PLANES * px).enumerate().for_each(|(ky, planes)| {
+        for kx in 0..px {
+            at(kx, ky).into_iter().enumerate().for_each(|(k, value)| planes[k * px + kx] = value * weight);
+        }
+    });
+    symbol
+}
+
+/// The 3 x 3 Hermitian product at every wavevector of a column.
+pub(super) fn multiply_coupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+    let [xx, yy, nn, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = planes;
+    for i in 0..x.len() {
+        let (a, b, c) = (x[i], y[i], n[i]);
+        let xy = Complex::new(xy_re[i], xy_im[i]);
+        let xn = Complex::new(xn_re[i], xn_im[i]);
+        let yn = Complex::new(yn_re[i], yn_im[i]);
+        x[i] = a * xx[i] + xy * b + xn * c;
+        y[i] = xy.conj() * a + b * yy[i] + yn * c;
+        n[i] = xn.conj() * a + yn.conj() * b + c * nn[i];
+    }
+}
+
+/// The same with vanishing xn and yn.
+pub(super) fn multiply_uncoupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+    let [xx, yy, nn, xy_re, xy_im, ..] = planes;
+    for i in 0..x.len() {
+        let (a, b) = (x[i], y[i]);
+        let xy = Complex::new(xy_re[i], xy_im[i]);
+        x[i] = a * xx[i] + xy * b;
+        y[i] = xy.conj() * a + b * yy[i];
+        n[i] *= nn[i];
+    }
+}

@@ -1,0 +1,70 @@
+//! Whether gap and steps of a plan suit a frame that repeats itself.
+
+use super::failure::{AtKey, Failure};
+use crate::error::Error;
+use crate::frame::{ContactFrame, Grid};
+use crate::geometry::number;
+use crate::history::step::Normal;
+use crate::scene::plan::Plan;
+
+/// Steps of the gap across the seam that are this many times those between neighbours are noted.
+const STEEP: f64 = 5.0;
+
+/// Directions of fewer cells tell nothing of a surface.
+const FEW: usize = 4;
+
+/// What the user should know of a periodic frame.
+///
+/// # Errors
+/// If an approach would take the mean planes of surfaces that repeat themselves in both directions through each other: their
+/// mean distance does not change by pressure.
+pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
+    let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
+    let gap = plan.gap.evaluate(frame).at("gap")?;
+    if grid.periodic == [true; 2] && plan.wear.intensity(plan.friction.ellipse()).is_none() {
+        approaches(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
+    }
+    let seams = [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= FEW);
+    Ok(seams.filter_map(|axis| seam(plan, &grid, axis, &gap)).collect())
+}
+
+/// Refuses an approach of at least the `mean` distance of the surfaces.
+fn approaches(plan: &Plan, mean: f64) -> Result<(), Failure> {
+    for (index, step) in plan.steps.iter().enumerate() {
+        let Some(Normal::Approach(approach)) = step.normal.filter(|_| mean > 0.0) else { continue };
+        if approach >= mean {
+            let error = Error::input(format!(
+                "on a frame that is periodic in both directions the mean planes of the surfaces approach each other by \
+                 {}, but they are only {} apart at first touch: the contact is complete before that, and more pressure does \
+                 not bring them nearer; approach by less, or prescribe normal_force",
+                number(approach),
+                number(mean)
+            ));
+            return Err(Failure { error, key: format!("steps.{index}.approach") });
+        }
+    }
+    Ok(())
+}
+
+/// A note if the gap does not go on from one side of the frame to the other.
+fn seam(plan: &Plan, grid: &Grid, axis: usize, gap: &[f64]) -> Option<String> {
+    let [nx, ny] = grid.cells;
+    let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);
+    let at = |i: usize, j: usize| if axis == 0 { gap[i * ny + j] } else { gap[j * ny + i] };
+    debug_assert_eq!(gap.len(), nx * ny);
+    let step = |i: usize| -> f64 {
+        (0..across).map(|j| (at((i + 1) % along, j) - at(i, j)).powi(2)).sum::<f64>() / across as f64
+    };
+    let inside = (0..along - 1).map(step).fold(0.0, f64::max).sqrt();
+    let seam = step(along - 1).sqrt();
+    (seam > STEEP * inside).then(|| {
+        format!(
+            "the gap does not repeat itself along {}: it steps by {} {} from the last cell to the first, and by {} at most \
+             between others; the step acts as an edge",
+            ["x", "y"][axis],
+            number(seam),
+            plan.units.length,
+            number(inside)
+        )
+    })
+}
