@@ -45,6 +45,16 @@ pub enum SlipReference {
     },
 }
 
+impl SlipReference {
+    /// The same for changes of a state on `n` cells: what is constant in it is zero.
+    pub(super) fn homogeneous(&self, n: usize) -> Self {
+        match self {
+            Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
+            Self::OtherEnd { stuck, .. } => Self::OtherEnd { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
+        }
+    }
+}
+
 /// One end of an increment: what is prescribed there.
 #[derive(Debug, Clone)]
 pub struct End {
@@ -159,6 +169,24 @@ impl Increment<'_> {
     /// Whether only normal components are computed while iterating: nothing slips against friction or wears.
     pub fn normal_only(&self) -> bool {
         self.skip && self.friction.is_none() && self.wear.is_none()
+    }
+
+    /// The linear part of the equations, for changes of tractions and motions, the wear left out; `nothing`: zeros, `[3, N]`.
+    pub(super) fn homogeneous<'b>(&'b self, nothing: &'b [f64]) -> Increment<'b> {
+        let ends = self.ends.iter().map(|end| End {
+            normal: NormalControl::Approach,
+            tangential: TangentialControl::Shift,
+            balance: None,
+            reference: end.reference.homogeneous(self.n()),
+        });
+        Increment {
+            initial_gap: nothing,
+            worn: &nothing[..self.n()],
+            wear: None,
+            scales: self.scales.clone(),
+            ends: ends.collect(),
+            ..*self
+        }
     }
 
     /// Number of operator applications of one [`Increment::evaluate`].

@@ -13,6 +13,7 @@ pub mod increment;
 pub mod projection;
 pub mod scales;
 pub mod solver;
+mod window;
 
 pub use balance::{Balance, Wanted};
 pub use increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};

@@ -1,5 +1,7 @@
 //! Scales of a flexibility operator: local compliances for the natural residual, largest eigenvalues for step sizes.
 
+use std::sync::OnceLock;
+
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::Flexibility;
 
@@ -47,25 +49,22 @@ pub struct Scales {
     pub c_normal: Vec<f64>,
     /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell; empty without friction.
     pub c_tangential: Vec<f64>,
-    /// Largest eigenvalue of S_nn, mm/MPa.
-    pub lambda_normal: f64,
-    /// Largest eigenvalue of M S_tt M; 0 without friction.
-    pub lambda_tangential: f64,
+    normal: OnceLock<f64>,
+    tangential: OnceLock<f64>,
 }
 
-const POWER_ITERATIONS: usize = 12;
+const POWER_ITERATIONS: usize = 5;
 
 /// Least tangential compliance of a cell by its largest one.
 const LEAST_SHARE: f64 = 1e-2;
 
 impl Scales {
-    /// Reads the diagonal and runs a few power iterations (about 24 operator applications with friction).
-    pub fn new(operator: &dyn Flexibility, areas: &[f64], friction: Option<&FrictionEllipse>) -> Self {
+    /// Reads the diagonal.
+    pub fn new(operator: &dyn Flexibility, friction: Option<&FrictionEllipse>) -> Self {
         let blocks = operator.diagonal_blocks();
         let c_normal = blocks.iter().map(|s| 1.0 / s[(2, 2)]).collect();
-        let lambda_normal = largest_normal(operator, areas);
         let Some(ellipse) = friction else {
-            return Self { c_normal, c_tangential: Vec::new(), lambda_normal, lambda_tangential: 0.0 };
+            return Self::of_cells(c_normal, Vec::new());
         };
         let hat = Hat::new(ellipse);
         let c_tangential = blocks
@@ -81,8 +80,21 @@ impl Scales {
                 1.0 / (first.max(least) * second.max(least)).sqrt()
             })
             .collect();
-        let lambda_tangential = largest_tangential(operator, areas, &hat);
-        Self { c_normal, c_tangential, lambda_normal, lambda_tangential }
+        Self::of_cells(c_normal, c_tangential)
+    }
+
+    fn of_cells(c_normal: Vec<f64>, c_tangential: Vec<f64>) -> Self {
+        Self { c_normal, c_tangential, normal: OnceLock::new(), tangential: OnceLock::new() }
+    }
+
+    /// Largest eigenvalue of S_nn, mm/MPa, by a few power iterations when it is first asked for.
+    pub(super) fn largest_normal(&self, operator: &dyn Flexibility, areas: &[f64]) -> f64 {
+        *self.normal.get_or_init(|| largest_normal(operator, areas))
+    }
+
+    /// Largest eigenvalue of M S_tt M in the same way.
+    pub(super) fn largest_tangential(&self, operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f64 {
+        *self.tangential.get_or_init(|| largest_tangential(operator, areas, hat))
     }
 }
 

@@ -53,13 +53,7 @@ struct Jump {
 
 impl Default for Jump {
     fn default() -> Self {
-        let report = SolveReport {
-            stop: Stop::Converged,
-            residual: 0.0,
-            iterations: 0,
-            applications: 0,
-            sliding: None,
-        };
+        let report = SolveReport { stop: Stop::Converged, residual: 0.0, ..SolveReport::default() };
         let checks = StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() };
         Self { report, checks, dissipation: 0.0, overshot: false }
     }

@@ -233,6 +233,7 @@ impl Run<'_> {
         record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
         record.cycles_done = self.state.cycles_done;
         record.dissipation = self.state.dissipation;
+        record.method.clone_from(&report.method);
         record.iterations = report.iterations;
         record.operator_applications = report.applications;
         record.converged =

@@ -83,7 +83,7 @@ impl<'a> Prepared<'a> {
                  no friction at all"
             )));
         }
-        let scales = Scales::new(model.flexibility.as_ref(), &model.frame.areas, ellipse.as_ref());
+        let scales = Scales::new(model.flexibility.as_ref(), ellipse.as_ref());
         let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
         if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
             return Err(Error::numerical(format!(
@@ -154,7 +154,7 @@ impl<'a> Prepared<'a> {
     /// As [`Self::scales`], of an operator that has grown.
     pub fn rescaled(&self) -> Arc<Scales> {
         let model = self.model;
-        let scales = Scales::new(model.flexibility.as_ref(), &model.frame.areas, self.ellipse.as_ref());
+        let scales = Scales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
         let scales = Arc::new(scales);
         *self.scales.lock().expect("no panic while the scales are held") = scales.clone();
         scales

@@ -140,6 +140,8 @@ pub struct IncrementRecord {
     pub dissipation: f64,
     /// Independent checks; of a jump the worst of its stages.
     pub certificate: Certificate,
+    /// Method of the contact solver, after those that stopped gaining; of a jump that of its last stage.
+    pub method: String,
     /// Iterations of the contact solver.
     pub iterations: usize,
     /// Applications of the flexibility operator.

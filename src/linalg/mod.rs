@@ -5,6 +5,7 @@ mod assembly;
 mod column_counts;
 pub mod dense;
 pub mod factor;
+pub mod gmres;
 mod fronts;
 mod lower_blocks;
 pub mod lu;

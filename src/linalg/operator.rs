@@ -3,6 +3,8 @@
 //! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N,
 //! in the local axes (x, y, n) of each cell.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 
 use crate::error::Result;
@@ -32,6 +34,27 @@ pub trait Flexibility: Send + Sync {
     /// of the inverse; overwrites. False if the operator has none. Does not allocate but for the first time.
     fn precondition_normal(&self, _normal_gap: &[f64], _pressure: &mut [f64]) -> bool {
         false
+    }
+
+    /// Whether the operator has approximate inverses.
+    fn has_inverse(&self) -> bool {
+        false
+    }
+
+    /// As [`Self::precondition_normal`] for all components, both `[3, N]` by planes.
+    fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
+        false
+    }
+
+    /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
+    fn grid(&self) -> Option<[usize; 2]> {
+        None
+    }
+
+    /// The operator of the same bodies on a grid of `at_least` so many cells, none of them further apart than on the frame,
+    /// with sides `factor` times as long; `None` if there is none.
+    fn on_grid(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
+        None
     }
 
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
@@ -115,6 +138,14 @@ impl Flexibility for SumFlexibility {
     /// By the first part that can: flexibilities of bodies differ little more than by a factor.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
+    }
+
+    fn has_inverse(&self) -> bool {
+        self.parts.iter().any(|part| part.has_inverse())
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition(gap, tractions))
     }
 
     fn unformed(&self) -> Vec<usize> {

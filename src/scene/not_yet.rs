@@ -26,11 +26,7 @@ pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
         ("kind", "be") => "finite boundary-element body",
         ("near_field", "half-space") => "half-space near field",
         ("path", "ellipse") => "elliptic cycles",
-        ("method", "newton") => "semismooth Newton",
         ("method", "gauss-seidel") => "block Gauss-Seidel",
-        ("method", "cg") => {
-            "projected conjugate gradients by name (\"auto\" takes them where only pressures are unknown)"
-        }
         _ => return None,
     })
 }

@@ -152,6 +152,8 @@ pub(super) fn options(plan: &Plan) -> SolverOptions {
         tolerance: plan.solver.tolerance,
         method: match plan.solver.method {
             solver::Method::Auto => Method::Auto,
+            solver::Method::Newton => Method::Newton,
+            solver::Method::Cg => Method::ConjugateGradients,
             solver::Method::Bb => Method::BarzilaiBorwein,
             solver::Method::Uzawa => Method::Uzawa,
         },

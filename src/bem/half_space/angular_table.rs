@@ -1,4 +1,4 @@
-//! Γ(φ) by interpolation in a table, for the many evaluations at Gauss points.
+//! Functions of a direction, above all Γ(φ), by interpolation in a table, for many evaluations.
 
 use std::f64::consts::PI;
 
@@ -22,48 +22,73 @@ const LAGRANGE: [f64; NODES] = [
     1.0 / 5040.0,
 ];
 
-/// Γ at equidistant angles, interpolated by polynomials of degree 7.
+/// Functions of the direction at equidistant angles, interpolated by polynomials of degree 7.
 ///
 /// With 16 entries per period of the highest harmonic the interpolation error stays below 1e-14 of the largest
 /// entry: the harmonics decay geometrically, those near the cut-off hardly count.
 #[derive(Debug, Clone)]
 pub(super) struct AngularTable {
-    entries: Vec<[f64; 9]>,
+    /// `[angle][function]`
+    entries: Vec<f64>,
+    functions: usize,
     per_radian: f64,
     count: f64,
 }
 
 impl AngularTable {
-    pub(super) fn new(green: &SurfaceGreen) -> Self {
-        let count = (16 * (green.order() + 1)).next_power_of_two().max(512);
+    /// Number of angles that harmonics up to `order` need.
+    pub(super) fn count(order: usize) -> usize {
+        (16 * (order + 1)).next_power_of_two().max(512)
+    }
+
+    /// From the values of each function at equidistant angles of a whole turn, as many as [`Self::count`] says.
+    pub(super) fn new(planes: &[Vec<f64>]) -> Self {
+        let count = planes[0].len();
+        // Node j of the table stands at the angle -π + (j - 3) step, so that no index wraps.
+        let entries = (0..count + NODES)
+            .flat_map(|j| {
+                let angle = (j + count / 2 + count - 3) % count;
+                planes.iter().map(move |plane| plane[angle])
+            })
+            .collect();
+        let per_radian = count as f64 / (2.0 * PI);
+        Self { entries, functions: planes.len(), per_radian, count: count as f64 }
+    }
+
+    /// Γ, row by row.
+    pub(super) fn of_green(green: &SurfaceGreen) -> Self {
+        let count = Self::count(green.order());
         let symmetric = std::array::from_fn::<_, 6, _>(|c| {
             series(count, green.even().iter().enumerate().map(|(k, h)| (2 * k, h[c])))
         });
         let antisymmetric = std::array::from_fn::<_, 3, _>(|c| {
             series(count, green.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
         });
-        // Node j of the table stands at the angle -π + (j - 3) step, so that no index wraps.
-        let entries = (0..count + NODES)
-            .map(|j| {
-                let angle = (j + count / 2 + count - 3) % count;
-                let matrix = assemble(
-                    &symmetric.each_ref().map(|plane| plane[angle]),
-                    &antisymmetric.each_ref().map(|plane| plane[angle]),
-                );
-                std::array::from_fn(|entry| matrix[(entry / 3, entry % 3)])
-            })
-            .collect();
-        Self { entries, per_radian: count as f64 / (2.0 * PI), count: count as f64 }
+        let mut planes = vec![vec![0.0; count]; 9];
+        for angle in 0..count {
+            let matrix = assemble(
+                &symmetric.each_ref().map(|plane| plane[angle]),
+                &antisymmetric.each_ref().map(|plane| plane[angle]),
+            );
+            planes.iter_mut().enumerate().for_each(|(k, plane)| plane[angle] = matrix[(k / 3, k % 3)]);
+        }
+        Self::new(&planes)
     }
 
-    /// Adds `factor` Γ(direction of (x, y)) to `sum` (row by row).
-    pub(super) fn add(&self, x: f64, y: f64, factor: f64, sum: &mut [f64; 9]) {
+    /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
+    pub(super) fn around(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
         let position = ((y.atan2(x) + PI) * self.per_radian).min(self.count);
         let base = position as usize;
-        let weights = lagrange(position - base as f64);
-        for (weight, entry) in weights.iter().zip(&self.entries[base..base + NODES]) {
+        let rows = &self.entries[base * self.functions..(base + NODES) * self.functions];
+        (lagrange(position - base as f64), rows)
+    }
+
+    /// Adds `factor` times the functions in the direction of (x, y) to `sum`.
+    pub(super) fn add<const N: usize>(&self, x: f64, y: f64, factor: f64, sum: &mut [f64; N]) {
+        let (weights, rows) = self.around(x, y);
+        for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
             let weight = weight * factor;
-            sum.iter_mut().zip(entry).for_each(|(s, e)| *s += weight * e);
+            sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
         }
     }
 }
@@ -83,7 +108,7 @@ fn lagrange(t: f64) -> [f64; NODES] {
 }
 
 /// Values at `count` equidistant angles of the real series with the given harmonics.
-fn series(count: usize, harmonics: impl Iterator<Item = (usize, Complex<f64>)>) -> Vec<f64> {
+pub(super) fn series(count: usize, harmonics: impl Iterator<Item = (usize, Complex<f64>)>) -> Vec<f64> {
     let fft = RealFftPlanner::new().plan_fft_inverse(count);
     let (mut spectrum, mut values) = (fft.make_input_vec(), fft.make_output_vec());
     for (order, harmonic) in harmonics {

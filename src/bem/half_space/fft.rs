@@ -1,15 +1,14 @@
 //! Flexibility of half-spaces on a uniform grid frame: block Toeplitz, applied by fast Fourier transforms.
 
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use nalgebra::{Complex, Matrix3};
 use rayon::prelude::*;
 
-use super::fft_plan::{Buffers, Convolution};
+use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::green::SurfaceGreen;
-use super::kernel_table::KernelTable;
-use super::normal_inverse::{NormalInverse, normal_compliance};
-use super::patch::PatchIntegrator;
+use super::kernel_table::{Component, KernelTable, OffsetPlane};
+use super::symbol_inverse::{Admittance, FullInverse, NormalInverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::memory;
@@ -24,8 +23,17 @@ pub enum CrossBlocks {
     SkipVanishing,
 }
 
-/// Planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
-const PLANES: usize = 9;
+/// Planes of the symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
+pub(super) const COUPLED: usize = 8;
+
+/// Those of an uncoupled one: xx, yy, real and imaginary part of xy.
+const UNCOUPLED: usize = 4;
+
+/// Smaller operators kept for later.
+const KEPT: usize = 6;
+
+/// A kept operator serves up to this part more cells than asked for.
+const SPARE: usize = 5;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
@@ -36,19 +44,26 @@ const PLANES: usize = 9;
 /// Formulation 8.4.
 pub struct FftFlexibility {
     convolution: Convolution,
-    /// `[k_y][PLANES][padded_x]`, 1/(padded size) included.
-    symbol: Vec<f64>,
-    own: Matrix3<f64>,
+    table: Arc<KernelTable>,
+    /// Sides of a cell over those of the table.
+    factor: usize,
+    /// nn, `[k_y][padded_x]`, 1/(padded size) included; made when it is first needed.
+    normal: OnceLock<Vec<f64>>,
+    /// The rest, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
+    rest: OnceLock<Vec<f64>>,
     coupled: bool,
-    buffers: Mutex<Buffers>,
+    buffers: Mutex<Option<Buffers>>,
+    normal_buffers: Mutex<Option<Buffers>>,
     spacing: [f64; 2],
-    /// W_nn in directions over half a turn.
-    compliance: Vec<f64>,
-    inverse: OnceLock<NormalInverse>,
+    admittance: Arc<Admittance>,
+    normal_inverse: OnceLock<NormalInverse>,
+    full_inverse: OnceLock<FullInverse>,
+    /// Operators on parts of the grid and on coarser ones, the last used last.
+    smaller: Mutex<Vec<Arc<FftFlexibility>>>,
 }
 
 impl FftFlexibility {
-    /// Tabulates the influence of a cell on the grid and transforms it.
+    /// Tabulates the influence of a cell on the grid; what is needed of it is transformed with the first product.
     ///
     /// `cells`: number along x and y; `spacing`: sides of a cell, mm; `green`: of one half-space or of a pair.
     ///
@@ -61,28 +76,115 @@ impl FftFlexibility {
         cross: CrossBlocks,
     ) -> Result<Self> {
         check(cells, spacing)?;
-        let table = KernelTable::new(cells, spacing, &PatchIntegrator::new(green));
+        let table = Arc::new(KernelTable::new(cells, spacing, green));
         interrupt::check()?;
-        let convolution = Convolution::new(cells);
-        let symbol = symbol(&convolution, &table);
-        let buffers = Mutex::new(convolution.buffers(3));
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        let (compliance, inverse) = (normal_compliance(green), OnceLock::new());
-        Ok(Self { convolution, symbol, own: table.own(), coupled, buffers, spacing, compliance, inverse })
+        Ok(Self::of_table(cells, (table, 1), spacing, coupled, Arc::new(Admittance::new(green))))
+    }
+
+    fn of_table(
+        cells: [usize; 2],
+        (table, factor): (Arc<KernelTable>, usize),
+        spacing: [f64; 2],
+        coupled: bool,
+        admittance: Arc<Admittance>,
+    ) -> Self {
+        Self {
+            convolution: Convolution::new(cells),
+            table,
+            factor,
+            normal: OnceLock::new(),
+            rest: OnceLock::new(),
+            coupled,
+            buffers: Mutex::new(None),
+            normal_buffers: Mutex::new(None),
+            spacing,
+            admittance,
+            normal_inverse: OnceLock::new(),
+            full_inverse: OnceLock::new(),
+            smaller: Mutex::new(Vec::new()),
+        }
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
     pub fn spectral_bound(&self) -> f64 {
-        let columns = (0..self.convolution.half_spectrum()).map(|ky| largest_row_sum(self.planes(ky)));
         let [px, py] = self.convolution.padded;
+        let (normal, rest, none) = (self.normal(), self.rest(), vec![0.0; px]);
+        let columns = (0..self.convolution.half_spectrum()).map(|ky| {
+            let [nn] = self.columns(normal, ky);
+            if self.coupled {
+                return largest_row_sum(nn, self.columns(rest, ky));
+            }
+            let [xx, yy, re, im] = self.columns(rest, ky);
+            largest_row_sum(nn, [xx, yy, re, im, &none, &none, &none, &none])
+        });
         columns.fold(0.0, f64::max) * (px * py) as f64
     }
 
-    /// The planes of one k_y.
-    fn planes(&self, ky: usize) -> [&[f64]; PLANES] {
+    /// nn of the symbol.
+    fn normal(&self) -> &[f64] {
+        self.normal.get_or_init(|| {
+            let planes = self.table.planes(self.convolution.cells, &[Component::Even(2)]);
+            let symbol = self.convolution.transform(|ix, iy| self.periodic(&planes[0], ix, iy));
+            symbol.iter().map(|value| value.re * self.weight()).collect()
+        })
+    }
+
+    /// The other planes of the symbol.
+    fn rest(&self) -> &[f64] {
+        self.rest.get_or_init(|| self.make_rest(if self.coupled { COUPLED } else { UNCOUPLED }))
+    }
+
+    /// The P planes of one k_y.
+    fn columns<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.convolution.padded[0];
-        let mut planes = self.symbol[ky * PLANES * px..(ky + 1) * PLANES * px].chunks_exact(px);
+        let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
         std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
+    }
+
+    /// 1/(padded size), as transforms are not normalised; the kernel grows with the sides of the cells.
+    fn weight(&self) -> f64 {
+        let [px, py] = self.convolution.padded;
+        self.factor as f64 / (px * py) as f64
+    }
+
+    /// A plane of offsets, periodic with the padded size and zero where no pair of cells lies.
+    fn periodic(&self, plane: &OffsetPlane, ix: usize, iy: usize) -> f64 {
+        let (cells, [px, py]) = (self.convolution.cells, self.convolution.padded);
+        let offset = wrapped_offset(ix, px, cells[0]).zip(wrapped_offset(iy, py, cells[1]));
+        offset.map_or(0.0, |(dx, dy)| plane.at(dx, dy))
+    }
+
+    /// The transform of the kernel without nn: `count` planes.
+    fn make_rest(&self, count: usize) -> Vec<f64> {
+        let px = self.convolution.padded[0];
+        let mut symbol = vec![0.0; count * px * self.convolution.half_spectrum()];
+        let diagonal = [vec![Component::Even(0)], vec![Component::Even(1)]];
+        let mixed = [3, 4, 5].map(|k| vec![Component::Even(k), Component::Odd(k - 3)]);
+        let mut first = 0;
+        for components in diagonal.iter().chain(&mixed) {
+            if first == count {
+                break;
+            }
+            let planes = self.table.planes(self.convolution.cells, components);
+            let transformed = self
+                .convolution
+                .transform(|ix, iy| planes.iter().map(|plane| self.periodic(plane, ix, iy)).sum());
+            let (weight, parts) = (self.weight(), components.len());
+            symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
+                |(planes, column)| {
+                    let planes = &mut planes[first * px..(first + parts) * px];
+                    for (ix, value) in column.iter().enumerate() {
+                        planes[ix] = value.re * weight;
+                        if parts == 2 {
+                            planes[px + ix] = value.im * weight;
+                        }
+                    }
+                },
+            );
+            first += parts;
+        }
+        symbol
     }
 }
 
@@ -93,24 +195,31 @@ impl Flexibility for FftFlexibility {
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
-        self.convolution.apply::<3>(tractions, gap, &mut buffers, |ky, columns| {
+        let buffers = buffers.get_or_insert_with(|| self.convolution.buffers(3));
+        // Made before the threads part, since they would wait for each other.
+        let (normal, rest) = (self.normal(), self.rest());
+        self.convolution.apply::<3>(tractions, gap, buffers, |ky, columns| {
+            let [nn] = self.columns(normal, ky);
             if self.coupled {
-                multiply_coupled(self.planes(ky), columns);
+                multiply_coupled(nn, self.columns(rest, ky), columns);
             } else {
-                multiply_uncoupled(self.planes(ky), columns);
+                multiply_uncoupled(nn, self.columns(rest, ky), columns);
             }
         });
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
-        self.convolution.apply::<1>(pressure, normal_gap, &mut buffers, |ky, [normal]| {
-            normal.iter_mut().zip(self.planes(ky)[2]).for_each(|(value, s)| *value *= *s);
+        let mut buffers = self.normal_buffers.lock().expect("no panic while the buffers are held");
+        let buffers = buffers.get_or_insert_with(|| self.convolution.buffers(1));
+        let normal = self.normal();
+        self.convolution.apply::<1>(pressure, normal_gap, buffers, |ky, [values]| {
+            let [nn] = self.columns(normal, ky);
+            values.iter_mut().zip(nn).for_each(|(value, s)| *value *= *s);
         });
     }
 
     fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
-        vec![self.own; self.n_cells()]
+        vec![self.table.own() * self.factor as f64; self.n_cells()]
     }
 
     fn couples_normal_tangential(&self) -> bool {
@@ -118,14 +227,59 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.compliance);
-        self.inverse.get_or_init(make).apply(normal_gap, pressure);
+        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.admittance);
+        self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
+        true
+    }
+
+    fn has_inverse(&self) -> bool {
+        true
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        Some(self.convolution.cells)
+    }
+
+    fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        let most = self.convolution.cells.map(|n| n / factor);
+        if self.factor != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
+            return None;
+        }
+        let mut kept = self.smaller.lock().expect("no panic while the operators are held");
+        let suits = |operator: &Arc<Self>| {
+            let cells = operator.convolution.cells;
+            operator.factor == factor
+                && (0..2).all(|axis| {
+                    at_least[axis] <= cells[axis]
+                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE + 4
+                })
+        };
+        let operator = match kept.iter().position(suits) {
+            Some(found) => kept.remove(found),
+            None => {
+                // As many cells as the padded size has room for.
+                let cells = [0, 1].map(|axis| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2)));
+                let spacing = self.spacing.map(|side| side * factor as f64);
+                let table = (self.table.clone(), factor);
+                Arc::new(Self::of_table(cells, table, spacing, self.coupled, self.admittance.clone()))
+            }
+        };
+        kept.push(operator.clone());
+        if kept.len() > KEPT {
+            kept.remove(0);
+        }
+        Some(operator)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        let make = || FullInverse::new(self.convolution.cells, self.spacing, &self.admittance);
+        self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }
 }
 
 /// Largest sum of magnitudes in a row of the 3 x 3 matrices of a column.
-fn largest_row_sum([xx, yy, nn, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im]: [&[f64]; PLANES]) -> f64 {
+fn largest_row_sum(nn: &[f64], [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im]: [&[f64]; COUPLED]) -> f64 {
     let at = |i: usize| {
         let (xy, xn, yn) = (xy_re[i].hypot(xy_im[i]), xn_re[i].hypot(xn_im[i]), yn_re[i].hypot(yn_im[i]));
         (xx[i].abs() + xy + xn).max(yy[i].abs() + xy + yn).max(nn[i].abs() + xn + yn)
@@ -134,8 +288,8 @@ fn largest_row_sum([xx, yy, nn, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im]: [&[f6
 }
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
-fn multiply_coupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, nn, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = planes;
+pub(super) fn multiply_coupled(nn: &[f64], rest: [&[f64]; COUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+    let [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = rest;
     for i in 0..x.len() {
         let (a, b, c) = (x[i], y[i], n[i]);
         let xy = Complex::new(xy_re[i], xy_im[i]);
@@ -148,8 +302,8 @@ fn multiply_coupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3
 }
 
 /// The same with vanishing xn and yn.
-fn multiply_uncoupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, nn, xy_re, xy_im, ..] = planes;
+fn multiply_uncoupled(nn: &[f64], rest: [&[f64]; UNCOUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+    let [xx, yy, xy_re, xy_im] = rest;
     for i in 0..x.len() {
         let (a, b) = (x[i], y[i]);
         let xy = Complex::new(xy_re[i], xy_im[i]);
@@ -157,33 +311,6 @@ fn multiply_uncoupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>];
         y[i] = xy.conj() * a + b * yy[i];
         n[i] *= nn[i];
     }
-}
-
-/// The transform of the kernel, periodic with the padded size and zero where no pair of cells lies.
-fn symbol(convolution: &Convolution, table: &KernelTable) -> Vec<f64> {
-    let [px, py] = convolution.padded;
-    let mut symbol = vec![0.0; PLANES * px * convolution.half_spectrum()];
-    let weight = 1.0 / (px * py) as f64;
-    for (k, (i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-        let transformed = convolution.transform(|ix, iy| {
-            let dx = wrapped_offset(ix, px, convolution.cells[0]);
-            let dy = wrapped_offset(iy, py, convolution.cells[1]);
-            dx.zip(dy).map_or(0.0, |(dx, dy)| table.entry(dx, dy, i, j))
-        });
-        symbol.par_chunks_exact_mut(PLANES * px).zip(transformed.par_chunks_exact(px)).for_each(
-            |(planes, column)| {
-                for (ix, value) in column.iter().enumerate() {
-                    if k < 3 {
-                        planes[k * px + ix] = value.re * weight;
-                    } else {
-                        planes[(2 * k - 3) * px + ix] = value.re * weight;
-                        planes[(2 * k - 2) * px + ix] = value.im * weight;
-                    }
-                }
-            },
-        );
-    }
-    symbol
 }
 
 /// The offset that the index of a periodic table stands for; `None` between the two ends.

@@ -251,9 +251,15 @@ impl Convolution {
             self.rows.process(&mut real, spectrum).expect("buffers of the planned lengths");
         });
         let mut columns = vec![zero; px * half];
-        columns.par_chunks_mut(px).enumerate().for_each(|(ky, column)| {
-            column.iter_mut().enumerate().for_each(|(ix, value)| *value = rows[ix * half + ky]);
-            self.columns.process(column);
+        columns.par_chunks_mut(BLOCK * px).enumerate().for_each(|(block, columns)| {
+            let (first, count) = (block * BLOCK, columns.len() / px);
+            for ix in 0..px {
+                let start = ix * half + first;
+                for (k, value) in rows[start..start + count].iter().enumerate() {
+                    columns[k * px + ix] = *value;
+                }
+            }
+            columns.chunks_exact_mut(px).for_each(|column| self.columns.process(column));
         });
         columns
     }

@@ -3,57 +3,131 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+pub(super) use super::far_field::Component;
+use super::far_field::FarField;
+use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::interrupt;
 
-/// K(d) for the offsets d = target - source of a uniform grid; half of them, since K(-d) = K(d)^T.
+/// Rows and columns of the components of the even (xx, yy, nn, xy, xn, yn) and of the odd part (xy, xn, yn).
+const EVEN: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// K(d) for the offsets d = target - source of a uniform grid; half of them, since K(-d) = K(d)^T: integrals over the cell
+/// near it, their expansion far from it.
 ///
 /// # Source
 /// Formulation 8.4.
 pub(super) struct KernelTable {
-    cells: [usize; 2],
-    /// `[cells_x][2 cells_y - 1]`, offsets x >= 0.
-    blocks: Vec<Matrix3<f64>>,
+    spacing: [f64; 2],
+    /// Offsets below these are kept in `near`.
+    near_cells: [usize; 2],
+    /// `[near_x][2 near_y - 1]`, offsets x >= 0.
+    near: Vec<Matrix3<f64>>,
+    far: FarField,
 }
 
 impl KernelTable {
-    /// Integrates over one cell of the sides `spacing` for all offsets of a grid of `cells`; ends early if a stop is
-    /// wished.
-    pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], integrator: &PatchIntegrator) -> Self {
-        let [nx, ny] = cells;
-        let width = 2 * ny - 1;
-        let mut blocks = vec![Matrix3::zeros(); nx * width];
-        blocks.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {
+    /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
+    pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
+        let (integrator, far) = (PatchIntegrator::new(green), FarField::new(green, spacing));
+        let near_cells: [usize; 2] =
+            std::array::from_fn(|axis| cells[axis].min((far.reach() / spacing[axis]).ceil() as usize + 1));
+        let width = 2 * near_cells[1] - 1;
+        let mut near = vec![Matrix3::zeros(); near_cells[0] * width];
+        near.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {
             if interrupt::wished() {
                 return;
             }
-            let first = if dx == 0 { ny - 1 } else { 0 };
-            for (column, block) in row.iter_mut().enumerate().skip(first) {
-                let dy = column as f64 - (ny - 1) as f64;
-                *block = integrator.rectangle(spacing, [dx as f64 * spacing[0], dy * spacing[1]]);
+            for (column, block) in row.iter_mut().enumerate() {
+                let dy = column as f64 - (near_cells[1] - 1) as f64;
+                let offset = [dx as f64 * spacing[0], dy * spacing[1]];
+                if offset[0].hypot(offset[1]) < far.reach() && (dx > 0 || dy >= 0.0) {
+                    *block = integrator.rectangle(spacing, offset);
+                }
             }
         });
-        // Along x = 0 the symmetry is imposed, so that the operator is symmetric to the last bit.
-        blocks[ny - 1] = (blocks[ny - 1] + blocks[ny - 1].transpose()) * 0.5;
-        for dy in 1..ny {
-            blocks[ny - 1 - dy] = blocks[ny - 1 + dy].transpose();
-        }
-        Self { cells, blocks }
-    }
-
-    /// K at an offset of `dx` >= 0 and `dy` cells.
-    fn half(&self, dx: usize, dy: isize) -> &Matrix3<f64> {
-        let ny = self.cells[1];
-        &self.blocks[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize]
+        // The symmetry is imposed, so that the operator is symmetric to the last bit.
+        near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
+        Self { spacing, near_cells, near, far }
     }
 
     /// K(0): the influence of a cell on itself.
     pub(super) fn own(&self) -> Matrix3<f64> {
-        *self.half(0, 0)
+        self.near[self.near_cells[1] - 1]
     }
 
-    /// Entry (i, j) of K at the offset of `dx` and `dy` cells.
-    pub(super) fn entry(&self, dx: isize, dy: isize, i: usize, j: usize) -> f64 {
-        if dx >= 0 { self.half(dx as usize, dy)[(i, j)] } else { self.half(-dx as usize, -dy)[(j, i)] }
+    /// The integral at the offset of `dx` >= 0 and `dy` cells if it is a near one.
+    fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
+        let [nx, ny] = self.near_cells;
+        let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
+        (dx < nx && dy.unsigned_abs() < ny && offset[0].hypot(offset[1]) < self.far.reach())
+            .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
+    }
+
+    /// `components` at the offset of `dx` >= 0 and `dy` cells into `values`.
+    fn evaluate(&self, dx: usize, dy: isize, components: &[Component], values: &mut [f64]) {
+        let Some(near) = self.near(dx, dy) else {
+            let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
+            self.far.evaluate(offset, components, values);
+            return;
+        };
+        for (value, component) in values.iter_mut().zip(components) {
+            *value = match *component {
+                Component::Even(k) => 0.5 * (near[EVEN[k]] + near[(EVEN[k].1, EVEN[k].0)]),
+                Component::Odd(k) => 0.5 * (near[ODD[k]] - near[(ODD[k].1, ODD[k].0)]),
+            };
+        }
+    }
+
+    /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
+    pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[Component]) -> Vec<OffsetPlane> {
+        let (width, count) = (2 * ny - 1, components.len());
+        let mut planes: Vec<OffsetPlane> = components
+            .iter()
+            .map(|component| OffsetPlane {
+                cells_y: ny,
+                values: vec![0.0; nx * width],
+                mirror: if let Component::Even(_) = component { 1.0 } else { -1.0 },
+            })
+            .collect();
+        let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
+        for plane in &mut planes {
+            rows.iter_mut().zip(plane.values.chunks_exact_mut(width)).for_each(|(row, part)| row.push(part));
+        }
+        rows.par_iter_mut().enumerate().for_each(|(dx, row)| {
+            if interrupt::wished() {
+                return;
+            }
+            let mut values = [0.0; EVEN.len() + ODD.len()];
+            let values = &mut values[..count];
+            for column in if dx == 0 { ny - 1 } else { 0 }..width {
+                self.evaluate(dx, column as isize - (ny as isize - 1), components, values);
+                row.iter_mut().zip(&*values).for_each(|(part, value)| part[column] = *value);
+            }
+        });
+        for plane in &mut planes {
+            for dy in 1..ny {
+                plane.values[ny - 1 - dy] = plane.mirror * plane.values[ny - 1 + dy];
+            }
+        }
+        planes
+    }
+}
+
+/// A component of the kernel at the offsets x >= 0, `[cells_x][2 cells_y - 1]`, even or odd in the offset.
+pub(super) struct OffsetPlane {
+    cells_y: usize,
+    values: Vec<f64>,
+    /// 1 if it is even, -1 if it is odd.
+    mirror: f64,
+}
+
+impl OffsetPlane {
+    /// Its value at the offset of `dx` and `dy` cells.
+    pub(super) fn at(&self, dx: isize, dy: isize) -> f64 {
+        let (sign, dx, dy) = if dx >= 0 { (1.0, dx, dy) } else { (self.mirror, -dx, -dy) };
+        let ny = self.cells_y as isize;
+        sign * self.values[(dx * (2 * ny - 1) + ny - 1 + dy) as usize]
     }
 }

@@ -15,16 +15,17 @@ mod admittance;
 mod angular_table;
 pub mod barnett_lothe;
 pub mod dense;
+mod far_field;
 pub mod fft;
 mod fft_plan;
 pub mod green;
 mod kernel_table;
 mod line;
-mod normal_inverse;
 pub mod patch;
 pub mod periodic;
 mod periodic_symbol;
 pub mod polygon;
+mod symbol_inverse;
 
 pub use crate::geometry::Side;
 pub use dense::DenseFlexibility;

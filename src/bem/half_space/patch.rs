@@ -32,7 +32,7 @@ impl PatchIntegrator {
         let strip = -DROPPED.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
-            table: AngularTable::new(green),
+            table: AngularTable::of_green(green),
             clearance: strip.tanh(),
             rules: (1..=MAX_POINTS).map(gauss_legendre).collect(),
         }

@@ -209,6 +209,17 @@ impl Balance {
         sum
     }
 
+    /// The motions to be found, with what the tractions have to do on each.
+    pub(super) fn wanted(&self) -> impl Iterator<Item = (Motion, f64)> {
+        self.motions.iter().copied().zip(self.wanted.iter().copied())
+    }
+
+    /// The balance of the same motions and works on some of the cells.
+    pub(super) fn on_cells(&self, cells: &[usize]) -> Self {
+        let columns = cells.iter().flat_map(|&cell| self.row(cell)).copied().collect();
+        Self { columns, motions: self.motions.clone(), held: self.held.clone(), ..*self }
+    }
+
     /// Defect of the balance for hatted tractions `[3, N]`, relative to the works wanted and done.
     pub(super) fn residual(&self, areas: &[f64], hatted: &[f64]) -> f64 {
         let n = areas.len();

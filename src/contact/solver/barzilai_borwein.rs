@@ -4,12 +4,12 @@
 
 use super::super::increment::{Increment, Iterate};
 use super::super::projection::StepSizes;
-use super::projected::{SolveReport, StepRule, iterate, spectral_bounds};
-use super::{SolverOptions, Watch};
+use super::projected::{StepRule, iterate, spectral_bounds};
+use super::{SolveReport, Solver, SolverOptions, Watch};
 
 const LONGEST: f64 = 1e3;
 
-struct BarzilaiBorwein {
+struct Rule {
     shortest: StepSizes,
     longest: f64,
     current: StepSizes,
@@ -70,7 +70,7 @@ fn add_balanced(
     }
 }
 
-impl BarzilaiBorwein {
+impl Rule {
     fn size(&self, [ss, sy, yy]: [f64; 3], shortest: f64, current: f64) -> f64 {
         if sy.is_nan() || sy <= 0.0 {
             return current;
@@ -80,7 +80,7 @@ impl BarzilaiBorwein {
     }
 }
 
-impl StepRule for BarzilaiBorwein {
+impl StepRule for Rule {
     fn first(&self) -> StepSizes {
         self.shortest
     }
@@ -106,15 +106,29 @@ impl StepRule for BarzilaiBorwein {
     }
 }
 
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut Iterate,
-    options: &SolverOptions,
-    watch: &mut Watch,
-) -> SolveReport {
-    problem.evaluate(it);
-    let (normal, tangential) = spectral_bounds(problem, it);
-    let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
-    let mut rule = BarzilaiBorwein { shortest, longest: LONGEST, current: shortest, even: false };
-    iterate(problem, it, options, &mut rule, watch)
+/// The method.
+pub(super) struct BarzilaiBorwein;
+
+impl Solver for BarzilaiBorwein {
+    fn name(&self) -> &'static str {
+        "bb"
+    }
+
+    fn suits(&self, _: &Increment) -> bool {
+        true
+    }
+
+    fn solve(
+        &self,
+        problem: &Increment,
+        it: &mut Iterate,
+        options: &SolverOptions,
+        watch: &mut Watch,
+    ) -> SolveReport {
+        problem.evaluate(it);
+        let (normal, tangential) = spectral_bounds(problem, it);
+        let shortest = StepSizes { normal: 1.0 / normal, tangential: 1.0 / tangential };
+        let mut rule = Rule { shortest, longest: LONGEST, current: shortest, even: false };
+        iterate(problem, it, options, &mut rule, watch)
+    }
 }

@@ -11,8 +11,7 @@
 
 use super::super::increment::{Increment, Iterate, NormalControl, TangentialControl};
 use super::super::projection::{Motions, StepSizes, project};
-use super::projected::{SolveReport, Stop};
-use super::{SolverOptions, Watch};
+use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 
 /// Iterations without a new best residual after which another method has to go on.
 const PATIENCE: usize = 200;
@@ -22,12 +21,15 @@ const SHORTEN: f64 = 0.25;
 const SHORTER: usize = 8;
 
 /// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
-pub(super) fn suits(problem: &Increment) -> bool {
+fn suits(problem: &Increment) -> bool {
     let [end] = problem.ends.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
     let free = end.balance.is_some() || end.tangential != TangentialControl::Shift;
     problem.friction.is_none() && problem.wear.is_none() && !pulled && !free
 }
+
+/// The method.
+pub(super) struct ConjugateGradients;
 
 /// Vectors over the cells, `[N]`.
 struct Work {
@@ -63,65 +65,70 @@ impl Work {
     }
 }
 
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut Iterate,
-    options: &SolverOptions,
-    watch: &mut Watch,
-) -> SolveReport {
-    let n = problem.n();
-    let mut work = Work::new(n);
-    let mut report = SolveReport {
-        stop: Stop::Iterations,
-        residual: f64::INFINITY,
-        iterations: 0,
-        applications: 2,
-        sliding: None,
-    };
-    start(problem, it);
-    let mut best = (f64::INFINITY, 0);
-    // Whether S p is that of the pressures themselves and not a sum of updates.
-    let mut fresh = true;
-    loop {
-        let mut residual = level(problem, it, &mut work);
-        if residual <= options.tolerance {
-            // Updates of S p gather rounding.
-            report.applications += usize::from(!fresh);
-            if fresh {
-                it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
-                problem.fill_from_elastic(it);
-            } else {
-                problem.evaluate(it);
+impl Solver for ConjugateGradients {
+    fn name(&self) -> &'static str {
+        "cg"
+    }
+
+    fn suits(&self, problem: &Increment) -> bool {
+        suits(problem)
+    }
+
+    fn solve(
+        &self,
+        problem: &Increment,
+        it: &mut Iterate,
+        options: &SolverOptions,
+        watch: &mut Watch,
+    ) -> SolveReport {
+        let n = problem.n();
+        let mut work = Work::new(n);
+        let mut report = SolveReport { applications: 2, ..SolveReport::default() };
+        start(problem, it);
+        let mut best = (f64::INFINITY, 0);
+        // Whether S p is that of the pressures themselves and not a sum of updates.
+        let mut fresh = true;
+        loop {
+            let mut residual = level(problem, it, &mut work);
+            if residual <= options.tolerance {
+                // Updates of S p gather rounding.
+                report.applications += usize::from(!fresh);
+                if fresh {
+                    it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
+                    problem.fill_from_elastic(it);
+                } else {
+                    problem.evaluate(it);
+                }
+                work.product_before = None;
+                residual = problem.natural_residual(it);
             }
-            work.product_before = None;
-            residual = problem.natural_residual(it);
-        }
-        report.residual = residual;
-        if residual.is_nan() || residual <= options.tolerance {
-            report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
-            return report;
-        }
-        if residual < best.0 {
-            best = (residual, report.iterations);
-        }
-        if report.iterations >= options.max_iterations.min(best.1 + PATIENCE) {
-            return report;
-        }
-        if watch(report.iterations, residual) {
-            report.stop = Stop::Interrupted;
-            return report;
-        }
-        let Some(Step { products, cut }) = step(problem, it, &mut work) else {
-            if work.product_before.take().is_none() {
+            report.residual = residual;
+            if residual.is_nan() || residual <= options.tolerance {
+                report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
                 return report;
             }
-            // The direction before says nothing on the cells that are in contact now: once more without it.
-            report.applications += 1;
-            continue;
-        };
-        report.iterations += 1;
-        report.applications += products;
-        fresh = cut;
+            if residual < best.0 {
+                best = (residual, report.iterations);
+            }
+            if report.iterations >= options.max_iterations.min(best.1 + PATIENCE) {
+                return report;
+            }
+            if watch(report.iterations, residual) {
+                report.stop = Stop::Interrupted;
+                return report;
+            }
+            let Some(Step { products, cut }) = step(problem, it, &mut work) else {
+                if work.product_before.take().is_none() {
+                    return report;
+                }
+                // The direction before says nothing on the cells that are in contact now: once more without it.
+                report.applications += 1;
+                continue;
+            };
+            report.iterations += 1;
+            report.applications += products;
+            fresh = cut;
+        }
     }
 }
 
@@ -134,7 +141,7 @@ fn start(problem: &Increment, it: &mut Iterate) {
     let mut given = sum(&it.hatted[normal.clone()]);
     let cold = given <= 0.0;
     if cold {
-        let step = 1.0 / problem.scales.lambda_normal;
+        let step = 1.0 / problem.scales.largest_normal(problem.flexibility, problem.areas);
         let (from, gap) = (it.hatted.clone(), it.gap.clone());
         let motions = Motions { rigid: &mut it.rigid, floating: &mut it.floating };
         let steps = StepSizes { normal: step, tangential: step };

@@ -2,21 +2,33 @@
 
 mod barzilai_borwein;
 mod conjugate_gradients;
+mod nested;
+mod newton;
 mod projected;
+mod report;
 mod uzawa;
 
-pub use projected::{SolveReport, Stop};
+pub use report::{SolveReport, Stop};
 
 use super::increment::{Increment, Iterate};
+use barzilai_borwein::BarzilaiBorwein;
+use conjugate_gradients::ConjugateGradients;
+use newton::Newton;
+use uzawa::Uzawa;
 
 /// Which solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Projected conjugate gradients where only pressures are unknown, else Barzilai-Borwein.
+    /// Projected conjugate gradients where only pressures are unknown, Newton where the operator has a preconditioner, else
+    /// Barzilai-Borwein, which also goes on where one of those stops gaining.
     #[default]
     Auto,
+    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
+    ConjugateGradients,
     /// Projected gradient with Barzilai-Borwein steps (docs/theory-contact.md).
     BarzilaiBorwein,
+    /// Semismooth Newton with a preconditioned Krylov method.
+    Newton,
     /// Uzawa predictor-corrector with radial return (docs/theory-contact.md), the method of the source paper.
     Uzawa,
 }
@@ -43,6 +55,39 @@ impl Default for SolverOptions {
 /// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
 pub type Watch<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
+/// A way to solve an increment.
+trait Solver {
+    /// Its name, as scenes write it.
+    fn name(&self) -> &'static str;
+
+    /// Whether it is worth its while for the increment, if the choice is left to the program.
+    fn suits(&self, problem: &Increment) -> bool;
+
+    /// Solves from the tractions and rigid motions in `it`, which holds the best or last state afterwards.
+    fn solve(
+        &self,
+        problem: &Increment,
+        it: &mut Iterate,
+        options: &SolverOptions,
+        watch: &mut Watch,
+    ) -> SolveReport;
+}
+
+/// The solvers that are tried one after the other, each from where the one before it has stopped gaining.
+fn chain(method: Method, problem: &Increment) -> Vec<&'static dyn Solver> {
+    let (krylov, newton): (&dyn Solver, &dyn Solver) = (&ConjugateGradients, &Newton);
+    match method {
+        Method::Auto => {
+            let first = [krylov, newton].into_iter().filter(|solver| solver.suits(problem));
+            first.chain([&BarzilaiBorwein as &dyn Solver]).collect()
+        }
+        Method::ConjugateGradients if krylov.suits(problem) => vec![krylov],
+        Method::ConjugateGradients | Method::Newton => vec![newton],
+        Method::BarzilaiBorwein => vec![&BarzilaiBorwein],
+        Method::Uzawa => vec![&Uzawa],
+    }
+}
+
 /// Solves the increment from the tractions and rigid motions in `it`, which holds the answer afterwards.
 pub fn solve(
     problem: &Increment,
@@ -50,20 +95,40 @@ pub fn solve(
     options: &SolverOptions,
     watch: &mut Watch,
 ) -> SolveReport {
-    match options.method {
-        Method::Auto if conjugate_gradients::suits(problem) => {
-            let report = conjugate_gradients::solve(problem, it, options, watch);
-            if report.stop != Stop::Iterations {
-                return report;
-            }
-            // It stopped gaining: Barzilai-Borwein goes on from there.
-            let max_iterations = options.max_iterations - report.iterations;
-            let rest = SolverOptions { max_iterations, ..*options };
-            let more = barzilai_borwein::solve(problem, it, &rest, watch);
-            let iterations = report.iterations + more.iterations;
-            SolveReport { iterations, applications: report.applications + more.applications, ..more }
-        }
-        Method::Auto | Method::BarzilaiBorwein => barzilai_borwein::solve(problem, it, options, watch),
-        Method::Uzawa => uzawa::solve(problem, it, options, watch),
+    if options.method != Method::Auto || !nested::suits(problem, options) {
+        return solve_whole(problem, it, options, watch);
     }
+    let (report, done) = nested::solve(problem, it, options, watch, &mut solve_whole);
+    if done {
+        return report;
+    }
+    let max_iterations = options.max_iterations.saturating_sub(report.iterations);
+    let mut told = |iterations: usize, residual: f64| watch(report.iterations + iterations, residual);
+    let whole = solve_whole(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+    let iterations = report.iterations + whole.iterations;
+    SolveReport { iterations, applications: report.applications + whole.applications, ..whole }
+}
+
+/// Solves on all cells by the methods of the chain.
+fn solve_whole(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
+    let mut total = SolveReport::default();
+    for (index, solver) in chain(options.method, problem).into_iter().enumerate() {
+        let max_iterations = options.max_iterations.saturating_sub(total.iterations);
+        if index > 0 && max_iterations == 0 {
+            break;
+        }
+        let before = total.iterations;
+        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
+        let report = solver.solve(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+        total = total.then(solver.name(), report);
+        if total.stop != Stop::Iterations {
+            break;
+        }
+    }
+    total
 }

@@ -1,40 +1,8 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
 use super::super::increment::{Increment, Iterate};
-use super::super::projection::{Equilibrium, Motions, Sliding, StepSizes, project};
-use super::{SolverOptions, Watch};
-
-/// Why a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// The natural residual met the tolerance.
-    Converged,
-    /// The iteration limit.
-    Iterations,
-    /// No equilibrium: the tangential force is beyond friction.
-    GrossSliding,
-    /// No equilibrium: a tangential force is prescribed, but nothing is in contact.
-    ContactLost,
-    /// The watcher asked for it.
-    Interrupted,
-    /// A traction or a gap was not a number.
-    NotFinite,
-}
-
-/// What a solve did.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolveReport {
-    /// Why it ended.
-    pub stop: Stop,
-    /// Natural residual of the state left in the iterate.
-    pub residual: f64,
-    /// Iterations.
-    pub iterations: usize,
-    /// Operator applications.
-    pub applications: usize,
-    /// What could not be held, where that is why it ended.
-    pub sliding: Option<Sliding>,
-}
+use super::super::projection::{Equilibrium, Motions, StepSizes, project};
+use super::{SolveReport, SolverOptions, Stop, Watch};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
 pub(super) trait StepRule {
@@ -57,8 +25,10 @@ const PATIENCE: usize = 400;
 pub(super) fn spectral_bounds(problem: &Increment, it: &Iterate) -> (f64, f64) {
     let ends = problem.ends.len() as f64;
     let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
-    let normal = problem.scales.lambda_normal + ends * problem.repeats * diagonal;
-    (normal, ends * problem.scales.lambda_tangential)
+    let (scales, operator, areas) = (&problem.scales, problem.flexibility, problem.areas);
+    let normal = scales.largest_normal(operator, areas);
+    let tangential = problem.hat().map_or(0.0, |hat| scales.largest_tangential(operator, areas, &hat));
+    (normal + ends * problem.repeats * diagonal, ends * tangential)
 }
 
 /// Runs the loop from the state in `it`; leaves the best state found in it.
@@ -70,13 +40,7 @@ pub(super) fn iterate(
     watch: &mut Watch,
 ) -> SolveReport {
     problem.evaluate(it);
-    let mut report = SolveReport {
-        stop: Stop::Iterations,
-        residual: f64::INFINITY,
-        iterations: 0,
-        applications: problem.applications(),
-        sliding: None,
-    };
+    let mut report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     let mut steps = rule.first();
     let mut best = Best { it: it.clone(), measure: f64::INFINITY, at: 0 };
     let mut next = it.clone();

@@ -6,8 +6,8 @@
 
 use super::super::increment::{Increment, Iterate};
 use super::super::projection::StepSizes;
-use super::projected::{SolveReport, StepRule, iterate, spectral_bounds};
-use super::{SolverOptions, Watch};
+use super::projected::{StepRule, iterate, spectral_bounds};
+use super::{SolveReport, Solver, SolverOptions, Watch};
 
 const RELAXATION: f64 = 1.8;
 
@@ -30,14 +30,28 @@ impl StepRule for Constant {
     }
 }
 
-pub(super) fn solve(
-    problem: &Increment,
-    it: &mut Iterate,
-    options: &SolverOptions,
-    watch: &mut Watch,
-) -> SolveReport {
-    problem.evaluate(it);
-    let (normal, tangential) = spectral_bounds(problem, it);
-    let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
-    iterate(problem, it, options, &mut Constant(steps), watch)
+/// The method.
+pub(super) struct Uzawa;
+
+impl Solver for Uzawa {
+    fn name(&self) -> &'static str {
+        "uzawa"
+    }
+
+    fn suits(&self, _: &Increment) -> bool {
+        true
+    }
+
+    fn solve(
+        &self,
+        problem: &Increment,
+        it: &mut Iterate,
+        options: &SolverOptions,
+        watch: &mut Watch,
+    ) -> SolveReport {
+        problem.evaluate(it);
+        let (normal, tangential) = spectral_bounds(problem, it);
+        let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
+        iterate(problem, it, options, &mut Constant(steps), watch)
+    }
 }

@@ -84,6 +84,10 @@ impl Default for Solver {
 pub enum Method {
     /// The fastest that suits the scene.
     Auto,
+    /// Semismooth Newton with a preconditioned Krylov method.
+    Newton,
+    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
+    Cg,
     /// Barzilai-Borwein projection.
     Bb,
     /// Uzawa predictor-corrector with radial return.

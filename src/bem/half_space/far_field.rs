@@ -1,0 +1,231 @@
+//! Influence of a rectangle far from it: the cell average of Γ(φ) / r as a series in the sides over the distance.
+//!
+//! The mean of a field over a rectangle of sides a, b is Σ (a/2)^2i (b/2)^2j / ((2i+1)! (2j+1)!) ∂x^2i ∂y^2j of its value at
+//! the centre. Each derivative of a Fourier series over a power of r is again one, so that every order of the expansion
+//! is a function of the direction alone, tabulated once, over an odd power of r.
+
+use nalgebra::Complex;
+
+use super::angular_table::{AngularTable, series};
+use super::green::SurfaceGreen;
+
+/// Terms of the expansion, up to derivatives of order 2 (TERMS - 1).
+const TERMS: usize = 6;
+
+/// Relative accuracy: the first term left out is below this part of the largest entry.
+const ACCURACY: f64 = 1e-14;
+
+/// An entry of the kernel: the part of the matrix that is even in the offset, or the odd, antisymmetric part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Component {
+    /// xx, yy, nn, xy, xn, yn of the symmetric part.
+    Even(usize),
+    /// xy, xn, yn of the antisymmetric part.
+    Odd(usize),
+}
+
+/// All components, in the order of the tables.
+const COMPONENTS: [Component; 9] = [
+    Component::Even(0),
+    Component::Even(1),
+    Component::Even(2),
+    Component::Even(3),
+    Component::Even(4),
+    Component::Even(5),
+    Component::Odd(0),
+    Component::Odd(1),
+    Component::Odd(2),
+];
+
+impl Component {
+    /// Its place among all.
+    fn index(self) -> usize {
+        match self {
+            Self::Even(k) => k,
+            Self::Odd(k) => 6 + k,
+        }
+    }
+}
+
+/// A Fourier series over a power of r: the coefficients of exp(i n φ), n = -order..=order, of a real function.
+struct Series {
+    order: usize,
+    coefficients: Vec<Complex<f64>>,
+    /// The power s of 1 / r^s.
+    power: usize,
+}
+
+/// Direction of a derivative.
+#[derive(Clone, Copy)]
+enum Axis {
+    X,
+    Y,
+}
+
+impl Series {
+    fn at(&self, n: isize) -> Complex<f64> {
+        self.coefficients[(n + self.order as isize) as usize]
+    }
+
+    /// Its derivative. With z = x + i y, exp(i n φ) / r^s = z^((n-s)/2) z̄^(-(n+s)/2).
+    fn derivative(&self, axis: Axis) -> Self {
+        let (order, s) = (self.order + 1, self.power as f64);
+        let mut coefficients = vec![Complex::new(0.0, 0.0); 2 * order + 1];
+        let mut add = |n: isize, value: Complex<f64>| coefficients[(n + order as isize) as usize] += value;
+        for n in -(self.order as isize)..=self.order as isize {
+            let (by_z, by_conjugate) = ((n as f64 - s) / 2.0, -(n as f64 + s) / 2.0);
+            let c = self.at(n);
+            match axis {
+                Axis::X => {
+                    add(n - 1, c * by_z);
+                    add(n + 1, c * by_conjugate);
+                }
+                Axis::Y => {
+                    let turned = Complex::new(-c.im, c.re);
+                    add(n - 1, turned * by_z);
+                    add(n + 1, -turned * by_conjugate);
+                }
+            }
+        }
+        Self { order, coefficients, power: self.power + 1 }
+    }
+
+    fn twice(&self, axis: Axis) -> Self {
+        self.derivative(axis).derivative(axis)
+    }
+}
+
+/// The terms T_m(φ) of the cell average Σ T_m(φ) / r^(2m+1) of one component, m = 0..=TERMS, as coefficients of
+/// n = 0, 1, ... for half of the real series.
+fn terms(component: Component, green: &SurfaceGreen, sides: [f64; 2]) -> Vec<Vec<Complex<f64>>> {
+    let order = green.order();
+    let mut coefficients = vec![Complex::new(0.0, 0.0); 2 * order + 1];
+    let mut put = |n: usize, value: Complex<f64>| {
+        coefficients[order + n] = value;
+        coefficients[order - n] = value.conj();
+    };
+    match component {
+        Component::Even(c) => green.even().iter().enumerate().for_each(|(k, h)| put(2 * k, h[c])),
+        Component::Odd(c) => green.odd().iter().enumerate().for_each(|(k, h)| put(2 * k + 1, h[c])),
+    }
+    let mut sums: Vec<Vec<Complex<f64>>> =
+        (0..=TERMS).map(|m| vec![Complex::new(0.0, 0.0); order + 2 * m + 1]).collect();
+    // ∂x^2i of the point source, then ∂y^2j of it.
+    let mut along_x = Series { order, coefficients, power: 1 };
+    for i in 0..=TERMS {
+        let mut both = Series { coefficients: along_x.coefficients.clone(), ..along_x };
+        for j in 0..=TERMS - i {
+            let factor = half_power(sides[0], i) * half_power(sides[1], j) * sides[0] * sides[1];
+            for (n, sum) in sums[i + j].iter_mut().enumerate() {
+                *sum += both.at(n as isize) * factor;
+            }
+            if i + j < TERMS {
+                both = both.twice(Axis::Y);
+            }
+        }
+        if i < TERMS {
+            along_x = along_x.twice(Axis::X);
+        }
+    }
+    sums
+}
+
+/// (side / 2)^(2 i) / (2 i + 1)!
+fn half_power(side: f64, i: usize) -> f64 {
+    let factorial: f64 = (1..=2 * i + 1).map(|k| k as f64).product();
+    (side / 2.0).powi(2 * i as i32) / factorial
+}
+
+/// The expansion for rectangles of given sides.
+pub(super) struct FarField {
+    /// `[term][component]` at each angle.
+    table: AngularTable,
+    /// Distance from which on 1, 2, ... terms suffice, descending.
+    from: [f64; TERMS],
+}
+
+impl FarField {
+    pub(super) fn new(green: &SurfaceGreen, sides: [f64; 2]) -> Self {
+        let order = green.order() + 2 * TERMS;
+        let count = AngularTable::count(order);
+        let mut planes = vec![Vec::new(); TERMS * COMPONENTS.len()];
+        let mut largest = [0.0_f64; TERMS + 1];
+        for component in COMPONENTS {
+            for (m, coefficients) in terms(component, green, sides).into_iter().enumerate() {
+                let values = series(count, coefficients.into_iter().enumerate());
+                largest[m] = values.iter().fold(largest[m], |largest, value| largest.max(value.abs()));
+                if m < TERMS {
+                    planes[m * COMPONENTS.len() + component.index()] = values;
+                }
+            }
+        }
+        let from = std::array::from_fn(|m| {
+            let next = m + 1;
+            (largest[next] / (ACCURACY * largest[0])).powf(0.5 / next as f64)
+        });
+        Self { table: AngularTable::new(&planes), from }
+    }
+
+    /// Distance from which on the expansion holds, mm.
+    pub(super) fn reach(&self) -> f64 {
+        self.from[TERMS - 1]
+    }
+
+    /// `components` of the kernel at (x, y), at least [`Self::reach`] away, into `values`.
+    pub(super) fn evaluate(&self, [x, y]: [f64; 2], components: &[Component], values: &mut [f64]) {
+        let r = x.hypot(y);
+        let count = self.from.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
+        let mut factors = [0.0; TERMS];
+        let mut power = 1.0 / r;
+        for factor in &mut factors[..count] {
+            *factor = power;
+            power /= r * r;
+        }
+        let (weights, rows) = self.table.around(x, y);
+        let stride = TERMS * COMPONENTS.len();
+        values.fill(0.0);
+        for (weight, row) in weights.iter().zip(rows.chunks_exact(stride)) {
+            for (factor, term) in factors[..count].iter().zip(row.chunks_exact(COMPONENTS.len())) {
+                let weight = weight * factor;
+                for (value, component) in values.iter_mut().zip(components) {
+                    *value += weight * term[component.index()];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::bem::half_space::PatchIntegrator;
+    use crate::geometry::Side;
+    use crate::material::Stiffness;
+
+    /// Truth: the integrals over the rectangle by Gauss points. Tolerance 3e-14 of the largest entry: both round.
+    #[test]
+    fn expansion_equals_gauss_points() {
+        let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
+        let green = SurfaceGreen::new(&steel, Side::Lower).expect("converges");
+        let integrator = PatchIntegrator::new(&green);
+        for sides in [[0.1, 0.1], [0.1, 0.02]] {
+            let far = FarField::new(&green, sides);
+            for (distance, angle) in [(1.0, 0.3), (1.01, 2.0), (3.0, -1.2), (40.0, 4.0), (1e6, PI)] {
+                let r = distance * far.reach();
+                let at = [r * f64::cos(angle), r * f64::sin(angle)];
+                let mut values = [0.0; 9];
+                far.evaluate(at, &COMPONENTS, &mut values);
+                let expected = integrator.rectangle(sides, at);
+                let half = |i: usize, j: usize, sign: f64| (expected[(i, j)] + sign * expected[(j, i)]) / 2.0;
+                let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+                let even = pairs.map(|(i, j)| half(i, j, 1.0));
+                let odd = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| half(i, j, -1.0));
+                for (value, expected) in values.iter().zip(even.iter().chain(&odd)) {
+                    assert!((value - expected).abs() < 3e-14 * even[2], "{sides:?} {r}: {value} {expected}");
+                }
+            }
+        }
+    }
+}

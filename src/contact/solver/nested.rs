@@ -1,0 +1,201 @@
+//! From coarse to fine cells, and only where the contact is: solves on windows of a grid frame, of which the operator makes
+//! smaller ones of its own kind.
+//!
+//! A cold start is solved on coarse cells first, then on ever finer ones over the rectangle that the coarser solution is in
+//! contact in; a warm one over the rectangle of the contact before. The state on the window is judged on the whole frame: where
+//! bodies overlap outside the window, it grows.
+
+use std::sync::Arc;
+
+use super::super::increment::{Increment, Iterate, SlipReference};
+use super::super::window::{Part, Window};
+use super::{SolveReport, SolverOptions, Stop, Watch};
+use crate::linalg::operator::Flexibility;
+
+/// Frames of fewer cells are solved as they are.
+const SMALL: usize = 48 * 48;
+
+/// Cells along the shorter side of the coarsest grid, at least.
+const COARSEST: usize = 24;
+
+/// Natural residual on coarser cells.
+const COARSE_TOLERANCE: f64 = 1e-4;
+
+/// Cells about the contact of the coarser solution, and about a warm one.
+const MARGIN: usize = 2;
+
+/// Windows tried before the whole frame is taken.
+const TRIALS: usize = 6;
+
+/// Share of the frame above which a window saves nothing.
+const WORTH: f64 = 0.75;
+
+/// Rectangle of cells, first and one past the last along x and y.
+type Rectangle = [[usize; 2]; 2];
+
+/// How windows are solved: the increment, the state it is in, its settings, its watch.
+pub(super) type Inner<'a> =
+    dyn FnMut(&Increment, &mut Iterate, &SolverOptions, &mut Watch) -> SolveReport + 'a;
+
+/// Whether the increment is worth it.
+pub(super) fn suits(problem: &Increment, options: &SolverOptions) -> bool {
+    let known = |reference: &SlipReference| {
+        matches!(reference, SlipReference::Previous(_) | SlipReference::OtherEnd { .. })
+    };
+    options.skip
+        && problem.n() >= SMALL
+        && problem.flexibility.grid().is_some_and(|[nx, ny]| nx * ny == problem.n())
+        && problem.ends.iter().all(|end| known(&end.reference))
+}
+
+/// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+    inner: &mut Inner,
+) -> (SolveReport, bool) {
+    let frame = problem.flexibility.grid().expect("asked for before");
+    let mut nested = Nested { problem, options, frame, report: SolveReport::default(), inner };
+    let done = nested.run(it, watch).is_some();
+    (nested.report, done)
+}
+
+struct Nested<'s, 'p, 'i> {
+    problem: &'s Increment<'p>,
+    options: &'s SolverOptions,
+    frame: [usize; 2],
+    report: SolveReport,
+    inner: &'s mut Inner<'i>,
+}
+
+impl Nested<'_, '_, '_> {
+    fn run(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
+        let mut rectangle = match contact(it, self.frame) {
+            Some(rectangle) => grown(rectangle, MARGIN, self.frame),
+            None => self.coarse(it, watch)?,
+        };
+        for _ in 0..TRIALS {
+            let (window, operator) = self.window(rectangle, 1)?;
+            self.on_window((window, operator), self.options, it, watch)?;
+            self.problem.evaluate(it);
+            self.report.applications += self.problem.applications();
+            self.report.residual = self.problem.natural_residual(it);
+            if self.report.residual <= self.options.tolerance || self.report.stop != Stop::Converged {
+                return (self.report.stop != Stop::Iterations).then_some(());
+            }
+            let outside = overlapping(it, self.frame, &window)?;
+            rectangle = grown(union(rectangle, outside), MARGIN, self.frame);
+        }
+        None
+    }
+
+    /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
+    fn coarse(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<Rectangle> {
+        let mut factor = 1;
+        let halves = |factor: usize| {
+            self.frame.iter().all(|n| n.is_multiple_of(2 * factor) && n / (2 * factor) >= COARSEST)
+        };
+        while halves(factor) {
+            factor *= 2;
+        }
+        let options =
+            SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..*self.options };
+        let mut rectangle = [[0, self.frame[0]], [0, self.frame[1]]];
+        while factor > 1 {
+            let window = self.window(rectangle, factor)?;
+            // Only whether to stop matters here.
+            let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
+            self.on_window(window, &options, it, &mut told)?;
+            if self.report.stop != Stop::Converged {
+                return None;
+            }
+            rectangle = grown(contact(it, self.frame)?, MARGIN * factor, self.frame);
+            factor /= 2;
+        }
+        Some(rectangle)
+    }
+
+    /// The window over a rectangle; `None` where the operator has none, or would save nothing.
+    fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, Arc<dyn Flexibility>)> {
+        let needed = [0, 1].map(|axis| {
+            let [first, last] = rectangle[axis];
+            last.div_ceil(factor) - first / factor
+        });
+        let operator = self.problem.flexibility.on_grid(needed, factor)?;
+        let cells = operator.grid()?;
+        if factor == 1 && (cells[0] * cells[1]) as f64 > WORTH * self.problem.n() as f64 {
+            return None;
+        }
+        // About the rectangle, inside the frame.
+        let origin = [0, 1].map(|axis| {
+            let spare = cells[axis].saturating_sub(needed[axis]) / 2;
+            let first = (rectangle[axis][0] / factor).saturating_sub(spare);
+            factor * first.min(self.frame[axis] / factor - cells[axis])
+        });
+        Some((Window { frame: self.frame, origin, cells, factor }, operator))
+    }
+
+    fn on_window(
+        &mut self,
+        (window, operator): (Window, Arc<dyn Flexibility>),
+        options: &SolverOptions,
+        it: &mut Iterate,
+        watch: &mut Watch,
+    ) -> Option<()> {
+        let part = Part::new(self.problem, window, operator)?;
+        let mut state = part.state(it);
+        let max_iterations = self.options.max_iterations.saturating_sub(self.report.iterations);
+        let options = SolverOptions { max_iterations, ..*options };
+        let before = self.report.iterations;
+        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
+        let report = (self.inner)(&part.problem(self.problem), &mut state, &options, &mut told);
+        part.give_back(&state, it);
+        self.report = SolveReport {
+            iterations: self.report.iterations + report.iterations,
+            applications: self.report.applications + report.applications,
+            ..report
+        };
+        Some(())
+    }
+}
+
+/// The rectangle of the cells with pressure.
+fn contact(it: &Iterate, frame: [usize; 2]) -> Option<Rectangle> {
+    let n = frame[0] * frame[1];
+    let pressed = |cell: usize| it.hatted.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] > 0.0);
+    bounds(frame, pressed)
+}
+
+/// The rectangle of the cells outside the window in which bodies overlap.
+fn overlapping(it: &Iterate, frame: [usize; 2], window: &Window) -> Option<Rectangle> {
+    let n = frame[0] * frame[1];
+    let inside = |cell: usize| {
+        let at = [cell / frame[1], cell % frame[1]];
+        (0..2).all(|axis| (window.origin[axis]..window.origin[axis] + window.cells[axis]).contains(&at[axis]))
+    };
+    let overlaps = |cell: usize| it.gap.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] < 0.0);
+    bounds(frame, |cell| !inside(cell) && overlaps(cell))
+}
+
+/// The rectangle about the cells that `belongs` picks.
+fn bounds(frame: [usize; 2], belongs: impl Fn(usize) -> bool) -> Option<Rectangle> {
+    let mut rectangle: Option<Rectangle> = None;
+    for cell in (0..frame[0] * frame[1]).filter(|&cell| belongs(cell)) {
+        let at = [cell / frame[1], cell % frame[1]].map(|index| [index, index + 1]);
+        rectangle = Some(rectangle.map_or(at, |before| union(before, at)));
+    }
+    rectangle
+}
+
+fn union(a: Rectangle, b: Rectangle) -> Rectangle {
+    [0, 1].map(|axis| [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])])
+}
+
+fn grown(rectangle: Rectangle, by: usize, frame: [usize; 2]) -> Rectangle {
+    [0, 1].map(|axis| {
+        let [first, last] = rectangle[axis];
+        [first.saturating_sub(by), (last + by).min(frame[axis])]
+    })
+}

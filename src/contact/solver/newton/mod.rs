@@ -1,0 +1,162 @@
+//! Semismooth Newton of Alart and Curnier for contact and friction (docs/theory-contact.md), its linear systems solved by a
+//! preconditioned Krylov method on the cells in contact.
+//!
+//! From the augmented variables p - c_n g_n and q̂ - c_t Δĝ_t each cell is open, sticks or slips; the equations of these states,
+//! linear but for the direction of slip, give the step. From afar the states cycle: projected Barzilai-Borwein steps come
+//! before the first Newton step, and after one that did not lower the residual.
+//!
+//! # Source
+//! Alart and Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods"; the cut
+//! β <= 1: Hüeber, Stadler and Wohlmuth 2008.
+
+mod preconditioner;
+mod tangent;
+
+use super::super::increment::{Increment, Iterate};
+use super::barzilai_borwein::BarzilaiBorwein;
+use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
+use crate::linalg::gmres::{Gmres, KrylovOptions};
+use tangent::Tangent;
+
+/// Natural residual from which Newton steps begin.
+const NEAR: f64 = 2e-2;
+
+/// Barzilai-Borwein steps after the first Newton step that fails; twice as many after each further one.
+const REPAIR: usize = 15;
+
+/// Krylov vectors kept; products of one linear system.
+const RESTART: usize = 40;
+const PRODUCTS: usize = 120;
+
+/// Bounds of the relative residual of a linear system, and its share of the natural residual.
+const LOOSEST: f64 = 0.05;
+const TIGHTEST: f64 = 1e-3;
+const SHARE: f64 = 0.1;
+
+/// A failed Newton step is kept as a start for the repair below this residual.
+const FAR: f64 = 1.0;
+
+/// Newton steps that fail before the method gives up.
+const FAILURES: usize = 8;
+
+/// A solve in progress.
+struct Solve<'s, 'p> {
+    problem: &'s Increment<'p>,
+    options: &'s SolverOptions,
+    report: SolveReport,
+    krylov: Gmres,
+    /// Zeros, `[3, N]`.
+    nothing: Vec<f64>,
+}
+
+/// The method.
+pub(super) struct Newton;
+
+impl Solver for Newton {
+    fn name(&self) -> &'static str {
+        "newton"
+    }
+
+    fn suits(&self, problem: &Increment) -> bool {
+        problem.flexibility.has_inverse()
+    }
+
+    fn solve(
+        &self,
+        problem: &Increment,
+        it: &mut Iterate,
+        options: &SolverOptions,
+        watch: &mut Watch,
+    ) -> SolveReport {
+        let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
+        problem.evaluate(it);
+        Solve { problem, options, report, krylov: Gmres::default(), nothing: vec![0.0; 3 * problem.n()] }
+            .run(it, watch)
+    }
+}
+
+impl Solve<'_, '_> {
+    fn run(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
+        let mut trial = it.clone();
+        let (mut failures, mut repair) = (0, REPAIR);
+        loop {
+            let residual = self.problem.natural_residual(it);
+            self.report.residual = residual;
+            if residual.is_nan() || residual <= self.options.tolerance {
+                self.report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
+                return self.report;
+            }
+            if self.report.iterations >= self.options.max_iterations || failures >= FAILURES {
+                return self.report;
+            }
+            if watch(self.report.iterations, residual) {
+                self.report.stop = Stop::Interrupted;
+                return self.report;
+            }
+            if residual > NEAR {
+                if self.approach(it, NEAR, usize::MAX, watch) {
+                    return self.report;
+                }
+                continue;
+            }
+            self.step(it, &mut trial);
+            let after = self.problem.natural_residual(&trial);
+            if after < residual {
+                std::mem::swap(it, &mut trial);
+                continue;
+            }
+            failures += 1;
+            if after < FAR {
+                std::mem::swap(it, &mut trial);
+            }
+            if self.approach(it, self.options.tolerance, repair, watch) {
+                return self.report;
+            }
+            repair *= 2;
+        }
+    }
+
+    /// Barzilai-Borwein steps until the residual is below `tolerance`; whether that ended the solve.
+    fn approach(&mut self, it: &mut Iterate, tolerance: f64, most: usize, watch: &mut Watch) -> bool {
+        let left = self.options.max_iterations - self.report.iterations;
+        let options = SolverOptions { tolerance, max_iterations: most.min(left), ..*self.options };
+        let before = self.report.iterations;
+        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
+        let report = BarzilaiBorwein.solve(self.problem, it, &options, &mut told);
+        self.report.iterations += report.iterations;
+        self.report.applications += report.applications;
+        self.report.residual = report.residual;
+        match report.stop {
+            Stop::Converged => false,
+            // Not in so few steps, but more may be left.
+            Stop::Iterations if report.iterations < left => false,
+            // A loose tolerance is not enough to say that there is no equilibrium.
+            Stop::GrossSliding | Stop::ContactLost if tolerance > self.options.tolerance => {
+                self.approach(it, self.options.tolerance, usize::MAX, watch)
+            }
+            stop => {
+                (self.report.stop, self.report.sliding) = (stop, report.sliding);
+                true
+            }
+        }
+    }
+
+    /// A Newton step from `it` to `trial`.
+    fn step(&mut self, it: &Iterate, trial: &mut Iterate) {
+        trial.clone_from(it);
+        let mut tangent = Tangent::new(self.problem, it, &self.nothing);
+        let rhs = tangent.rhs(it);
+        let mut x = vec![0.0; rhs.len()];
+        let residual = self.report.residual;
+        let options = KrylovOptions {
+            tolerance: (SHARE * residual).clamp(TIGHTEST, LOOSEST),
+            products: PRODUCTS,
+            restart: RESTART,
+        };
+        let report = self.krylov.solve(&mut tangent, &rhs, &mut x, options);
+        tangent.advance(&x, trial);
+        self.problem.evaluate(trial);
+        self.report.iterations += 1;
+        self.report.applications += (report.products + 2) * self.problem.applications();
+    }
+}

@@ -1,0 +1,111 @@
+//! Approximate inverse of the equations of a Newton step: the operator's own, masked to the cells in contact, with the rigid
+//! motions of prescribed forces by their Schur complement.
+
+use nalgebra::{DMatrix, DVector, LU};
+
+use super::super::super::increment::Increment;
+use super::tangent::{Active, State, across};
+
+/// Buffers of the inverse on the cells in contact.
+pub(super) struct Inverse {
+    /// Physical gap, `[3, N]`.
+    gap: Vec<f64>,
+    /// Physical tractions, `[3, N]`.
+    tractions: Vec<f64>,
+}
+
+impl Inverse {
+    pub fn new(n: usize) -> Self {
+        Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n] }
+    }
+
+    /// Unknown tractions `x` that cause about the gradients in `rows`.
+    pub fn apply(&mut self, problem: &Increment, active: &[Active], rows: &[f64], x: &mut [f64]) {
+        for end in 0..problem.ends.len() {
+            self.spread(problem, active, rows, end);
+            if !problem.flexibility.precondition(&self.gap, &mut self.tractions) {
+                // By the diagonal, which the rows are scaled with.
+                x.copy_from_slice(rows);
+                return;
+            }
+            self.gather(problem, active, (rows, x), end);
+        }
+    }
+
+    fn spread(&mut self, problem: &Increment, active: &[Active], rows: &[f64], end: usize) {
+        let n = problem.n();
+        let hat = problem.hat();
+        self.gap.fill(0.0);
+        for active in active.iter().filter(|active| active.end == end) {
+            let (cell, first) = (active.cell, active.first);
+            self.gap[2 * n + cell] = rows[first] / problem.scales.c_normal[cell];
+            let hatted = match active.state {
+                State::Bare => continue,
+                State::Stick => [rows[first + 1], rows[first + 2]],
+                State::Slip { along, turning } => across(along).map(|e| e * rows[first + 1] * share(turning)),
+            };
+            if let Some(hat) = &hat {
+                let gap = hat.unslip(hatted.map(|row| row / problem.scales.c_tangential[cell]));
+                (self.gap[cell], self.gap[n + cell]) = (gap[0], gap[1]);
+            }
+        }
+    }
+
+    fn gather(&self, problem: &Increment, active: &[Active], (rows, x): (&[f64], &mut [f64]), end: usize) {
+        let n = problem.n();
+        let hat = problem.hat();
+        for active in active.iter().filter(|active| active.end == end) {
+            let (cell, first) = (active.cell, active.first);
+            x[first] = self.tractions[2 * n + cell];
+            let Some(hat) = &hat else { continue };
+            let q = hat.untraction([self.tractions[cell], self.tractions[n + cell]]);
+            match active.state {
+                State::Bare => {}
+                State::Stick => (x[first + 1], x[first + 2]) = (q[0], q[1]),
+                State::Slip { along, turning } => {
+                    let left = across(along);
+                    let elastic = left[0] * q[0] + left[1] * q[1];
+                    let alone = rows[first + 1] / (1.0 + turning);
+                    x[first + 1] = share(turning) * elastic + (1.0 - share(turning)) * alone;
+                }
+            }
+        }
+    }
+}
+
+/// Share of the elastic answer in that of a slipping cell, the rest being the turning of its traction.
+fn share(turning: f64) -> f64 {
+    1.0 / (1.0 + turning)
+}
+
+/// The rigid motions besides the inverse of the rest.
+pub(super) struct Bordered {
+    /// Inverse of the gradient per motion, by motion.
+    columns: Vec<Vec<f64>>,
+    /// Work on each motion per traction.
+    constraints: Vec<Vec<f64>>,
+    schur: LU<f64, nalgebra::Dyn, nalgebra::Dyn>,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+impl Bordered {
+    /// `None` if the motions do not follow from the tractions in contact.
+    pub fn new(columns: Vec<Vec<f64>>, constraints: Vec<Vec<f64>>) -> Option<Self> {
+        let m = columns.len();
+        let schur = DMatrix::from_fn(m, m, |i, j| dot(&constraints[i], &columns[j])).lu();
+        schur.is_invertible().then_some(Self { columns, constraints, schur })
+    }
+
+    /// `tractions` (found with the motions held) and the motions' `amounts` such that the tractions do the works.
+    pub fn correct(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
+        let defect = DVector::from_fn(works.len(), |k, _| dot(&self.constraints[k], tractions) - works[k]);
+        let Some(solved) = self.schur.solve(&defect) else { return };
+        for (k, column) in self.columns.iter().enumerate() {
+            amounts[k] = solved[k];
+            tractions.iter_mut().zip(column).for_each(|(t, c)| *t -= solved[k] * c);
+        }
+    }
+}

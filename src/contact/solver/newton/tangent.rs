@@ -1,0 +1,422 @@
+//! The equations of a Newton step, reduced to what is unknown: the pressure and one or two tangential tractions of each
+//! cell in contact, and the rigid motions that prescribed forces leave free.
+//!
+//! Rows are multiplied by the local stiffness c, so that all are tractions.
+
+use super::super::super::balance::{COMPONENTS, Motion};
+use super::super::super::increment::{End, Increment, Iterate, NormalControl, TangentialControl};
+use super::preconditioner::{Bordered, Inverse};
+use crate::linalg::gmres::LinearSystem;
+
+/// Least β of a slipping cell.
+const LEAST_BETA: f64 = 1e-3;
+
+/// State of a cell in contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum State {
+    /// Only its pressure is unknown.
+    Bare,
+    /// Pressure and both tangential tractions.
+    Stick,
+    /// Pressure, and the traction across the direction of slip.
+    Slip {
+        /// Direction of the tangential traction.
+        along: [f64; 2],
+        /// (1 - β) / β, β the shortening by the radial return.
+        turning: f64,
+    },
+}
+
+/// A cell in contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Active {
+    pub end: usize,
+    pub cell: usize,
+    /// Where its unknowns begin: pressure first.
+    pub first: usize,
+    pub state: State,
+}
+
+/// A rigid motion to be found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Free {
+    pub end: usize,
+    pub motion: Motion,
+    /// What the tractions have to do on it.
+    pub work: f64,
+}
+
+/// The linear system of a Newton step.
+pub(super) struct Tangent<'s, 'p> {
+    problem: &'s Increment<'p>,
+    active: Vec<Active>,
+    free: Vec<Free>,
+    /// Number of unknown tractions; those of the motions follow.
+    tractions: usize,
+    /// Unit of the motions by that of the tractions.
+    motion_unit: f64,
+    /// A change of state with its tractions and, by the homogeneous equations, its gradient.
+    change: Iterate,
+    /// The equations without gap, wear and reference.
+    linear: Increment<'s>,
+    inverse: Inverse,
+    bordered: Option<Bordered>,
+}
+
+/// Across a direction in the plane, 90 degrees to its left.
+pub(super) fn across(e: [f64; 2]) -> [f64; 2] {
+    [-e[1], e[0]]
+}
+
+fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl<'s, 'p> Tangent<'s, 'p> {
+    /// The system at an evaluated state; `nothing`: zeros, `[3, N]`.
+    pub fn new(problem: &'s Increment<'p>, it: &Iterate, nothing: &'s [f64]) -> Self {
+        let (n, ends) = (problem.n(), problem.ends.len());
+        let mut active = Vec::new();
+        let mut tractions = 0;
+        for end in 0..ends {
+            for cell in 0..n {
+                if let Some(state) = state(problem, it, end, cell) {
+                    active.push(Active { end, cell, first: tractions, state });
+                    tractions += match state {
+                        State::Bare => 1,
+                        State::Slip { .. } => 2,
+                        State::Stick => 3,
+                    };
+                }
+            }
+        }
+        let free: Vec<Free> = (0..ends).flat_map(|end| free_motions(&problem.ends[end], end)).collect();
+        let stiffness = problem.scales.c_normal.iter().sum::<f64>() / n as f64;
+        let mut change = Iterate::new(n, vec![[0.0; 3]; ends]);
+        change.wear_path.fill(0.0);
+        let mut tangent = Self {
+            problem,
+            active,
+            free,
+            tractions,
+            motion_unit: 1.0 / stiffness,
+            change,
+            linear: problem.homogeneous(nothing),
+            inverse: Inverse::new(n),
+            bordered: None,
+        };
+        tangent.bordered = tangent.border();
+        tangent.keep_wear(it);
+        tangent
+    }
+
+    fn keep_wear(&mut self, it: &Iterate) {
+        self.change.wear_path.copy_from_slice(&it.wear_path);
+    }
+
+    /// Number of unknowns.
+    fn len(&self) -> usize {
+        self.tractions + self.free.len()
+    }
+
+    /// Gap per unit of a free motion in a cell, hatted.
+    fn column(&self, free: &Free, cell: usize) -> [f64; 3] {
+        hatted_gap(self.problem, cell, &free.motion)
+    }
+
+    /// Gradient that `self.change` causes, by the equations without gap, wear and reference.
+    fn evaluate(&mut self) {
+        let problem = self.problem;
+        let n = problem.n();
+        self.linear.evaluate(&mut self.change);
+        if problem.wear.is_some() {
+            // Depth worn by the change of pressure at the slip as it is.
+            for cell in 0..n {
+                let worn: f64 = (0..problem.ends.len())
+                    .map(|end| {
+                        self.change.wear_path[end * n + cell] * self.change.hatted[end * 3 * n + 2 * n + cell]
+                    })
+                    .sum();
+                for end in 0..problem.ends.len() {
+                    self.change.gradient[end * 3 * n + 2 * n + cell] += problem.repeats * worn;
+                }
+            }
+        }
+    }
+
+    /// Puts unknowns into `self.change`.
+    fn spread(&mut self, x: &[f64]) {
+        let n = self.problem.n();
+        self.change.hatted.fill(0.0);
+        for active in &self.active {
+            let base = active.end * 3 * n + active.cell;
+            let p = x[active.first];
+            self.change.hatted[base + 2 * n] = p;
+            let q = match active.state {
+                State::Bare => [0.0; 2],
+                State::Stick => [x[active.first + 1], x[active.first + 2]],
+                State::Slip { along, .. } => {
+                    let (e, s) = (along, x[active.first + 1]);
+                    let left = across(e);
+                    [p * e[0] + s * left[0], p * e[1] + s * left[1]]
+                }
+            };
+            (self.change.hatted[base], self.change.hatted[base + n]) = (q[0], q[1]);
+        }
+        self.change.rigid.fill([0.0; 3]);
+        self.change.floating.iter_mut().for_each(|floating| floating.fill(0.0));
+        for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
+            add_motion(&mut self.change, free.end, &free.motion, amount * self.motion_unit);
+        }
+    }
+
+    /// Rows of the equations for `self.change` evaluated.
+    fn gather(&self, x: &[f64], rows: &mut [f64]) {
+        let n = self.problem.n();
+        let gradient = &self.change.gradient;
+        for active in &self.active {
+            let base = active.end * 3 * n + active.cell;
+            rows[active.first] = self.problem.scales.c_normal[active.cell] * gradient[base + 2 * n];
+            let slip = [gradient[base], gradient[base + n]];
+            match active.state {
+                State::Bare => {}
+                State::Stick => {
+                    let c = self.problem.scales.c_tangential[active.cell];
+                    (rows[active.first + 1], rows[active.first + 2]) = (c * slip[0], c * slip[1]);
+                }
+                State::Slip { along, turning } => {
+                    let c = self.problem.scales.c_tangential[active.cell];
+                    let sideways = x.get(active.first + 1).copied().unwrap_or(0.0);
+                    rows[active.first + 1] = turning * sideways + c * product(across(along), slip);
+                }
+            }
+        }
+        for (k, free) in self.free.iter().enumerate() {
+            rows[self.tractions + k] = self.work(free, &self.change.hatted);
+        }
+    }
+
+    /// Mean over the frame of what hatted tractions do on a free motion.
+    fn work(&self, free: &Free, hatted: &[f64]) -> f64 {
+        let n = self.problem.n();
+        let total: f64 = self.problem.areas.iter().sum();
+        let mut sum = 0.0;
+        for active in self.active.iter().filter(|active| active.end == free.end) {
+            let base = active.end * 3 * n + active.cell;
+            let column = self.column(free, active.cell);
+            let work: f64 = (0..3).map(|plane| column[plane] * hatted[base + plane * n]).sum();
+            sum += self.problem.areas[active.cell] * work;
+        }
+        sum / total
+    }
+
+    /// Right-hand side of the step from the evaluated state `it`; the part of the step that is known beforehand stays in
+    /// the equations: open cells lose their tractions, slipping ones go to their limit.
+    pub fn rhs(&mut self, it: &Iterate) -> Vec<f64> {
+        self.change.rigid.fill([0.0; 3]);
+        self.change.floating.iter_mut().for_each(|floating| floating.fill(0.0));
+        self.known(it);
+        self.evaluate();
+        let n = self.problem.n();
+        let total: f64 = self.problem.areas.iter().sum();
+        let mut rhs = vec![0.0; self.len()];
+        self.gather(&[], &mut rhs);
+        rhs.iter_mut().for_each(|row| *row = -*row);
+        for active in &self.active {
+            let base = active.end * 3 * n + active.cell;
+            rhs[active.first] -= self.problem.scales.c_normal[active.cell] * it.gradient[base + 2 * n];
+            match active.state {
+                State::Bare => {}
+                State::Stick => {
+                    let c = self.problem.scales.c_tangential[active.cell];
+                    rhs[active.first + 1] -= c * it.gradient[base];
+                    rhs[active.first + 2] -= c * it.gradient[base + n];
+                }
+                State::Slip { along, turning } => {
+                    // -e⊥·q̂ / β, and nothing of the gradient: it is in the direction of slip.
+                    let q = [it.hatted[base], it.hatted[base + n]];
+                    rhs[active.first + 1] -= (1.0 + turning) * product(across(along), q);
+                }
+            }
+        }
+        for (k, free) in self.free.iter().enumerate() {
+            rhs[self.tractions + k] = free.work / total - self.work_everywhere(free, &it.hatted);
+        }
+        rhs
+    }
+
+    fn work_everywhere(&self, free: &Free, hatted: &[f64]) -> f64 {
+        let n = self.problem.n();
+        let total: f64 = self.problem.areas.iter().sum();
+        let base = free.end * 3 * n;
+        let after = |k: usize| hatted[k] + self.change.hatted[k];
+        let sum: f64 = (0..n)
+            .map(|cell| {
+                let column = self.column(free, cell);
+                let work: f64 = (0..3).map(|plane| column[plane] * after(base + plane * n + cell)).sum();
+                self.problem.areas[cell] * work
+            })
+            .sum();
+        sum / total
+    }
+
+    /// The part of the step that is known beforehand, into the tractions of `self.change`.
+    fn known(&mut self, it: &Iterate) {
+        let n = self.problem.n();
+        self.change.hatted.iter_mut().zip(&it.hatted).for_each(|(change, traction)| *change = -traction);
+        for active in &self.active {
+            let base = active.end * 3 * n + active.cell;
+            let p = it.hatted[base + 2 * n];
+            let mut tangential = [0.0; 2];
+            if let State::Slip { along, .. } = active.state {
+                let missing = p - product(along, [it.hatted[base], it.hatted[base + n]]);
+                tangential = along.map(|e| missing * e);
+            }
+            self.change.hatted[base + 2 * n] = 0.0;
+            (self.change.hatted[base], self.change.hatted[base + n]) = (tangential[0], tangential[1]);
+        }
+    }
+
+    /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
+    pub fn advance(&mut self, x: &[f64], it: &mut Iterate) {
+        let n = self.problem.n();
+        self.known(it);
+        it.hatted.iter_mut().zip(&self.change.hatted).for_each(|(traction, change)| *traction += change);
+        self.spread(x);
+        it.hatted.iter_mut().zip(&self.change.hatted).for_each(|(traction, change)| *traction += change);
+        for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
+            add_motion(it, free.end, &free.motion, amount * self.motion_unit);
+        }
+        for planes in it.hatted.chunks_exact_mut(3 * n) {
+            for cell in 0..n {
+                let p = planes[2 * n + cell].max(0.0);
+                planes[2 * n + cell] = p;
+                let norm = planes[cell].hypot(planes[n + cell]);
+                if norm > p {
+                    planes[cell] *= p / norm;
+                    planes[n + cell] *= p / norm;
+                }
+            }
+        }
+    }
+
+    /// What the preconditioner needs of the free motions.
+    fn border(&mut self) -> Option<Bordered> {
+        if self.free.is_empty() {
+            return None;
+        }
+        let (n, m) = (self.problem.n(), self.free.len());
+        let total: f64 = self.problem.areas.iter().sum();
+        let (mut columns, mut constraints) = (Vec::with_capacity(m), Vec::with_capacity(m));
+        for k in 0..m {
+            let free = self.free[k];
+            let (mut rows, mut work) = (vec![0.0; self.tractions], vec![0.0; self.tractions]);
+            for active in self.active.iter().filter(|active| active.end == free.end) {
+                let [x, y, normal] = self.column(&free, active.cell);
+                let (c, share) =
+                    (self.problem.scales.c_normal[active.cell], self.problem.areas[active.cell] / total);
+                rows[active.first] = c * normal * self.motion_unit;
+                work[active.first] = share * normal;
+                let (first, tangential) = (active.first, [x, y]);
+                match active.state {
+                    State::Bare => {}
+                    State::Stick => {
+                        let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
+                        (rows[first + 1], rows[first + 2]) = (c * x, c * y);
+                        (work[first + 1], work[first + 2]) = (share * x, share * y);
+                    }
+                    State::Slip { along, .. } => {
+                        let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
+                        let left = across(along);
+                        rows[first + 1] = c * product(left, tangential);
+                        work[first] += share * product(along, tangential);
+                        work[first + 1] = share * product(left, tangential);
+                    }
+                }
+            }
+            let mut solved = vec![0.0; self.tractions];
+            self.inverse.apply(self.problem, &self.active, &rows, &mut solved);
+            columns.push(solved);
+            constraints.push(work);
+        }
+        debug_assert!(n > 0);
+        Bordered::new(columns, constraints)
+    }
+}
+
+impl LinearSystem for Tangent<'_, '_> {
+    fn apply(&mut self, x: &[f64], image: &mut [f64]) {
+        self.spread(x);
+        self.evaluate();
+        self.gather(x, image);
+    }
+
+    fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
+        let (rows, motions) = image.split_at(self.tractions);
+        let (tractions, amounts) = x.split_at_mut(self.tractions);
+        self.inverse.apply(self.problem, &self.active, rows, tractions);
+        match &self.bordered {
+            Some(bordered) => bordered.correct(motions, tractions, amounts),
+            None => amounts.copy_from_slice(motions),
+        }
+    }
+}
+
+/// State of a cell by its augmented variables; `None` if it is open.
+fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<State> {
+    let n = problem.n();
+    let base = end * 3 * n + cell;
+    let p = it.hatted[base + 2 * n];
+    let wear = problem.repeats * it.wear_path[end * n + cell];
+    let stiffness = 1.0 / (1.0 / problem.scales.c_normal[cell] + wear);
+    let radius = p - stiffness * it.gap[base + 2 * n];
+    if radius <= 0.0 {
+        return None;
+    }
+    if problem.friction.is_none() {
+        return Some(State::Bare);
+    }
+    let c = problem.scales.c_tangential[cell];
+    let y = [it.hatted[base] - c * it.gradient[base], it.hatted[base + n] - c * it.gradient[base + n]];
+    let size = y[0].hypot(y[1]);
+    if size <= radius {
+        return Some(State::Stick);
+    }
+    let beta = (p / size).clamp(LEAST_BETA, 1.0);
+    Some(State::Slip { along: [y[0] / size, y[1] / size], turning: (1.0 - beta) / beta })
+}
+
+/// The motions that the controls of an end leave free.
+fn free_motions(end: &End, index: usize) -> Vec<Free> {
+    let unit = |component: usize| {
+        let mut motion = [0.0; COMPONENTS];
+        motion[component] = 1.0;
+        motion
+    };
+    if let Some(balance) = &end.balance {
+        return balance.wanted().map(|(motion, work)| Free { end: index, motion, work }).collect();
+    }
+    let mut free = Vec::new();
+    if let TangentialControl::Force(force) = end.tangential {
+        free.extend([0, 1].map(|axis| Free { end: index, motion: unit(axis), work: force[axis] }));
+    }
+    if let NormalControl::Force(force) = end.normal {
+        free.push(Free { end: index, motion: unit(2), work: force });
+    }
+    free
+}
+
+/// Gap of a motion in a cell, hatted.
+fn hatted_gap(problem: &Increment, cell: usize, motion: &Motion) -> [f64; 3] {
+    let rigid = [motion[0], motion[1], motion[2]];
+    let mut floating = [0.0; COMPONENTS - 3];
+    floating.copy_from_slice(&motion[3..]);
+    let gap = problem.rigid_gap(cell, rigid, &floating);
+    let tangential = problem.hat().map_or([0.0; 2], |hat| hat.slip([gap[0], gap[1]]));
+    [tangential[0], tangential[1], gap[2]]
+}
+
+fn add_motion(it: &mut Iterate, end: usize, motion: &Motion, amount: f64) {
+    it.rigid[end].iter_mut().zip(motion).for_each(|(r, m)| *r += amount * m);
+    it.floating[end].iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += amount * m);
+}

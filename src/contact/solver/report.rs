@@ -1,0 +1,66 @@
+//! What a solve did and why it ended.
+
+use super::super::projection::Sliding;
+
+/// Why a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The natural residual met the tolerance.
+    Converged,
+    /// The iteration limit.
+    Iterations,
+    /// No equilibrium: the tangential force is beyond friction.
+    GrossSliding,
+    /// No equilibrium: a tangential force is prescribed, but nothing is in contact.
+    ContactLost,
+    /// The watcher asked for it.
+    Interrupted,
+    /// A traction or a gap was not a number.
+    NotFinite,
+}
+
+/// What a solve did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolveReport {
+    /// Why it ended.
+    pub stop: Stop,
+    /// Natural residual of the state left in the iterate.
+    pub residual: f64,
+    /// Iterations.
+    pub iterations: usize,
+    /// Operator applications.
+    pub applications: usize,
+    /// What could not be held, where that is why it ended.
+    pub sliding: Option<Sliding>,
+    /// The method, and those before it with why they were left.
+    pub method: String,
+}
+
+/// Nothing done yet.
+impl Default for SolveReport {
+    fn default() -> Self {
+        Self {
+            stop: Stop::Iterations,
+            residual: f64::INFINITY,
+            iterations: 0,
+            applications: 0,
+            sliding: None,
+            method: String::new(),
+        }
+    }
+}
+
+impl SolveReport {
+    /// This report with that of the solver `name`, which went on after it.
+    pub(super) fn then(self, name: &str, next: Self) -> Self {
+        let method = if self.method.is_empty() {
+            name.to_owned()
+        } else {
+            let (iterations, residual) = (self.iterations, self.residual);
+            format!("{} (no gain after {iterations} iterations at {residual:.1e}), then {name}", self.method)
+        };
+        let iterations = self.iterations + next.iterations;
+        let applications = self.applications + next.applications;
+        Self { iterations, applications, method, ..next }
+    }
+}

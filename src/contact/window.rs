@@ -1,0 +1,178 @@
+//! An increment on a part of a grid frame, or on coarser cells: a window.
+//!
+//! Cells outside the window carry no traction. On coarser cells gaps and depths are means over the cells they are made of:
+//! only good for a start.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::increment::{End, Increment, Iterate, SlipReference};
+use super::scales::Scales;
+use crate::linalg::operator::Flexibility;
+
+/// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Window {
+    /// Cells of the frame along x and y.
+    pub frame: [usize; 2],
+    /// First cell of the frame.
+    pub origin: [usize; 2],
+    /// Cells of the window.
+    pub cells: [usize; 2],
+    /// Cells of the frame along the side of one of the window's.
+    pub factor: usize,
+}
+
+impl Window {
+    /// Number of cells.
+    pub fn n(&self) -> usize {
+        self.cells[0] * self.cells[1]
+    }
+
+    /// The frame's cells along `axis` in the window's `index`.
+    fn span(&self, axis: usize, index: usize) -> Range<usize> {
+        let first = self.origin[axis] + index * self.factor;
+        first..first + self.factor
+    }
+
+    /// Calls `with(cell of the window, cell of the frame)` for all pairs that belong together.
+    fn pairs(&self, mut with: impl FnMut(usize, usize)) {
+        for ix in 0..self.cells[0] {
+            for x in self.span(0, ix) {
+                for iy in 0..self.cells[1] {
+                    for y in self.span(1, iy) {
+                        with(ix * self.cells[1] + iy, x * self.frame[1] + y);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Means over the window's cells of a field on the frame, plane by plane.
+    pub fn restrict(&self, field: &[f64]) -> Vec<f64> {
+        let (from, to) = (self.frame[0] * self.frame[1], self.n());
+        let share = 1.0 / (self.factor * self.factor) as f64;
+        let mut means = vec![0.0; field.len() / from * to];
+        for (plane, means) in field.chunks_exact(from).zip(means.chunks_exact_mut(to)) {
+            self.pairs(|cell, of_frame| means[cell] += share * plane[of_frame]);
+        }
+        means
+    }
+
+    /// Writes a field on the window to the frame, zero outside, plane by plane.
+    pub fn prolong(&self, field: &[f64], out: &mut [f64]) {
+        let (to, from) = (self.frame[0] * self.frame[1], self.n());
+        out.fill(0.0);
+        for (plane, out) in field.chunks_exact(from).zip(out.chunks_exact_mut(to)) {
+            self.pairs(|cell, of_frame| out[of_frame] = plane[cell]);
+        }
+    }
+}
+
+/// What the increment on a window is made of.
+pub(super) struct Part {
+    pub window: Window,
+    flexibility: Arc<dyn Flexibility>,
+    scales: Arc<Scales>,
+    areas: Vec<f64>,
+    initial_gap: Vec<f64>,
+    rigid_axes: Option<Vec<nalgebra::Matrix3<f64>>>,
+    floating: Vec<Vec<f64>>,
+    worn: Vec<f64>,
+    ends: Vec<End>,
+}
+
+impl Part {
+    /// The part of `problem` on `window`, with the operator on it; `None` if one of its ends knows the frame's cells only.
+    pub fn new(problem: &Increment, window: Window, flexibility: Arc<dyn Flexibility>) -> Option<Self> {
+        let scales = Arc::new(Scales::new(flexibility.as_ref(), problem.friction.as_ref()));
+        let areas = window.restrict(problem.areas);
+        let larger = (window.factor * window.factor) as f64;
+        Some(Self {
+            window,
+            flexibility,
+            scales,
+            areas: areas.iter().map(|area| area * larger).collect(),
+            initial_gap: window.restrict(problem.initial_gap),
+            rigid_axes: problem.rigid_axes.map(|axes| {
+                let mut picked = vec![nalgebra::Matrix3::identity(); window.n()];
+                window.pairs(|cell, of_frame| picked[cell] = axes[of_frame]);
+                picked
+            }),
+            floating: problem.floating.iter().map(|gap| window.restrict(gap)).collect(),
+            worn: window.restrict(problem.worn),
+            ends: problem.ends.iter().map(|end| on_window(end, &window)).collect::<Option<_>>()?,
+        })
+    }
+
+    /// Its equations.
+    pub fn problem<'b>(&'b self, whole: &'b Increment) -> Increment<'b> {
+        Increment {
+            flexibility: self.flexibility.as_ref(),
+            areas: &self.areas,
+            initial_gap: &self.initial_gap,
+            rigid_axes: self.rigid_axes.as_deref(),
+            floating: &self.floating,
+            scales: self.scales.clone(),
+            worn: &self.worn,
+            ends: self.ends.clone(),
+            ..*whole
+        }
+    }
+
+    /// A state on the window with the tractions and motions of one on the frame.
+    pub fn state(&self, whole: &Iterate) -> Iterate {
+        let mut it = Iterate::new(self.window.n(), whole.rigid.clone());
+        it.floating.clone_from(&whole.floating);
+        it.hatted = self.window.restrict(&whole.hatted);
+        it
+    }
+
+    /// Takes tractions and motions back to the frame.
+    pub fn give_back(&self, it: &Iterate, whole: &mut Iterate) {
+        self.window.prolong(&it.hatted, &mut whole.hatted);
+        whole.rigid.clone_from(&it.rigid);
+        whole.floating.clone_from(&it.floating);
+    }
+}
+
+/// What is prescribed at an end, on a window.
+fn on_window(end: &End, window: &Window) -> Option<End> {
+    let reference = match &end.reference {
+        SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
+        SlipReference::OtherEnd { stuck, at } if window.factor == 1 => {
+            let mut picked = vec![false; window.n()];
+            window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
+            SlipReference::OtherEnd { stuck: picked, at: window.restrict(at) }
+        }
+        SlipReference::OtherEnd { .. } => return None,
+    };
+    let mut pairs = vec![0; window.n()];
+    window.pairs(|cell, of_frame| pairs[cell] = of_frame);
+    let balance = end.balance.as_ref().map(|balance| balance.on_cells(&pairs));
+    Some(End { normal: end.normal, tangential: end.tangential, balance, reference })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: means of a linear field are its values at the middle; what goes out comes back the same.
+    #[test]
+    fn means_and_back() {
+        let frame = [8, 6];
+        let field: Vec<f64> = (0..96).map(|k| f64::from(k / 6 * 10 + k % 6)).collect();
+        let coarse = Window { frame, origin: [2, 0], cells: [3, 2], factor: 2 };
+        let means = coarse.restrict(&field);
+        assert_eq!(means[..6], [25.5, 27.5, 45.5, 47.5, 65.5, 67.5]);
+        assert_eq!(means[6], 105.5);
+        let part = Window { frame, origin: [1, 2], cells: [4, 3], factor: 1 };
+        let mut back = vec![f64::NAN; 96];
+        part.prolong(&part.restrict(&field), &mut back);
+        for (k, value) in back.iter().enumerate() {
+            let (x, y) = (k % 48 / 6, k % 6);
+            let inside = (1..5).contains(&x) && (2..5).contains(&y);
+            assert_eq!(*value, if inside { field[k] } else { 0.0 });
+        }
+    }
+}
