@@ -53,7 +53,7 @@ pub struct Scales {
     tangential: OnceLock<f64>,
 }
 
-const POWER_ITERATIONS: usize = 5;
+const POWER_ITERATIONS: usize = 12;
 
 /// Least tangential compliance of a cell by its largest one.
 const LEAST_SHARE: f64 = 1e-2;

@@ -18,6 +18,7 @@ use std::time::Instant;
 pub use model::Model;
 
 use crate::contact::SolverOptions;
+use crate::contact::solver::on_windows;
 use crate::error::Result;
 use crate::friction::FrictionLaw;
 use crate::wear::WearLaw;
@@ -71,7 +72,12 @@ pub fn run(
     let mut result = RunResult {
         records: Vec::new(),
         outcome: Outcome::Converged,
-        skipped: skipped_by_contact(&model.friction, &model.wear, steps, options),
+        skipped: skipped_by_contact(
+            &model.friction,
+            &model.wear,
+            steps,
+            (options, on_windows(model.flexibility.grid(), options)),
+        ),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
         state: FrameState::default(),
@@ -97,12 +103,12 @@ pub fn run(
     Ok(run.result)
 }
 
-/// The skips of the contact stage that apply to these steps.
+/// The skips of the contact stage that apply to these steps; `windows`: whether they are solved on windows of the frame.
 pub fn skipped_by_contact(
     friction: &FrictionLaw,
     wear: &WearLaw,
     steps: &[Step],
-    options: &SolverOptions,
+    (options, windows): (&SolverOptions, bool),
 ) -> Vec<Skipped> {
     if !options.skip {
         return Vec::new();
@@ -119,6 +125,13 @@ pub fn skipped_by_contact(
         skipped.push(Skipped {
             what: format!("tangential unknowns in step {}", bare.join(", ")),
             why: "without friction and wear only pressures are unknown".to_owned(),
+        });
+    }
+    if windows {
+        skipped.push(Skipped {
+            what: "cells away from the contact in products with the flexibility".to_owned(),
+            why: "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame"
+                .to_owned(),
         });
     }
     if steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some()) {

@@ -8,6 +8,7 @@ use super::prepare::{cross, options};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
 use crate::body::{ElasticBody, Estimate};
+use crate::contact::solver::on_windows;
 use crate::coupling;
 use crate::frame::ContactFrame;
 use crate::history::skipped_by_contact;
@@ -28,7 +29,13 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
         let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
         skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
     }
-    let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, &options(plan));
+    // Finite elements and the block path have no operator on a grid.
+    let on_grid =
+        plan.solver.coupling == Coupling::Schur && plan.bodies.iter().all(|body| body.fe().is_none());
+    let grid = frame.grid.as_ref().filter(|_| on_grid).map(|grid| grid.cells);
+    let options = options(plan);
+    let windows = on_windows(grid, &options);
+    let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, windows));
     let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
     all.extend(candidates::skipped(frame));
     all.extend(skipped_fields(plan));

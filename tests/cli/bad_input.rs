@@ -206,7 +206,7 @@ const TABLE: &[Row] = &[
     ),
     (
         "tolerance = 1e-8",
-        "method = \"newton\"",
+        "method = \"gauss-seidel\"",
         0,
         &["solver.method", "not available in this version", "\"bb\""],
     ),

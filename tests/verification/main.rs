@@ -19,3 +19,4 @@ mod pressures;
 mod recovery;
 mod structures;
 mod wear;
+mod windows;

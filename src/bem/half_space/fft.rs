@@ -2,13 +2,15 @@
 
 use std::sync::{Arc, Mutex, OnceLock};
 
-use nalgebra::{Complex, Matrix3};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+use super::admittance::Admittance;
 use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::green::SurfaceGreen;
 use super::kernel_table::{Component, KernelTable, OffsetPlane};
-use super::symbol_inverse::{Admittance, FullInverse, NormalInverse};
+use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_uncoupled};
+use super::symbol_inverse::{FullInverse, NormalInverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::memory;
@@ -22,12 +24,6 @@ pub enum CrossBlocks {
     /// They are left out if they vanish; the operator then counts as uncoupled.
     SkipVanishing,
 }
-
-/// Planes of the symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
-pub(super) const COUPLED: usize = 8;
-
-/// Those of an uncoupled one: xx, yy, real and imaginary part of xy.
-const UNCOUPLED: usize = 4;
 
 /// Smaller operators kept for later.
 const KEPT: usize = 6;
@@ -227,7 +223,9 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.admittance);
+        let make = || {
+            NormalInverse::new(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance)
+        };
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }
@@ -272,7 +270,9 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        let make = || FullInverse::new(self.convolution.cells, self.spacing, &self.admittance);
+        let make = || {
+            FullInverse::new(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance)
+        };
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }
@@ -285,32 +285,6 @@ fn largest_row_sum(nn: &[f64], [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im
         (xx[i].abs() + xy + xn).max(yy[i].abs() + xy + yn).max(nn[i].abs() + xn + yn)
     };
     (0..xx.len()).map(at).fold(0.0, f64::max)
-}
-
-/// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(super) fn multiply_coupled(nn: &[f64], rest: [&[f64]; COUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = rest;
-    for i in 0..x.len() {
-        let (a, b, c) = (x[i], y[i], n[i]);
-        let xy = Complex::new(xy_re[i], xy_im[i]);
-        let xn = Complex::new(xn_re[i], xn_im[i]);
-        let yn = Complex::new(yn_re[i], yn_im[i]);
-        x[i] = a * xx[i] + xy * b + xn * c;
-        y[i] = xy.conj() * a + b * yy[i] + yn * c;
-        n[i] = xn.conj() * a + yn.conj() * b + c * nn[i];
-    }
-}
-
-/// The same with vanishing xn and yn.
-fn multiply_uncoupled(nn: &[f64], rest: [&[f64]; UNCOUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, xy_re, xy_im] = rest;
-    for i in 0..x.len() {
-        let (a, b) = (x[i], y[i]);
-        let xy = Complex::new(xy_re[i], xy_im[i]);
-        x[i] = a * xx[i] + xy * b;
-        y[i] = xy.conj() * a + b * yy[i];
-        n[i] *= nn[i];
-    }
 }
 
 /// The offset that the index of a periodic table stands for; `None` between the two ends.

@@ -25,6 +25,7 @@ pub mod patch;
 pub mod periodic;
 mod periodic_symbol;
 pub mod polygon;
+mod symbol;
 mod symbol_inverse;
 
 pub use crate::geometry::Side;

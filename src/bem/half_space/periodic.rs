@@ -19,7 +19,9 @@ use super::admittance::Admittance;
 use super::fft::{CrossBlocks, check};
 use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::green::SurfaceGreen;
-use super::periodic_symbol::{PLANES, closed, multiply_coupled, multiply_uncoupled, open_along};
+use super::periodic_symbol::{PLANES, closed, open_along};
+use super::symbol::{multiply_coupled, multiply_uncoupled};
+use super::symbol_inverse::{FullInverse, NormalInverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::operator::Flexibility;
@@ -40,15 +42,8 @@ pub struct PeriodicFlexibility {
     buffers: Mutex<Buffers>,
     spacing: [f64; 2],
     admittance: Admittance,
-    inverse: OnceLock<NormalInverse>,
-}
-
-/// κ / W_nn on the grid taken as periodic in both directions: exact on such a frame, an approximate inverse on others.
-struct NormalInverse {
-    convolution: Convolution,
-    /// `[k_y][k_x]`, 1/(number of cells) included.
-    multiplier: Vec<f64>,
-    buffers: Mutex<Buffers>,
+    normal_inverse: OnceLock<NormalInverse>,
+    full_inverse: OnceLock<FullInverse>,
 }
 
 impl PeriodicFlexibility {
@@ -81,8 +76,19 @@ impl PeriodicFlexibility {
         interrupt::check()?;
         let buffers = Mutex::new(convolution.buffers(3));
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        let (own, inverse) = (Matrix3::zeros(), OnceLock::new());
-        let mut made = Self { convolution, symbol, own, coupled, buffers, spacing, admittance, inverse };
+        let own = Matrix3::zeros();
+        let (normal_inverse, full_inverse) = (OnceLock::new(), OnceLock::new());
+        let mut made = Self {
+            convolution,
+            symbol,
+            own,
+            coupled,
+            buffers,
+            spacing,
+            admittance,
+            normal_inverse,
+            full_inverse,
+        };
         made.own = made.influence_on_itself();
         Ok(made)
     }
@@ -117,10 +123,11 @@ impl Flexibility for PeriodicFlexibility {
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         self.convolution.apply::<3>(tractions, gap, &mut buffers, |ky, columns| {
+            let [xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im] = self.planes(ky);
             if self.coupled {
-                multiply_coupled(self.planes(ky), columns);
+                multiply_coupled(nn, [xx, yy, xy, xy_im, xn, xn_im, yn, yn_im], columns);
             } else {
-                multiply_uncoupled(self.planes(ky), columns);
+                multiply_uncoupled(nn, [xx, yy, xy, xy_im], columns);
             }
         });
     }
@@ -146,39 +153,21 @@ impl Flexibility for PeriodicFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        let make = || NormalInverse::new(self.convolution.cells, self.spacing, &self.admittance);
-        self.inverse.get_or_init(make).apply(normal_gap, pressure);
+        let cells = self.convolution.cells;
+        let make = || NormalInverse::new(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }
-}
 
-impl NormalInverse {
-    fn new(cells: [usize; 2], spacing: [f64; 2], admittance: &Admittance) -> Self {
-        let convolution = Convolution::padded(cells, cells);
-        let (n, px) = ((cells[0] * cells[1]) as f64, cells[0]);
-        let symbol = closed(&convolution, spacing, admittance);
-        // The symbol has the factor 1/n, and so has the multiplier; the zero wavenumber counts as half of the lowest.
-        let normal = || symbol.chunks_exact(PLANES * px).flat_map(|planes| &planes[2 * px..3 * px]);
-        let largest = normal().copied().fold(0.0, f64::max);
-        let invert = |s: &f64| match *s {
-            s if s > 0.0 => 1.0 / (n * n * s),
-            _ if largest > 0.0 => 0.5 / (n * n * largest),
-            // One cell: any factor will do.
-            _ => 1.0,
-        };
-        let multiplier = normal().map(invert).collect();
-        let buffers = Mutex::new(convolution.buffers(1));
-        Self { convolution, multiplier, buffers }
+    fn has_inverse(&self) -> bool {
+        true
     }
 
-    /// `pressure` from `normal_gap`, both `[N]`; does not allocate.
-    fn apply(&self, normal_gap: &[f64], pressure: &mut [f64]) {
-        let px = self.convolution.padded[0];
-        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
-        self.convolution.apply::<1>(normal_gap, pressure, &mut buffers, |ky, [column]| {
-            let row = &self.multiplier[ky * px..(ky + 1) * px];
-            column.iter_mut().zip(row).for_each(|(value, factor)| *value *= *factor);
-        });
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        let cells = self.convolution.cells;
+        let make = || FullInverse::new(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        self.full_inverse.get_or_init(make).apply(gap, tractions);
+        true
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::admittance::{Admittance, Hermitian, Rows, hermitian};
@@ -84,30 +83,4 @@ fn filled(convolution: &Convolution, at: impl Fn(usize, usize) -> Hermitian + Sy
         }
     });
     symbol
-}
-
-/// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(super) fn multiply_coupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, nn, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = planes;
-    for i in 0..x.len() {
-        let (a, b, c) = (x[i], y[i], n[i]);
-        let xy = Complex::new(xy_re[i], xy_im[i]);
-        let xn = Complex::new(xn_re[i], xn_im[i]);
-        let yn = Complex::new(yn_re[i], yn_im[i]);
-        x[i] = a * xx[i] + xy * b + xn * c;
-        y[i] = xy.conj() * a + b * yy[i] + yn * c;
-        n[i] = xn.conj() * a + yn.conj() * b + c * nn[i];
-    }
-}
-
-/// The same with vanishing xn and yn.
-pub(super) fn multiply_uncoupled(planes: [&[f64]; PLANES], [x, y, n]: [&mut [Complex<f64>]; 3]) {
-    let [xx, yy, nn, xy_re, xy_im, ..] = planes;
-    for i in 0..x.len() {
-        let (a, b) = (x[i], y[i]);
-        let xy = Complex::new(xy_re[i], xy_im[i]);
-        x[i] = a * xx[i] + xy * b;
-        y[i] = xy.conj() * a + b * yy[i];
-        n[i] *= nn[i];
-    }
 }

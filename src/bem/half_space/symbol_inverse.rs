@@ -13,34 +13,12 @@ use std::sync::Mutex;
 
 use nalgebra::{Complex, Matrix3};
 
-use super::fft::{COUPLED, multiply_coupled};
+use super::admittance::{Admittance, Hermitian, hermitian};
 use super::fft_plan::{Buffers, Convolution};
-use super::green::SurfaceGreen;
-
-/// Directions over half a turn in which W is tabulated: to be right within a few per cent.
-const DIRECTIONS: usize = 256;
+use super::symbol::{COUPLED, multiply_coupled};
 
 /// The zero wavenumber counts as this share of the lowest.
 const LOWEST: f64 = 0.5;
-
-/// W over half a turn, 1/MPa.
-pub(super) struct Admittance {
-    /// `[DIRECTIONS + 1]`, from x over y to -x.
-    directions: Vec<Matrix3<Complex<f64>>>,
-}
-
-impl Admittance {
-    pub(super) fn new(green: &SurfaceGreen) -> Self {
-        let directions = (0..=DIRECTIONS).map(|i| green.symbol(PI * i as f64 / DIRECTIONS as f64)).collect();
-        Self { directions }
-    }
-
-    /// W in the direction of (x, y), y >= 0.
-    fn at(&self, [x, y]: [f64; 2]) -> &Matrix3<Complex<f64>> {
-        let position = y.atan2(x) / PI * DIRECTIONS as f64;
-        &self.directions[(position.round() as usize).min(DIRECTIONS)]
-    }
-}
 
 /// The wavenumbers of a grid taken as periodic.
 struct Wavenumbers {
@@ -55,12 +33,18 @@ impl Wavenumbers {
         Self { padded, lowest }
     }
 
-    /// The wavevector of an index, and its length, that of zero raised to a share of the lowest.
-    fn at(&self, kx: usize, ky: usize) -> ([f64; 2], f64) {
+    /// The wavevector of an index, a share of the lowest instead of zero.
+    fn at(&self, kx: usize, ky: usize) -> [f64; 2] {
+        if (kx, ky) == (0, 0) {
+            return if self.lowest[0] < self.lowest[1] {
+                [LOWEST * self.lowest[0], 0.0]
+            } else {
+                [0.0, LOWEST * self.lowest[1]]
+            };
+        }
         let px = self.padded[0];
         let signed = if 2 * kx <= px { kx as f64 } else { kx as f64 - px as f64 };
-        let (x, y) = (signed * self.lowest[0], ky as f64 * self.lowest[1]);
-        ([x, y], x.hypot(y).max(LOWEST * self.lowest[0].min(self.lowest[1])))
+        [signed * self.lowest[0], ky as f64 * self.lowest[1]]
     }
 }
 
@@ -73,16 +57,15 @@ pub(super) struct NormalInverse {
 }
 
 impl NormalInverse {
-    /// For a grid of `cells` with sides `spacing` (mm).
-    pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], admittance: &Admittance) -> Self {
-        let convolution = Convolution::periodic(cells);
+    /// For the grid of `convolution`, taken as periodic, with sides `spacing` (mm).
+    pub(super) fn new(convolution: Convolution, spacing: [f64; 2], admittance: &Admittance) -> Self {
         let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
         let weight = 1.0 / (px * py) as f64;
         let mut multiplier = Vec::with_capacity(px * convolution.half_spectrum());
         for ky in 0..convolution.half_spectrum() {
             for kx in 0..px {
-                let (vector, length) = wavenumbers.at(kx, ky);
-                multiplier.push(length / admittance.at(vector)[(2, 2)].re * weight);
+                let [.., nn] = admittance.at(wavenumbers.at(kx, ky));
+                multiplier.push(weight / nn);
             }
         }
         let buffers = Mutex::new(convolution.buffers(1));
@@ -100,6 +83,14 @@ impl NormalInverse {
     }
 }
 
+/// Inverse of a Hermitian matrix; zero if it has none.
+fn inverse([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: &Hermitian) -> Matrix3<Complex<f64>> {
+    let real = |value: &f64| Complex::from(*value);
+    let (xy, xn, yn) = (Complex::new(*xy, *xy_im), Complex::new(*xn, *xn_im), Complex::new(*yn, *yn_im));
+    let matrix = Matrix3::new(real(xx), xy, xn, xy.conj(), real(yy), yn, xn.conj(), yn.conj(), real(nn));
+    matrix.try_inverse().unwrap_or_else(Matrix3::zeros)
+}
+
 /// Multiplies gaps by κ W⁻¹.
 pub(super) struct FullInverse {
     convolution: Convolution,
@@ -110,18 +101,13 @@ pub(super) struct FullInverse {
 
 impl FullInverse {
     /// As [`NormalInverse::new`].
-    pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], admittance: &Admittance) -> Self {
-        let convolution = Convolution::periodic(cells);
+    pub(super) fn new(convolution: Convolution, spacing: [f64; 2], admittance: &Admittance) -> Self {
         let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
         let weight = 1.0 / (px * py) as f64;
-        let inverses: Vec<_> =
-            admittance.directions.iter().map(|w| w.try_inverse().unwrap_or_else(Matrix3::zeros)).collect();
-        let inverses = Admittance { directions: inverses };
         let mut multiplier = vec![0.0; (1 + COUPLED) * px * convolution.half_spectrum()];
         for (ky, planes) in multiplier.chunks_exact_mut((1 + COUPLED) * px).enumerate() {
             for kx in 0..px {
-                let (vector, length) = wavenumbers.at(kx, ky);
-                let w = inverses.at(vector) * Complex::new(length * weight, 0.0);
+                let w = inverse(&hermitian(&admittance.at(wavenumbers.at(kx, ky)))) * Complex::from(weight);
                 let (xy, xn, yn) = (w[(0, 1)], w[(0, 2)], w[(1, 2)]);
                 let diagonal = [2, 0, 1].map(|k| w[(k, k)].re);
                 let values = diagonal.into_iter().chain([xy, xn, yn].into_iter().flat_map(|z| [z.re, z.im]));

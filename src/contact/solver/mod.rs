@@ -8,6 +8,7 @@ mod projected;
 mod report;
 mod uzawa;
 
+pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
 use super::increment::{Increment, Iterate};
@@ -95,7 +96,7 @@ pub fn solve(
     options: &SolverOptions,
     watch: &mut Watch,
 ) -> SolveReport {
-    if options.method != Method::Auto || !nested::suits(problem, options) {
+    if !nested::suits(problem, options) {
         return solve_whole(problem, it, options, watch);
     }
     let (report, done) = nested::solve(problem, it, options, watch, &mut solve_whole);

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use super::super::increment::{Increment, Iterate, SlipReference};
 use super::super::window::{Part, Window};
-use super::{SolveReport, SolverOptions, Stop, Watch};
+use super::{Method, SolveReport, SolverOptions, Stop, Watch};
 use crate::linalg::operator::Flexibility;
 
 /// Frames of fewer cells are solved as they are.
-const SMALL: usize = 48 * 48;
+const SMALL: usize = 60 * 60;
 
 /// Cells along the shorter side of the coarsest grid, at least.
 const COARSEST: usize = 24;
@@ -37,15 +37,17 @@ type Rectangle = [[usize; 2]; 2];
 pub(super) type Inner<'a> =
     dyn FnMut(&Increment, &mut Iterate, &SolverOptions, &mut Watch) -> SolveReport + 'a;
 
+/// Whether increments with an operator on the cells of `grid` are solved so.
+pub fn on_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
+    options.skip && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= SMALL)
+}
+
 /// Whether the increment is worth it.
 pub(super) fn suits(problem: &Increment, options: &SolverOptions) -> bool {
     let known = |reference: &SlipReference| {
         matches!(reference, SlipReference::Previous(_) | SlipReference::OtherEnd { .. })
     };
-    options.skip
-        && problem.n() >= SMALL
-        && problem.flexibility.grid().is_some_and(|[nx, ny]| nx * ny == problem.n())
-        && problem.ends.iter().all(|end| known(&end.reference))
+    on_windows(problem.flexibility.grid(), options) && problem.ends.iter().all(|end| known(&end.reference))
 }
 
 /// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.

@@ -18,7 +18,8 @@ use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use tangent::Tangent;
 
-/// Natural residual from which Newton steps begin.
+/// Natural residual from which Newton steps begin: at once, and after one that failed.
+const WARM: f64 = 0.5;
 const NEAR: f64 = 2e-2;
 
 /// Barzilai-Borwein steps after the first Newton step that fails; twice as many after each further one.
@@ -32,6 +33,13 @@ const PRODUCTS: usize = 120;
 const LOOSEST: f64 = 0.05;
 const TIGHTEST: f64 = 1e-3;
 const SHARE: f64 = 0.1;
+
+/// A linear residual this much below the tolerance ends the last step.
+const ENOUGH: f64 = 0.1;
+
+/// Steps in a row that may end above the best residual, by this factor at most: cells change sides.
+const EXCUSED: usize = 1;
+const EXCUSE: f64 = 3.0;
 
 /// A failed Newton step is kept as a start for the repair below this residual.
 const FAR: f64 = 1.0;
@@ -78,7 +86,8 @@ impl Solver for Newton {
 impl Solve<'_, '_> {
     fn run(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
         let mut trial = it.clone();
-        let (mut failures, mut repair) = (0, REPAIR);
+        let (mut failures, mut repair, mut near) = (0, REPAIR, WARM);
+        let (mut best, mut worse) = (f64::INFINITY, 0);
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
@@ -93,7 +102,7 @@ impl Solve<'_, '_> {
                 self.report.stop = Stop::Interrupted;
                 return self.report;
             }
-            if residual > NEAR {
+            if residual > near {
                 if self.approach(it, NEAR, usize::MAX, watch) {
                     return self.report;
                 }
@@ -101,11 +110,15 @@ impl Solve<'_, '_> {
             }
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
-            if after < residual {
+            best = best.min(residual);
+            worse = if after < best { 0 } else { worse + 1 };
+            if after < best || (worse <= EXCUSED && after < EXCUSE * best) {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
+            worse = 0;
             failures += 1;
+            near = NEAR;
             if after < FAR {
                 std::mem::swap(it, &mut trial);
             }
@@ -149,7 +162,9 @@ impl Solve<'_, '_> {
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;
         let options = KrylovOptions {
-            tolerance: (SHARE * residual).clamp(TIGHTEST, LOOSEST),
+            tolerance: (SHARE * residual)
+                .clamp(TIGHTEST, LOOSEST)
+                .max(ENOUGH * self.options.tolerance / residual),
             products: PRODUCTS,
             restart: RESTART,
         };
