@@ -6,7 +6,7 @@ use super::table::{align, short};
 use super::{SceneArgs, exit, refuse, remark, to_stdout};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Normal, Step, Tangential};
+use crate::history::step::{Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::scene::{self, Document};
@@ -158,6 +158,18 @@ fn prescribed(step: &Step) -> String {
     match step.tangential {
         Some(Tangential::Shift([x, y])) => parts.push(format!("shift ({}, {})", short(x), short(y))),
         Some(Tangential::Force([x, y])) => parts.push(format!("tangential force ({x}, {y})")),
+        None => {}
+    }
+    match step.tilt {
+        Some(Tilt::Rotation([x, y])) => {
+            parts.push(format!("rotation ({}, {})", short(x.to_degrees()), short(y.to_degrees())));
+        }
+        Some(Tilt::Moment([x, y])) => parts.push(format!("moment ({x}, {y})")),
+        None => {}
+    }
+    match step.spin {
+        Some(Spin::Twist(angle)) => parts.push(format!("twist {}", short(angle.to_degrees()))),
+        Some(Spin::Moment(moment)) => parts.push(format!("spin moment {moment}")),
         None => {}
     }
     if let Some(cycles) = &step.cycles {

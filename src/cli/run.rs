@@ -257,9 +257,9 @@ pub(super) fn reason(word: Option<&str>) -> String {
             "the iterations did not suffice (iterations): raise solver.max_iterations or solver.tolerance"
         }
         Some("gross-sliding") => {
-            "friction cannot carry the tangential force (gross-sliding): lower it, or prescribe `shift`"
+            "friction cannot carry the tangential load (gross-sliding): lower it, or prescribe `shift` or `twist`"
         }
-        Some("contact-lost") => "the bodies came apart (contact-lost): check approach and forces",
+        Some("contact-lost") => "the bodies came apart (contact-lost): check approach, forces and moments",
         Some("frame-edge") => "contact reached the edge of the frame (frame-edge): enlarge frame.half_width",
         Some("linear-solver") => {
             "the systems of a body were not solved (linear-solver): raise solver.memory_limit"

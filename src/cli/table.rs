@@ -28,6 +28,13 @@ pub(super) fn align(rows: &[Vec<String>]) -> String {
     text
 }
 
+/// Columns that only some runs have.
+#[derive(Clone, Copy)]
+struct Optional {
+    cycles: bool,
+    turns: bool,
+}
+
 /// The result of each step: its last increment or jump.
 pub(super) fn results(summary: &Summary) -> String {
     let mut last: Vec<&IncrementRecord> = Vec::new();
@@ -40,9 +47,12 @@ pub(super) fn results(summary: &Summary) -> String {
     if last.is_empty() {
         return String::new();
     }
-    let cycles = last.iter().any(|record| record.cycles_done > 0);
-    let mut rows = heads(&summary.units, cycles);
-    rows.extend(last.iter().map(|record| row(record, cycles)));
+    let optional = Optional {
+        cycles: last.iter().any(|record| record.cycles_done > 0),
+        turns: last.iter().any(|record| record.rotation != [0.0; 2] || record.twist != 0.0),
+    };
+    let mut rows = heads(&summary.units, optional);
+    rows.extend(last.iter().map(|record| row(record, optional)));
     align(&rows)
 }
 
@@ -67,7 +77,7 @@ pub(super) fn bodies(summary: &Summary) -> String {
 }
 
 /// Two lines: quantities and their units.
-fn heads(units: &Units, cycles: bool) -> Vec<Vec<String>> {
+fn heads(units: &Units, optional: Optional) -> Vec<Vec<String>> {
     let (length, force) = (&units.length, &units.force);
     let stress = if length == "mm" && force == "N" { "MPa".to_owned() } else { format!("{force}/{length}2") };
     let mut columns = vec![
@@ -82,14 +92,17 @@ fn heads(units: &Units, cycles: bool) -> Vec<Vec<String>> {
         ("worn", format!("{length}3")),
         ("residual", String::new()),
     ];
-    if cycles {
+    if optional.turns {
+        columns.insert(4, ("rotation, twist", "degrees".to_owned()));
+    }
+    if optional.cycles {
         columns.insert(1, ("cycles", String::new()));
     }
     let (names, units): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
     vec![names.into_iter().map(str::to_owned).collect(), units]
 }
 
-fn row(record: &IncrementRecord, cycles: bool) -> Vec<String> {
+fn row(record: &IncrementRecord, optional: Optional) -> Vec<String> {
     // Components that are round-off beside the load are shown as 0.
     let force = |q: f64| short(if q.abs() < 1e-7 * record.normal_force { 0.0 } else { q });
     let shift = record.shift.map(short);
@@ -108,7 +121,11 @@ fn row(record: &IncrementRecord, cycles: bool) -> Vec<String> {
         short(record.worn_volume),
         format!("{:.1e}{mark}", record.certificate.natural_residual),
     ];
-    if cycles {
+    if optional.turns {
+        let [x, y] = record.rotation.map(short);
+        cells.insert(4, format!("({x}, {y}), {}", short(record.twist)));
+    }
+    if optional.cycles {
         cells.insert(1, record.cycles_done.to_string());
     }
     cells

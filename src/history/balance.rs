@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Side;
 
 use super::Run;
+use super::control::Loads;
 use super::model::Prepared;
 use super::step::Step;
 
@@ -16,25 +17,19 @@ use super::step::Step;
 const NO_PART: f64 = 1e-6;
 
 impl Run<'_> {
-    /// The end of an increment under the given controls, with the balance they ask for.
+    /// The end of an increment under the given loads, with the balance they ask for.
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
-    pub(super) fn end(
-        &mut self,
-        step: &Step,
-        (normal, tangential): (NormalControl, TangentialControl),
-        reference: SlipReference,
-    ) -> Result<End> {
-        let mut end = End { normal, tangential, balance: None, reference };
-        let forced =
-            matches!(normal, NormalControl::Force(_)) || matches!(tangential, TangentialControl::Force(_));
+    pub(super) fn end(&mut self, step: &Step, loads: &Loads, reference: SlipReference) -> Result<End> {
+        let mut end = End { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
         let prepared = &self.prepared;
-        if prepared.floating_gaps.is_empty() && !(forced && prepared.rigid_axes.is_some()) {
+        let inclined = loads.any() && prepared.rigid_axes.is_some();
+        if prepared.model.floating.is_empty() && !inclined && !loads.turning() {
             return Ok(end);
         }
         let friction = if step.friction { prepared.ellipse } else { None };
-        let wanted = prepared.wanted(normal, tangential);
+        let wanted = prepared.wanted(loads);
         let gap = |component: usize, cell: usize| prepared.unit_gap(component, cell);
         let areas = &prepared.model.frame.areas;
         let balance = Balance::on(areas, friction.as_ref(), gap, &wanted)
@@ -68,14 +63,14 @@ impl Prepared<'_> {
     }
 
     /// The motions to be found, with what the tractions on body 2 must do on them.
-    fn wanted(&self, normal: NormalControl, tangential: TangentialControl) -> Vec<Wanted> {
+    fn wanted(&self, loads: &Loads) -> Vec<Wanted> {
         let mut force = Vector3::zeros();
         let mut forced = Vec::new();
-        if let NormalControl::Force(p) = normal {
+        if let NormalControl::Force(p) = loads.normal {
             force.z = p;
             forced.push(Vector3::z());
         }
-        if let TangentialControl::Force([x, y]) = tangential {
+        if let TangentialControl::Force([x, y]) = loads.tangential {
             (force.x, force.y) = (x, y);
             forced.extend([Vector3::x(), Vector3::y()]);
         }
@@ -97,6 +92,13 @@ impl Prepared<'_> {
                 let mut motion = [0.0; COMPONENTS];
                 motion[..3].copy_from_slice(rest.as_slice());
                 wanted.push(Wanted { motion, work: force.dot(&rest) });
+            }
+        }
+        for (axis, moment) in loads.moment.iter().enumerate() {
+            if let Some(work) = *moment {
+                let mut motion = [0.0; COMPONENTS];
+                motion[3 + axis] = 1.0;
+                wanted.push(Wanted { motion, work });
             }
         }
         wanted

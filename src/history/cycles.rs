@@ -14,7 +14,7 @@ use crate::error::Result;
 
 use super::control::Held;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
-use super::step::{Cycles, Integrator, Normal, Observer, Outcome, Step, StrokeEnd, Tangential};
+use super::step::{Cycles, Integrator, Observer, Outcome, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
@@ -151,12 +151,9 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<(Iterate, SolveReport)> {
         let clock = Instant::now();
-        let normal = match self.held.normal {
-            Normal::Approach(_) => NormalControl::Approach,
-            Normal::Force(force) => NormalControl::Force(force),
-        };
+        let loads = self.carried(step, self.held.loads_at_shift());
         let reference = SlipReference::Previous(self.state.reference.clone());
-        let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
+        let end = self.end(step, &loads, reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
@@ -281,15 +278,12 @@ impl Run<'_> {
         jump: &mut Jump,
         (observer, stage): (&mut dyn Observer, &Stage),
     ) -> Result<()> {
-        let normal = match self.held.normal {
-            Normal::Approach(_) => NormalControl::Approach,
-            Normal::Force(force) => NormalControl::Force(force),
-        };
+        let loads = self.carried(step, self.held.loads_at_shift());
         let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let before = jump.checks;
         for _ in 0..STICK_PASSES {
             let reference = SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() };
-            let end = self.end(step, (normal, TangentialControl::Shift), reference)?;
+            let end = self.end(step, &loads, reference)?;
             let mut problem = problem(&self.prepared, &self.options, worn, laws, vec![end.clone(), end]);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -339,6 +333,8 @@ impl Run<'_> {
         self.state.take(&stroke.it, 1);
         let values = StrokeEnd {
             shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
+            rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
+            twist: mean(|e| e.twist),
             normal_force: mean(|e| e.normal_force),
             contact_area: mean(|e| e.contact_area),
             stick_area: mean(|e| e.stick_area),
@@ -360,7 +356,7 @@ impl Run<'_> {
     /// Brings body 2 back to the centre of the cycles for the steps that follow.
     fn return_to_center(&mut self, step: &Step, center: [f64; 3], observer: &mut dyn Observer) -> Result<()> {
         let rigid = [center[0], center[1], self.state.rigid[2]];
-        self.held = Held { normal: self.held.normal, tangential: Tangential::Shift([center[0], center[1]]) };
+        self.held = Held { tangential: Tangential::Shift([center[0], center[1]]), ..self.held };
         self.stroke_to(step, rigid, observer)?;
         Ok(())
     }

@@ -7,9 +7,9 @@ use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
 use crate::contact::{End, Increment, Iterate, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 
-use super::control::{Controls, Path};
+use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
-use super::step::{IncrementRecord, Observer, Outcome, Step, StrokeEnd, Tangential};
+use super::step::{IncrementRecord, Observer, Outcome, Spin, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// A contact of so few cells is told.
@@ -130,6 +130,8 @@ pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd
         increment: number,
         approach,
         shift: values.shift,
+        rotation: values.rotation,
+        twist: values.twist,
         normal_force: values.normal_force,
         tangential_force: values.tangential_force,
         moment: values.moment,
@@ -143,11 +145,14 @@ pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd
 impl Run<'_> {
     /// Runs all increments of a monotone step.
     pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
-        let (force, _) = self.prepared.resultants(&self.state.tractions);
-        let path = Path::new(step, self.held, (self.state.rigid, force), &self.prepared);
+        let (force, moment) = self.prepared.resultants(&self.state.tractions);
+        let turn = self.prepared.turn(&self.state.floating);
+        let start = Start { rigid: self.state.rigid, turn, force, moment };
+        let path = Path::new(step, self.held, start, &self.prepared);
         self.held = path.end;
         for number in 1..=step.increments {
-            let controls = path.at(number as f64 / step.increments as f64, self.state.rigid);
+            let now = (self.state.rigid, self.prepared.turn(&self.state.floating));
+            let controls = path.at(number as f64 / step.increments as f64, now);
             self.increment(step, number, &controls, observer)?;
             if self.result.outcome != Outcome::Converged {
                 break;
@@ -165,14 +170,14 @@ impl Run<'_> {
     ) -> Result<()> {
         let clock = Instant::now();
         self.check_controls(step)?;
-        let tangential = self.carried(step, controls.tangential);
+        let loads = self.carried(step, controls.loads);
         let reference = SlipReference::Previous(self.state.reference.clone());
-        let end = self.end(step, (controls.normal, tangential), reference)?;
+        let end = self.end(step, &loads, reference)?;
         let worn = self.state.worn.clone();
         let laws = Laws { friction: step.friction, wear: step.wear, repeats: 1.0 };
         let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
-        it.floating = vec![self.state.floating];
+        it.floating = vec![self.prepared.turned(self.state.floating, controls.turn)];
         if self.options.skip {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
@@ -195,27 +200,41 @@ impl Run<'_> {
         self.deliver(record, fields, observer)
     }
 
-    /// Refuses what no increment can do: a tangential force without friction.
+    /// Refuses what no increment can do: a tangential force or a spin moment without friction.
     fn check_controls(&self, step: &Step) -> Result<()> {
-        // On the way to zero the force falls to zero at once, since nothing carries it.
-        let forced = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
-        if forced && !self.has_friction(step) {
-            return Err(Error::input(format!(
-                "step \"{}\" prescribes a tangential force, but there is no friction in this step to carry it: give \
-                 [friction] a law, or prescribe shift",
-                step.name
-            )));
+        if self.has_friction(step) {
+            return Ok(());
         }
-        Ok(())
+        // On the way to zero the load falls to zero at once, since nothing carries it.
+        let pulled = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
+        // Inclined cells carry it by their pressures.
+        let level = self.prepared.rigid_axes.is_none();
+        let spun = level && matches!(self.held.spin, Spin::Moment(moment) if moment != 0.0);
+        let (what, instead) = match (pulled, spun) {
+            (true, _) => ("a tangential force", "shift"),
+            (_, true) => ("a spin moment", "twist"),
+            _ => return Ok(()),
+        };
+        Err(Error::input(format!(
+            "step \"{}\" prescribes {what}, but there is no friction in this step to carry it: give [friction] a law, or \
+             prescribe {instead}",
+            step.name
+        )))
     }
 
     fn has_friction(&self, step: &Step) -> bool {
         step.friction && self.prepared.ellipse.is_some()
     }
 
-    /// Without friction a tangential force of zero holds wherever body 2 is.
-    fn carried(&self, step: &Step, control: TangentialControl) -> TangentialControl {
-        if self.has_friction(step) { control } else { TangentialControl::Shift }
+    /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
+    pub(super) fn carried(&self, step: &Step, mut loads: Loads) -> Loads {
+        if !self.has_friction(step) {
+            loads.tangential = TangentialControl::Shift;
+            if self.prepared.rigid_axes.is_none() {
+                loads.moment[2] = None;
+            }
+        }
+        loads
     }
 
     /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.

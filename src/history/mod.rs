@@ -25,7 +25,7 @@ use crate::wear::WearLaw;
 use control::Held;
 use model::Prepared;
 use state::State;
-use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Step, Tangential};
+use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Step};
 
 /// What a run leaves.
 #[derive(Debug, Clone)]
@@ -66,8 +66,7 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
     let started = Instant::now();
-    let with_friction = steps.iter().any(|step| step.friction);
-    let prepared = Prepared::new(model, with_friction)?;
+    let prepared = Prepared::new(model, steps)?;
     let state = State::undeformed(&prepared);
     let mut result = RunResult {
         records: Vec::new(),
@@ -87,7 +86,7 @@ pub fn run(
     }
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
-    let held = Held { normal, tangential: Tangential::Shift([0.0; 2]) };
+    let held = Held::at_rest(normal);
     let mut run = Run { prepared, options: *options, state, held, result };
     for (index, step) in steps.iter().enumerate() {
         let started = Instant::now();

@@ -15,6 +15,8 @@ use crate::geometry::Triad;
 use crate::linalg::operator::Flexibility;
 use crate::wear::{WearIntensity, WearLaw};
 
+use super::step::Step;
+
 /// Inputs of a run.
 pub struct Model {
     /// The contact frame.
@@ -48,19 +50,22 @@ pub(super) struct Prepared<'a> {
     pub initial_gap: Vec<f64>,
     /// Approach at which the first cell closes, mm; 0 on curved frames.
     pub first_touch: f64,
-    /// Gap per unit of each floating motion, `[3, N]`.
+    /// Gap per unit of each further motion, `[3, N]`: those in which the bodies float, or the rotations of body 2 about the
+    /// frame's x, y, n where steps control them.
     pub floating_gaps: Vec<Vec<f64>>,
     /// Those motions: translation and rotation of body 2 relative to body 1 in the frame's axes.
     pub floating_motions: Vec<[f64; 6]>,
-    /// Work of the bodies' own loads on each.
+    /// Whether they are the rotations.
+    pub turns: bool,
+    /// Work of the bodies' own loads on each in which they float.
     pub floating_loads: Vec<f64>,
     /// Translations among them, orthonormal.
     pub free_translations: Vec<Vector3<f64>>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Checks sizes and values and computes scales; `with_friction` says whether any step has friction.
-    pub fn new(model: &'a Model, with_friction: bool) -> Result<Self> {
+    /// Checks sizes and values and computes scales for what `steps` need.
+    pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
         let n = model.frame.n_cells();
         if n == 0 {
             return Err(Error::input("the contact frame has no cells"));
@@ -75,6 +80,7 @@ impl<'a> Prepared<'a> {
         if let Some(bad) = model.initial_gap.iter().position(|g| !g.is_finite()) {
             return Err(Error::input(format!("the initial gap of cell {} is not a finite number", bad % n)));
         }
+        let with_friction = steps.iter().any(|step| step.friction);
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
         let intensity = model.wear.intensity(model.friction.ellipse());
         if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
@@ -104,12 +110,31 @@ impl<'a> Prepared<'a> {
                 "the floating motions do not belong to this frame and pair of bodies",
             ));
         }
-        let floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative).collect();
+        let turns = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
+        let mut floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative).collect();
+        let mut floating_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
+        let floating_loads = motions.iter().map(|motion| motion.load).collect();
+        let free_translations = free_translations(&floating_motions, model.frame.size());
+        if turns {
+            if !motions.is_empty() {
+                return Err(Error::input(
+                    "rotations and their moments are prescribed to bodies that are held; a body that floats turns by its own \
+                     loads: support it, or leave them out of the steps",
+                ));
+            }
+            for axis in 0..3 {
+                let mut motion = [0.0; 6];
+                motion[3 + axis] = 1.0;
+                floating_motions.push(motion);
+                floating_gaps.push(turn_gap(&model.frame, axis));
+            }
+        }
         Ok(Self {
-            floating_gaps: motions.iter().map(|motion| motion.gap.clone()).collect(),
-            floating_loads: motions.iter().map(|motion| motion.load).collect(),
-            free_translations: free_translations(&floating_motions, model.frame.size()),
+            floating_gaps,
+            floating_loads,
+            free_translations,
             floating_motions,
+            turns,
             model,
             ellipse,
             intensity,
@@ -129,6 +154,23 @@ impl<'a> Prepared<'a> {
             (0..3).for_each(|k| sum[k] += amount * motion[k]);
         }
         sum
+    }
+
+    /// Rotation of body 2 relative to body 1 about x, y, n, radians.
+    pub fn turn(&self, floating: &[f64; FLOATING]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (motion, amount) in self.floating_motions.iter().zip(floating) {
+            (0..3).for_each(|k| sum[k] += amount * motion[3 + k]);
+        }
+        sum
+    }
+
+    /// The further motions `now` with the rotation about x, y, n that is given; where steps control none, as they are.
+    pub fn turned(&self, mut now: [f64; FLOATING], turn: [f64; 3]) -> [f64; FLOATING] {
+        if self.turns {
+            now[..3].copy_from_slice(&turn);
+        }
+        now
     }
 
     /// The approach of one end of an iterate.
@@ -178,6 +220,18 @@ impl<'a> Prepared<'a> {
         }
         (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
     }
+}
+
+/// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by planes.
+fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
+    let n = frame.n_cells();
+    let direction: Vector3<f64> = frame.axes.0.column(axis).into();
+    let mut gap = vec![0.0; 3 * n];
+    for (cell, (center, triad)) in frame.centers.iter().zip(&frame.triads).enumerate() {
+        let local = triad.to_local(&direction.cross(&(center - frame.origin)));
+        (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
+    }
+    gap
 }
 
 /// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.

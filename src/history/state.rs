@@ -62,8 +62,11 @@ pub(super) fn resultants(prepared: &Prepared, problem: &Increment, it: &Iterate,
     let base = end * 3 * n;
     let (force, moment) = prepared.resultants(&it.tractions[base..base + 3 * n]);
     let motion = prepared.motion(&it.rigid[end], &it.floating[end]);
+    let turn = prepared.turn(&it.floating[end]).map(f64::to_degrees);
     let mut result = StrokeEnd {
         shift: [motion[0], motion[1]],
+        rotation: [turn[0], turn[1]],
+        twist: turn[2],
         // Not -0 without contact.
         normal_force: 0.0 - force[2],
         tangential_force: [force[0] + 0.0, force[1] + 0.0],

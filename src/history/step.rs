@@ -20,6 +20,24 @@ pub enum Tangential {
     Force([f64; 2]),
 }
 
+/// Control of the rotation of body 2 about the frame's x and y through its centre: totals at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tilt {
+    /// Small rotation about x, y, radians.
+    Rotation([f64; 2]),
+    /// Moment on body 1 about x, y; the rotation is found.
+    Moment([f64; 2]),
+}
+
+/// Control of the rotation of body 2 about n through the frame's centre: totals at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spin {
+    /// Small rotation, radians.
+    Twist(f64),
+    /// Moment on body 1; the twist is found.
+    Moment(f64),
+}
+
 /// Fretting cycles about the position at the start of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
@@ -55,6 +73,10 @@ pub struct Step {
     pub normal: Option<Normal>,
     /// Tangential control; `None` keeps what held before.
     pub tangential: Option<Tangential>,
+    /// Rotation about x, y or its moment; `None` keeps what held before.
+    pub tilt: Option<Tilt>,
+    /// Rotation about n or its moment; `None` keeps what held before.
+    pub spin: Option<Spin>,
     /// Number of load increments.
     pub increments: usize,
     /// Whether friction acts in this step.
@@ -87,6 +109,10 @@ pub struct Certificate {
 pub struct StrokeEnd {
     /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
+    /// Rotation of body 2 about x, y, degrees.
+    pub rotation: [f64; 2],
+    /// Rotation of body 2 about n, degrees.
+    pub twist: f64,
     /// Compression positive, N.
     pub normal_force: f64,
     /// Along x, y, N.
@@ -114,6 +140,10 @@ pub struct IncrementRecord {
     pub approach: f64,
     /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
+    /// Rotation of body 2 about x, y through the frame's centre, degrees.
+    pub rotation: [f64; 2],
+    /// Rotation of body 2 about n, degrees.
+    pub twist: f64,
     /// Compression positive, N.
     pub normal_force: f64,
     /// Along x, y, N.

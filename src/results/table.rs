@@ -6,12 +6,15 @@ use crate::error::{Error, Result};
 use crate::history::step::IncrementRecord;
 
 /// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
-pub const COLUMNS: [&str; 31] = [
+pub const COLUMNS: [&str; 34] = [
     "name",
     "increment",
     "approach",
     "shift_x",
     "shift_y",
+    "rotation_x",
+    "rotation_y",
+    "twist",
     "normal_force",
     "tangential_force_x",
     "tangential_force_y",
@@ -60,6 +63,9 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
         r.approach,
         r.shift[0],
         r.shift[1],
+        r.rotation[0],
+        r.rotation[1],
+        r.twist,
         r.normal_force,
         r.tangential_force[0],
         r.tangential_force[1],

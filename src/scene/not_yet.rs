@@ -6,10 +6,6 @@ pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
     let cycles = table.ends_with(".cycles");
     Some(match (first, name) {
         ("steps", "amplitude2") if cycles => "elliptic cycles",
-        ("steps", "rotation") => "prescribed rotation",
-        ("steps", "moment") => "prescribed moment",
-        ("steps", "twist") => "prescribed twist",
-        ("steps", "spin_moment") => "prescribed spin moment",
         ("steps", "rolling") => "steady rolling",
         ("steps", "history") => "load history from a file",
         ("frame", "outline") => "outline of the frame",

@@ -57,6 +57,10 @@ fn reach(plan: &Plan, frame: &ContactFrame) -> Option<f64> {
     }
     let mut approach: f64 = 0.0;
     for step in &plan.steps {
+        // A rotation closes cells far from the centre.
+        if step.tilt.is_some() || (step.spin.is_some() && !frame.is_level()) {
+            return None;
+        }
         match step.normal {
             Some(Normal::Force(_)) => return None,
             Some(Normal::Approach(value)) => approach = approach.max(value),

@@ -8,7 +8,7 @@ use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
 use crate::fem::{self, FreeMotions};
 use crate::frame::ContactFrame;
-use crate::history::step::{Normal, Step, Tangential};
+use crate::history::step::{Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::Plan;
 
@@ -57,6 +57,14 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
         .map(|(index, motions, _)| format!("{} floats by {}", SIDES[*index].name(), motions.names.join(", ")))
         .collect();
     plan.steps.iter().enumerate().try_for_each(|(index, step)| {
+        if let Some(key) = turned(step) {
+            let error = Error::input(format!(
+                "step \"{}\" controls a rotation, which takes held bodies ({}): support it, or leave `{key}` out",
+                step.name,
+                who.join("; ")
+            ));
+            return Err(Failure { error, key: format!("steps.{index}.{key}") });
+        }
         let Some((key, instead)) = displaced(step, &free) else { return Ok(()) };
         let error = Error::input(format!(
             "step \"{}\" prescribes a displacement along a direction in which nothing holds the body ({}): its place \
@@ -79,6 +87,19 @@ fn relative(motions: &FreeMotions, index: usize, frame: &ContactFrame) -> Vec<[f
             [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
         })
         .collect()
+}
+
+/// The key by which `step` controls a rotation.
+fn turned(step: &Step) -> Option<&'static str> {
+    let tilt = step.tilt.map(|tilt| match tilt {
+        Tilt::Rotation(_) => "rotation",
+        Tilt::Moment(_) => "moment",
+    });
+    let spin = step.spin.map(|spin| match spin {
+        Spin::Twist(_) => "twist",
+        Spin::Moment(_) => "spin_moment",
+    });
+    tilt.or(spin)
 }
 
 /// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.

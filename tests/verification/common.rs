@@ -108,6 +108,8 @@ pub fn step(name: &str) -> Step {
         name: name.to_owned(),
         normal: None,
         tangential: None,
+        tilt: None,
+        spin: None,
         increments: 1,
         friction: true,
         wear: true,

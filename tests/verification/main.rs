@@ -18,5 +18,6 @@ mod periodic;
 mod pressures;
 mod recovery;
 mod structures;
+mod turns;
 mod wear;
 mod windows;

@@ -29,6 +29,23 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "[f64; 2]")]
     pub tangential_force: Option<[f64; 2]>,
+    /// Rotation of body 2 about the frame's x and y through its centre, degrees; taken as small. Excludes `moment`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub rotation: Option<[f64; 2]>,
+    /// Moments on body 1 about the frame's x and y through its centre; body 2 turns freely under them. Excludes
+    /// `rotation`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub moment: Option<[f64; 2]>,
+    /// Rotation of body 2 about n through the frame's centre, degrees; taken as small. Excludes `spin_moment`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub twist: Option<f64>,
+    /// Moment on body 1 about n through the frame's centre. Excludes `twist`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub spin_moment: Option<f64>,
     /// Number of equal increments; the result of frictional steps depends on the path.
     #[serde(default = "one")]
     pub increments: Count,

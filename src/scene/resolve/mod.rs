@@ -97,7 +97,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let wear: Option<Wear> = r.section_or_default("wear");
     let ground = laws::Ground { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
-    let steps = steps::resolve(r, laws.as_ref());
+    let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");

@@ -3,15 +3,21 @@
 use super::Resolver;
 use super::laws::Laws;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Cycles, Integrator, Normal, Step, Tangential};
+use crate::history::step::{Cycles, Integrator, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys;
 use crate::scene::keys::step::Step as Keys;
+use crate::scene::plan::FrameSpec;
+
+/// Rotations beyond this (degrees) are noted: the tangent differs from the angle by a quarter of a percent.
+const LARGEST_ROTATION: f64 = 5.0;
 
 /// The steps in order.
-pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>) -> Option<Vec<Step>> {
+pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FrameSpec>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
-    let steps: Vec<Option<Step>> = (0..n).map(|i| step(r, i, laws)).collect();
-    held_forces(r, &steps, laws);
+    let level = !matches!(frame, Some(FrameSpec::Mesh { .. }));
+    let steps: Vec<Option<Step>> = (0..n).map(|i| step(r, i, laws, level)).collect();
+    held_forces(r, &steps, laws, level);
+    large_rotations(r, &steps);
     same_names(r, &steps);
     let steps: Option<Vec<Step>> = steps.into_iter().collect();
     if let Some(steps) = &steps
@@ -25,7 +31,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>) -> Option<Vec<Step>
     steps
 }
 
-fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>) -> Option<Step> {
+fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Option<Step> {
     let key = format!("steps.{i}");
     let keys: Keys = r.section(&key)?;
     let before = r.mistakes.len();
@@ -33,7 +39,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>) -> Option<Step> {
         r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
     }
     exclusive(r, &key, &keys);
-    forces(r, &key, &keys, laws);
+    forces(r, &key, &keys, laws, level);
     if keys.cycles.is_some() {
         cycles_alone(r, &key, &keys);
     }
@@ -42,6 +48,11 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>) -> Option<Step> {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
         normal: keys.approach.map(Normal::Approach).or(keys.normal_force.map(Normal::Force)),
         tangential: tangential(&keys),
+        tilt: keys
+            .rotation
+            .map(|angles| Tilt::Rotation(angles.map(f64::to_radians)))
+            .or(keys.moment.map(Tilt::Moment)),
+        spin: keys.twist.map(|angle| Spin::Twist(angle.to_radians())).or(keys.spin_moment.map(Spin::Moment)),
         increments: keys.increments.0,
         friction: keys.friction,
         wear: keys.wear,
@@ -79,63 +90,122 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
         .or(keys.tangential_force.map(Tangential::Force))
 }
 
-/// Displacement and force of one direction cannot both be prescribed.
+/// The motion and the load of each direction that a step may prescribe, and whether it does.
+fn controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
+    [
+        [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
+        [("shift", keys.shift.is_some()), ("tangential_force", keys.tangential_force.is_some())],
+        [("rotation", keys.rotation.is_some()), ("moment", keys.moment.is_some())],
+        [("twist", keys.twist.is_some()), ("spin_moment", keys.spin_moment.is_some())],
+    ]
+}
+
+/// Motion and load of one direction cannot both be prescribed.
 fn exclusive(r: &mut Resolver, key: &str, keys: &Keys) {
-    if keys.approach.is_some() && keys.normal_force.is_some() {
-        let message = "a step prescribes `approach` or `normal_force`, not both";
-        r.wrong(&format!("{key}.normal_force"), message, "besides `approach`", "remove one of the two");
-    }
-    if keys.shift.is_some() && keys.tangential_force.is_some() {
-        let message = "a step prescribes `shift` or `tangential_force`, not both";
-        r.wrong(&format!("{key}.tangential_force"), message, "besides `shift`", "remove one of the two");
-    }
-}
-
-/// A tangential force needs friction to carry it.
-fn forces(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>) {
-    let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
-    if keys.tangential_force.is_some_and(|q| q != [0.0; 2]) && frictionless {
-        let message = "nothing can carry a tangential force: this step has no friction";
-        let mend = "add a [friction] law and leave out `friction = false`, or prescribe `shift`";
-        r.wrong(&format!("{key}.tangential_force"), message, "needs friction", mend);
-    }
-}
-
-/// A tangential force that an earlier step left in force needs friction too, until a shift or cycles replace it.
-fn held_forces(r: &mut Resolver, steps: &[Option<Step>], laws: Option<&Laws>) {
-    let Some(laws) = laws else { return };
-    let mut holder: Option<&Step> = None;
-    for (i, step) in steps.iter().enumerate() {
-        // A step that is wrong itself may prescribe anything.
-        let Some(step) = step else {
-            holder = None;
-            continue;
-        };
-        match step.tangential {
-            Some(Tangential::Force(force)) if force != [0.0; 2] => holder = Some(step),
-            Some(_) => holder = None,
-            None if step.cycles.is_some() => holder = None,
-            None => {}
+    for [(motion, moved), (load, loaded)] in controls(keys) {
+        if moved && loaded {
+            let message = format!("a step prescribes `{motion}` or `{load}`, not both");
+            let label = format!("besides `{motion}`");
+            r.wrong(&format!("{key}.{load}"), message, &label, "remove one of the two");
         }
-        let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
-        let (Some(from), None, true) = (holder, step.tangential, frictionless) else { continue };
-        let message = format!("nothing carries the tangential force held from step \"{}\"", from.name);
-        let mend = "leave out `friction = false`, or prescribe `shift` or tangential_force = [0.0, 0.0] here";
-        let place = format!("steps.{i}.friction");
-        let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
-        r.wrong(&place, message, "no friction", mend);
+    }
+}
+
+/// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.
+const CARRIED: [(&str, &str, &str); 2] =
+    [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
+
+/// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
+fn forces(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
+    let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
+    let loaded = [
+        keys.tangential_force.is_some_and(|q| q != [0.0; 2]),
+        keys.spin_moment.is_some_and(|moment| moment != 0.0) && level,
+    ];
+    for ((what, load, motion), _) in CARRIED.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
+    {
+        let message = format!("nothing can carry a {what}: this step has no friction");
+        let mend = format!("add a [friction] law and leave out `friction = false`, or prescribe `{motion}`");
+        r.wrong(&format!("{key}.{load}"), message, "needs friction", mend);
+    }
+}
+
+/// What a step says of a load that only friction carries.
+enum Load {
+    /// Nothing.
+    Unnamed,
+    /// It is there.
+    There,
+    /// It is zero, or its motion is prescribed instead.
+    Gone,
+}
+
+/// The same of the loads of [`CARRIED`]; cycles move by themselves.
+fn named(step: &Step) -> [Load; 2] {
+    let tangential = match step.tangential {
+        Some(Tangential::Force(force)) if force != [0.0; 2] => Load::There,
+        Some(_) => Load::Gone,
+        None if step.cycles.is_some() => Load::Gone,
+        None => Load::Unnamed,
+    };
+    let spin = match step.spin {
+        Some(Spin::Moment(moment)) if moment != 0.0 => Load::There,
+        Some(_) => Load::Gone,
+        None => Load::Unnamed,
+    };
+    [tangential, spin]
+}
+
+/// A load that an earlier step left in force needs friction too, until a motion replaces it.
+fn held_forces(r: &mut Resolver, steps: &[Option<Step>], laws: Option<&Laws>, level: bool) {
+    let Some(laws) = laws else { return };
+    let kinds = if level { 2 } else { 1 };
+    for (kind, (what, load, motion)) in CARRIED.iter().enumerate().take(kinds) {
+        let mut holder: Option<&Step> = None;
+        for (i, step) in steps.iter().enumerate() {
+            // A step that is wrong itself may prescribe anything.
+            let Some(step) = step else {
+                holder = None;
+                continue;
+            };
+            let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
+            match (&named(step)[kind], holder) {
+                (Load::There, _) => holder = Some(step),
+                (Load::Gone, _) => holder = None,
+                (Load::Unnamed, Some(from)) if frictionless => {
+                    let message = format!("nothing carries the {what} held from step \"{}\"", from.name);
+                    let mend = format!(
+                        "leave out `friction = false`, or prescribe `{motion}` or a {load} of zero here"
+                    );
+                    let place = format!("steps.{i}.friction");
+                    let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
+                    r.wrong(&place, message, "no friction", mend);
+                }
+                (Load::Unnamed, _) => {}
+            }
+        }
+    }
+}
+
+/// Rotations are taken as small: the gap changes by their angle, not its tangent.
+fn large_rotations(r: &mut Resolver, steps: &[Option<Step>]) {
+    for step in steps.iter().flatten() {
+        let tilt = if let Some(Tilt::Rotation([x, y])) = step.tilt { x.hypot(y) } else { 0.0 };
+        let twist = if let Some(Spin::Twist(angle)) = step.spin { angle.abs() } else { 0.0 };
+        let largest = tilt.max(twist).to_degrees();
+        if largest > LARGEST_ROTATION {
+            r.notes.push(format!(
+                "step \"{}\" turns body 2 by {largest:.3} degrees: rotations are taken as small (the gap changes by angle \
+                 times distance), and friction follows none of its turning",
+                step.name
+            ));
+        }
     }
 }
 
 /// Cycles stand alone in their step.
 fn cycles_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    let others = [
-        ("approach", keys.approach.is_some()),
-        ("normal_force", keys.normal_force.is_some()),
-        ("shift", keys.shift.is_some()),
-        ("tangential_force", keys.tangential_force.is_some()),
-    ];
-    for (name, _) in others.iter().filter(|(_, there)| *there) {
+    for (name, _) in controls(keys).iter().flatten().filter(|(_, there)| *there) {
         let message =
             format!("`{name}` stands besides `cycles`, which move about the position at the step's start");
         r.wrong(&format!("{key}.{name}"), message, "besides `cycles`", "prescribe it in a step before");
