@@ -161,6 +161,31 @@ const TABLE: &[Row] = &[
         2,
         &["steps.0.tangential_force", "no friction"],
     ),
+    (
+        "approach = 0.02",
+        "rotation = [0.1, 0.0]\nmoment = [1.0, 0.0]",
+        1,
+        &["steps.0.moment", "`rotation` or `moment`, not both"],
+    ),
+    (
+        "approach = 0.02",
+        "twist = 0.1\nspin_moment = 1.0",
+        1,
+        &["steps.0.spin_moment", "`twist` or `spin_moment`, not both"],
+    ),
+    (
+        "approach = 0.02",
+        "friction = false\nspin_moment = 1.0",
+        1,
+        &["steps.0.spin_moment", "nothing can carry a spin moment", "prescribe `twist`"],
+    ),
+    (
+        "approach = 0.02\n",
+        "approach = 0.02\nspin_moment = 1.0\n[[steps]]\nname = \"after\"\nfriction = false\n",
+        4,
+        &["steps.1.friction", "spin moment held from step \"indent\""],
+    ),
+    ("name = \"fretting\"", "moment = [1.0, 0.0]", 0, &["steps.1.moment", "besides `cycles`"]),
     ("jumps = 4", "jumps = 4000", 0, &["steps.1.cycles.jumps", "4000 jumps for 1000 cycles"]),
     ("name = \"fretting\"", "approach = 0.03", 0, &["steps.1.approach", "besides `cycles`"]),
     ("fibre = { tilt = 30.0, azimuth = 0.0 }\n", "", 0, &["friction.law", "neither body has"]),
@@ -194,9 +219,9 @@ const TABLE: &[Row] = &[
     ("kind = \"half-space\"", "kind = \"be\"", 0, &["body1.kind", "not available in this version"]),
     (
         "approach = 0.02",
-        "approach = 0.02\ntwist = 0.1",
+        "approach = 0.02\nrolling = { distance = 0.1 }",
         1,
-        &["steps.0.twist", "not available in this version"],
+        &["steps.0.rolling", "not available in this version"],
     ),
     (
         "cells = [16, 16]",
