@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad};
 use crate::linalg::operator::Flexibility;
+use crate::linalg::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 
 /// Largest angle (radians) between a cell's axes and the plane's.
@@ -60,8 +61,18 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
 
 /// The cells of a plane frame in the x and y of its plane, as the half-space operators take them.
 enum PlaneCells {
-    Grid { cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2] },
-    Polygons { centers: Vec<[f64; 2]>, corners: Vec<Vec<[f64; 2]>>, areas: Vec<f64> },
+    /// A grid, or some of its places.
+    Grid {
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        periodic: [bool; 2],
+        places: Option<Vec<usize>>,
+    },
+    Polygons {
+        centers: Vec<[f64; 2]>,
+        corners: Vec<Vec<[f64; 2]>>,
+        areas: Vec<f64>,
+    },
 }
 
 /// Centres and corners of the cells in the plane of the frame.
@@ -76,10 +87,36 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
     Ok((frame.centers.iter().map(flat).collect(), corners))
 }
 
+/// The smallest grid around some places of a grid of `cells`, and their places in it.
+fn around(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
+    let at = |place: usize| [place / cells[1], place % cells[1]];
+    let mut bounds = [[usize::MAX, 0]; 2];
+    for index in places.iter().map(|&place| at(place)) {
+        for (range, i) in bounds.iter_mut().zip(index) {
+            *range = [range[0].min(i), range[1].max(i)];
+        }
+    }
+    let size = bounds.map(|[low, high]| high + 1 - low);
+    let inner = |place: usize| {
+        let [ix, iy] = at(place);
+        (ix - bounds[0][0]) * size[1] + iy - bounds[1][0]
+    };
+    (size, places.iter().map(|&place| inner(place)).collect())
+}
+
 impl PlaneCells {
     fn new(frame: &ContactFrame) -> Result<Self> {
         if let Some(grid) = frame.grid {
-            return Ok(Self::Grid { cells: grid.cells, spacing: grid.spacing, periodic: grid.periodic });
+            let (spacing, periodic) = (grid.spacing, grid.periodic);
+            let (cells, places) = match &frame.places {
+                // The period is the whole grid.
+                Some(places) if periodic == [false; 2] => {
+                    let (cells, places) = around(grid.cells, places);
+                    (cells, Some(places))
+                }
+                places => (grid.cells, places.clone()),
+            };
+            return Ok(Self::Grid { cells, spacing, periodic, places });
         }
         let (centers, corners) = plane_polygons(frame)?;
         Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
@@ -87,11 +124,15 @@ impl PlaneCells {
 
     fn flexibility(&self, green: &SurfaceGreen, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
-            Self::Grid { cells, spacing, periodic: [false, false] } => {
-                Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?)
-            }
-            Self::Grid { cells, spacing, periodic } => {
-                Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?)
+            Self::Grid { cells, spacing, periodic, places } => {
+                let whole: Box<dyn Flexibility> = match periodic {
+                    [false, false] => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
+                    _ => Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
+                };
+                match places {
+                    None => whole,
+                    Some(places) => Box::new(SubsetFlexibility::new(whole, places.clone())),
+                }
             }
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)

@@ -82,20 +82,27 @@ fn is_default(document: &Document, key: &str) -> bool {
 fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
     let length = &plan.units.length;
     let frame = match plan.frame {
-        FrameSpec::Grid { half_width, cells, periodic, .. } => format!(
-            "grid of {} x {} = {} cells, {} x {} {length}{}",
-            cells[0],
-            cells[1],
-            forecast.n_cells,
-            2.0 * half_width[0],
-            2.0 * half_width[1],
-            match periodic {
+        FrameSpec::Grid { half_width, cells, periodic, ref outline, .. } => {
+            let all = cells[0] * cells[1];
+            let repeated = match periodic {
                 [false, false] => "",
                 [true, false] => ", periodic along x",
                 [false, true] => ", periodic along y",
                 [true, true] => ", periodic along x and y",
+            };
+            let grid = format!(
+                "grid of {} x {} = {all} cells, {} x {} {length}{repeated}",
+                cells[0],
+                cells[1],
+                2.0 * half_width[0],
+                2.0 * half_width[1]
+            );
+            let (inside, outside) = (forecast.n_cells, all - forecast.n_cells);
+            match outline {
+                Some(_) => format!("{grid}; {inside} inside the outline, {outside} outside"),
+                None => grid,
             }
-        ),
+        }
         FrameSpec::Mesh { body, points, .. } => {
             let what = if points == FramePoints::Faces { "faces" } else { "cells around the nodes" };
             format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
@@ -144,7 +151,15 @@ fn wear(law: &WearLaw) -> String {
 }
 
 fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
-    plan.steps.iter().map(|step| vec![format!("  {}", step.name), prescribed(step), how(step)]).collect()
+    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+    let row = |step: &Step| {
+        let wanted = match step.row {
+            Some(row) => format!("load history of {} points, the first {}", row.count, prescribed(step)),
+            None => prescribed(step),
+        };
+        vec![format!("  {}", step.name), wanted, how(step)]
+    };
+    plan.steps.iter().filter(first).map(row).collect()
 }
 
 /// What a step prescribes.
@@ -190,6 +205,9 @@ fn how(step: &Step) -> String {
         None if step.increments == 1 => "1 increment".to_owned(),
         None => format!("{} increments", step.increments),
     };
+    if step.row.is_some() {
+        text.push_str(" per point");
+    }
     if !step.friction {
         text.push_str(", without friction");
     }

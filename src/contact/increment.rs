@@ -80,7 +80,7 @@ pub struct Increment<'a> {
     /// Local components of a unit rigid motion of body 2 along the frame's x, y, n in each cell, row by row:
     /// `[N]` of 3 x 3; `None` on flat frames, where they are the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
-    /// Gap per unit of each motion in which a body floats, `[3, N]` each.
+    /// Gap per unit of each further motion, `[3, N]` each: those in which a body floats, or rotations of body 2.
     pub floating: &'a [Vec<f64>],
     /// Friction ellipse, `None` without friction.
     pub friction: Option<FrictionEllipse>,
@@ -105,7 +105,7 @@ pub struct Iterate {
     pub hatted: Vec<f64>,
     /// Rigid motion of body 2 along the frame's (x, y, n), per end.
     pub rigid: Vec<[f64; 3]>,
-    /// Motion along each floating motion, per end; zero beyond their number.
+    /// Amount of each further motion, per end; zero beyond their number.
     pub floating: Vec<[f64; FLOATING]>,
     /// Physical tractions, per end `[3, N]`, MPa.
     pub tractions: Vec<f64>,

@@ -230,7 +230,10 @@ pub(super) fn refuse_uncovered(
     }
     let place = frame.centers[cell];
     let name = match frame.grid {
-        Some(grid) => format!("{} (ix = {}, iy = {})", cell, cell / grid.cells[1], cell % grid.cells[1]),
+        Some(grid) => {
+            let place = frame.place(cell);
+            format!("{cell} (ix = {}, iy = {})", place / grid.cells[1], place % grid.cells[1])
+        }
         None => cell.to_string(),
     };
     let (what, mend) = if coverage < 1.0 {

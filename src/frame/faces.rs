@@ -57,7 +57,7 @@ impl ContactFrame {
         only(&mut self.areas, kept);
         only(&mut self.triads, kept);
         self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
-        self.grid = None;
+        (self.grid, self.places) = (None, None);
         self.left_out += all - self.n_cells();
         self
     }
@@ -73,6 +73,7 @@ impl ContactFrame {
             azimuth,
             axes: Triad::horizontal(azimuth),
             grid: None,
+            places: None,
             left_out: 0,
             candidates: None,
         }

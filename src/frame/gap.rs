@@ -21,6 +21,14 @@ pub enum GapShape {
         /// Angle of the first principal direction.
         angle: f64,
     },
+    /// Ellipsoid by its semi-axes a, b and c along n, about axes turned by `angle`: c (x^2 / a^2 + y^2 / b^2) / 2, or
+    /// c - c sqrt(1 - x^2 / a^2 - y^2 / b^2) if exact.
+    SemiAxes {
+        /// Semi-axes a, b, c.
+        semi_axes: [f64; 3],
+        /// Angle of a from the frame's x.
+        angle: f64,
+    },
     /// Cylinder: y^2 / (2 R) across its axis, or R - sqrt(R^2 - y^2) if exact.
     Cylinder {
         /// Radius R.
@@ -108,6 +116,16 @@ impl InitialGap {
                 let [a, b] = along(angle);
                 a * a / (2.0 * radii[0]) + b * b / (2.0 * radii[1])
             }
+            GapShape::SemiAxes { semi_axes: [a, b, c], angle } => {
+                let [x, y] = along(angle);
+                // In units of c it is a unit sphere.
+                c * self.round((x / a).powi(2) + (y / b).powi(2), 1.0).map_err(|_| {
+                    Error::input(format!(
+                        "the frame reaches beyond an exact ellipsoid of semi-axes {a} and {b} mm in its plane: make the \
+                         frame smaller, or leave out gap.exact"
+                    ))
+                })?
+            }
             GapShape::Cylinder { radius, angle } => self.round(along(angle)[1].powi(2), radius)?,
             GapShape::Cone { slope } => x.hypot(y) * slope.tan(),
             GapShape::Power { exponent, coefficient } => coefficient * x.hypot(y).powf(exponent),
@@ -160,13 +178,17 @@ impl InitialGap {
             GapShape::Ellipsoid { radii, angle } => {
                 if self.exact {
                     return Err(Error::input(
-                        "gap.exact cannot hold for an ellipsoid: two radii of curvature do not tell its third \
-                         axis; leave it out, or give the surface as \"heights\"",
+                        "gap.exact cannot hold for an ellipsoid given by two radii of curvature, which do not tell how far \
+                         it reaches: give semi_axes = [a, b, c] (radii a^2 / c, b^2 / c) instead of radii, or leave out exact",
                     ));
                 }
                 finite("angle", angle)?;
                 positive("radii", radii[0])?;
                 positive("radii", radii[1])
+            }
+            GapShape::SemiAxes { semi_axes, angle } => {
+                finite("angle", angle)?;
+                semi_axes.into_iter().try_for_each(|axis| positive("semi_axes", axis))
             }
             GapShape::Cone { slope } => {
                 if slope.is_finite() && slope > 0.0 && slope < std::f64::consts::FRAC_PI_2 {
@@ -213,6 +235,13 @@ mod tests {
             gap_of(GapShape::Ellipsoid { radii: [2.0, 7.0], angle: quarter }, [0.0, -1.0], false),
             1.0 / 14.0,
         );
+        // The same curvature and, with equal axes, the same sphere.
+        let ball = GapShape::SemiAxes { semi_axes: [5.0; 3], angle: 0.3 };
+        check(gap_of(ball.clone(), [0.0; 2], true), 5.0 - 23f64.sqrt());
+        check(gap_of(ball, [0.0; 2], false), 2.0 / 10.0);
+        let egg = GapShape::SemiAxes { semi_axes: [2.0, 4.0, 3.0], angle: quarter };
+        check(gap_of(egg.clone(), [0.0, -1.0], true), 3.0 - 3.0 * (1.0 - 1.0 / 16.0_f64).sqrt());
+        check(gap_of(egg, [-1.0, 0.0], false), 3.0 / 8.0);
         check(gap_of(GapShape::Cone { slope: 0.1 }, [0.0; 2], false), 2f64.sqrt() * 0.1f64.tan());
         check(gap_of(GapShape::Power { exponent: 4.0, coefficient: 0.5 }, [0.0; 2], false), 2.0);
         check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);
@@ -225,8 +254,11 @@ mod tests {
         let (shape, spacing) = ([5, 7], [0.7, 0.5]);
         let values =
             (0..35).map(|i| f((i / 7) as f64 * 0.7 - 1.4, (i % 7) as f64 * 0.5 - 1.5)).collect::<Vec<f64>>();
-        let gap =
-            gap_of(GapShape::Heights(Heights { values, shape, spacing: Some(spacing) }), [0.1, -0.2], false);
+        let gap = gap_of(
+            GapShape::Heights(Heights { values, shape, spacing: Some(spacing), angle: 0.0 }),
+            [0.1, -0.2],
+            false,
+        );
         let frame = frame();
         let expected: Vec<f64> =
             (0..36).map(|i| frame.plane_coordinates(i)).map(|[x, y]| f(x - 0.1, y + 0.2)).collect();
@@ -234,7 +266,16 @@ mod tests {
         for (g, e) in gap.iter().zip(&expected) {
             assert!((g - (e - lowest)).abs() < 1e-14);
         }
-        let table = Heights { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None };
+        // A plane that rises along the table's x, turned by the angle about its middle.
+        let values: Vec<f64> = (0..63).map(|i| f64::from(i / 7)).collect();
+        let plane = Heights { values, shape: [9, 7], spacing: Some([1.0, 1.0]), angle: 0.7 };
+        let gap = gap_of(GapShape::Heights(plane), [0.1, -0.2], false);
+        let rise = |cell: usize| {
+            frame.plane_coordinates(cell)[0] * 0.7f64.cos() + frame.plane_coordinates(cell)[1] * 0.7f64.sin()
+        };
+        assert!((gap[35] - gap[0] - rise(35) + rise(0)).abs() < 1e-13);
+        let table =
+            Heights { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None, angle: 0.0 };
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
     }
 
@@ -248,19 +289,22 @@ mod tests {
         };
         refused(GapShape::Sphere { radius: -1.0 }, false, "gap.radius");
         refused(GapShape::Sphere { radius: 1.0 }, true, "smaller");
-        refused(GapShape::Ellipsoid { radii: [1.0, 2.0], angle: 0.0 }, true, "ellipsoid");
+        refused(GapShape::Ellipsoid { radii: [1.0, 2.0], angle: 0.0 }, true, "semi_axes");
+        refused(GapShape::SemiAxes { semi_axes: [1.0, 2.0, 1.0], angle: 0.0 }, true, "beyond");
+        refused(GapShape::SemiAxes { semi_axes: [1.0, 2.0, 0.0], angle: 0.0 }, false, "gap.semi_axes");
         refused(GapShape::Cone { slope: 2.0 }, false, "gap.slope");
         refused(GapShape::Power { exponent: f64::NAN, coefficient: 1.0 }, false, "gap.exponent");
         refused(GapShape::Mesh, false, "mesh");
-        let table =
-            |n: usize, shape, spacing| GapShape::Heights(Heights { values: vec![0.0; n], shape, spacing });
+        let table = |n: usize, shape, spacing| {
+            GapShape::Heights(Heights { values: vec![0.0; n], shape, spacing, angle: 0.0 })
+        };
         refused(table(4, [2, 2], None), false, "gap.spacing");
         refused(table(5, [2, 2], None), false, "fill");
         refused(table(4, [2, 2], Some([1.0, 1.0])), false, "larger table");
         let mut values = vec![0.0; 36];
         values[8] = f64::NAN;
         refused(
-            GapShape::Heights(Heights { values, shape: [6, 6], spacing: None }),
+            GapShape::Heights(Heights { values, shape: [6, 6], spacing: None, angle: 0.0 }),
             false,
             "row 2, column 3",
         );

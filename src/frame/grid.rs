@@ -43,6 +43,7 @@ impl ContactFrame {
             azimuth,
             axes: triad,
             grid: Some(grid),
+            places: None,
             left_out: 0,
             candidates: None,
         })

@@ -13,6 +13,8 @@ pub struct Heights {
     /// Distance of the values along x and y, mm, centred at the frame's origin and interpolated bilinearly;
     /// `None`: one value per cell.
     pub spacing: Option<[f64; 2]>,
+    /// Angle of the table's x from the frame's, radians; needs a spacing.
+    pub angle: f64,
 }
 
 impl Heights {
@@ -22,6 +24,7 @@ impl Heights {
     /// If the values do not fill the table, are not finite, or do not cover the frame.
     pub fn evaluate(&self, frame: &ContactFrame, offset: [f64; 2]) -> Result<Vec<f64>> {
         self.check()?;
+        let (sin, cos) = self.angle.sin_cos();
         let mut gap = match self.spacing {
             None => self.per_cell(frame, offset)?,
             Some(spacing) => {
@@ -29,8 +32,8 @@ impl Heights {
                 (0..frame.n_cells())
                     .map(|cell| {
                         let [x, y] = frame.plane_coordinates(cell);
-                        let position = frame.nearest_image([x - offset[0], y - offset[1]]);
-                        self.interpolate(position, spacing, repeats)
+                        let [x, y] = frame.nearest_image([x - offset[0], y - offset[1]]);
+                        self.interpolate([cos * x + sin * y, cos * y - sin * x], spacing, repeats)
                     })
                     .collect::<Result<Vec<f64>>>()?
             }
@@ -57,6 +60,9 @@ impl Heights {
                 self.values[bad]
             )));
         }
+        if !self.angle.is_finite() {
+            return Err(Error::input(format!("gap.angle = {} must be a finite number", self.angle)));
+        }
         match self.spacing {
             Some(s) if !s.iter().all(|d| d.is_finite() && *d > 0.0) => {
                 Err(Error::input(format!("gap.spacing = {s:?}: both numbers must be positive and finite")))
@@ -69,6 +75,11 @@ impl Heights {
         if offset != [0.0, 0.0] {
             return Err(Error::input(
                 "gap.offset cannot move heights given one per cell: give gap.spacing as well, or leave out the offset",
+            ));
+        }
+        if self.angle != 0.0 {
+            return Err(Error::input(
+                "gap.angle cannot turn heights given one per cell: give gap.spacing as well, or leave out the angle",
             ));
         }
         let fits = match frame.grid {
@@ -86,7 +97,7 @@ impl Heights {
                 self.shape[0], self.shape[1]
             )));
         }
-        Ok(self.values.clone())
+        Ok((0..frame.n_cells()).map(|cell| self.values[frame.place(cell)]).collect())
     }
 
     /// Whether the table is one period of a frame that repeats itself, along x and y: its first value follows its last.
@@ -95,7 +106,7 @@ impl Heights {
         [0, 1].map(|axis| {
             let side = grid.cells[axis] as f64 * grid.spacing[axis];
             let table = self.shape[axis] as f64 * spacing[axis];
-            grid.periodic[axis] && (table - side).abs() <= 1e-9 * side
+            grid.periodic[axis] && self.angle == 0.0 && (table - side).abs() <= 1e-9 * side
         })
     }
 

@@ -10,9 +10,12 @@ pub mod faces;
 mod facets;
 pub mod gap;
 pub mod grid;
+pub mod height_file;
 pub mod heights;
 pub mod map;
 mod nodes;
+pub mod npy;
+pub mod outline;
 mod search;
 mod shape_integrals;
 mod touch;
@@ -22,9 +25,10 @@ use crate::geometry::{Point, Triad};
 pub use crate::geometry::Side;
 pub use gap::{GapShape, InitialGap};
 pub use map::FaceMap;
+pub use outline::Outline;
 pub use touch::{MeshedSurface, first_touch};
 
-/// Layout of a uniform grid frame; cell (ix, iy) has index `ix * cells[1] + iy`.
+/// Layout of a uniform grid frame; cell (ix, iy) has the place `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     /// Number of cells along the frame's x and y.
@@ -56,8 +60,11 @@ pub struct ContactFrame {
     pub azimuth: f64,
     /// The frame's own axes (x, y, n): of rigid motions of body 2, of resultants and of gap shapes.
     pub axes: Triad,
-    /// The grid, if the frame is one.
+    /// The grid, if the frame is one or a part of one.
     pub grid: Option<Grid>,
+    /// Place in the grid of each cell, ascending, where an outline leaves some of them out ([`ContactFrame::within`]); `None`
+    /// where all places have their cell.
+    pub places: Option<Vec<usize>>,
     /// Number of cells that were left out ([`ContactFrame::keep`]).
     pub left_out: usize,
     /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
@@ -105,10 +112,25 @@ impl ContactFrame {
     /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`;
     /// where the frame repeats itself there is none.
     pub fn rim(&self) -> Vec<bool> {
-        match self.grid {
-            Some(grid) => grid.rim(),
-            None => edges::rim(&self.corners),
+        match (self.grid, &self.places) {
+            (Some(grid), None) => grid.rim(),
+            // The edge of the grid; that of an outline is none.
+            (Some(grid), Some(places)) => {
+                let rim = grid.rim();
+                places.iter().map(|&place| rim[place]).collect()
+            }
+            (None, _) => edges::rim(&self.corners),
         }
+    }
+
+    /// The grid, if every place of it has its cell.
+    pub fn whole_grid(&self) -> Option<Grid> {
+        self.grid.filter(|_| self.places.is_none())
+    }
+
+    /// Place in the grid of a cell; its index where the frame is no grid.
+    pub fn place(&self, cell: usize) -> usize {
+        self.places.as_ref().map_or(cell, |places| places[cell])
     }
 
     /// Whether the axes of all cells are the frame's own.

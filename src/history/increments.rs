@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 
 use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
-use super::step::{IncrementRecord, Observer, Outcome, Spin, Step, StrokeEnd, Tangential};
+use super::step::{IncrementRecord, Observer, Outcome, Row, Spin, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// A contact of so few cells is told.
@@ -181,7 +181,8 @@ impl Run<'_> {
         if self.options.skip {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
-        let count = step.increments as f64;
+        let Row { index, count } = step.row.unwrap_or(Row { index: 0, count: 1 });
+        let (number, count) = (index * step.increments + number, (count * step.increments) as f64);
         let stage = Stage { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
@@ -281,7 +282,7 @@ impl Run<'_> {
                 record.name, record.increment
             ));
         }
-        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge;
+        let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \

@@ -115,11 +115,13 @@ pub fn skipped_by_contact(
     let mut skipped = Vec::new();
     let frictionless = friction.ellipse().is_none();
     let wearless = wear.intensity(friction.ellipse()).is_none();
-    let bare: Vec<&str> = steps
+    let mut bare: Vec<&str> = steps
         .iter()
         .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
         .map(|step| step.name.as_str())
         .collect();
+    // The load points of a history are steps of one name.
+    bare.dedup();
     if !bare.is_empty() {
         skipped.push(Skipped {
             what: format!("tangential unknowns in step {}", bare.join(", ")),
@@ -144,7 +146,8 @@ pub fn skipped_by_contact(
 
 /// Formulation 12: with friction the number of increments is part of the load path.
 fn path_dependence(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
-    let frictional = steps.iter().filter(|step| step.friction && step.cycles.is_none());
+    // A history says its path.
+    let frictional = steps.iter().filter(|step| step.friction && step.cycles.is_none() && step.row.is_none());
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();
     let tilted = match friction {

@@ -64,6 +64,15 @@ pub enum Integrator {
     Explicit,
 }
 
+/// Place of a step among the load points of a history.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// Its number, from 0.
+    pub index: usize,
+    /// Number of load points.
+    pub count: usize,
+}
+
 /// One load step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
@@ -85,6 +94,8 @@ pub struct Step {
     pub wear: bool,
     /// Fretting cycles instead of a monotone step.
     pub cycles: Option<Cycles>,
+    /// Which load point of a history it is; its increments are numbered on from those before.
+    pub row: Option<Row>,
 }
 
 /// Independent checks of a converged increment (docs/theory-contact.md), recomputed afresh from the tractions.

@@ -13,6 +13,7 @@ pub mod memory;
 mod merging;
 mod multifrontal;
 pub mod operator;
+pub mod subset;
 pub mod ordering;
 pub mod packed;
 mod partial;

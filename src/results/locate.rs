@@ -33,7 +33,7 @@ impl<'a> Locator<'a> {
         let first = frame.triads.first().map(|triad| triad.normal());
         let level = first.filter(|n| frame.triads.iter().all(|triad| (triad.normal() - n).norm() < 1e-9));
         let mut locator = Self { frame, side, level, bin: 1.0, bins: HashMap::new() };
-        if frame.grid.is_none() {
+        if frame.whole_grid().is_none() {
             let largest = (0..frame.n_cells()).map(diameter).fold(0.0, f64::max);
             locator.bin = if largest > 0.0 { largest } else { 1.0 };
             for (i, center) in frame.centers.iter().enumerate() {
@@ -46,7 +46,7 @@ impl<'a> Locator<'a> {
     /// Cells that the point lies over along their normals, the body being on its side of them; several where it lies
     /// over their common edge, none outside the frame. The bodies may be apart.
     pub fn cells_at(&self, point: &SurfacePoint) -> Vec<usize> {
-        let mut cells = match (&self.frame.grid, self.level) {
+        let mut cells = match (&self.frame.whole_grid(), self.level) {
             (Some(grid), _) => grid_cells(grid, &point.at),
             (None, Some(_)) => self.near(&point.at).filter(|&cell| self.holds(cell, &point.at)).collect(),
             (None, None) => self.nearest(point),
@@ -174,6 +174,7 @@ mod tests {
             azimuth: 0.0,
             axes: Triad::horizontal(0.0),
             grid: None,
+            places: None,
             left_out: 0,
             candidates: None,
         }

@@ -7,11 +7,8 @@ pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
     Some(match (first, name) {
         ("steps", "amplitude2") if cycles => "elliptic cycles",
         ("steps", "rolling") => "steady rolling",
-        ("steps", "history") => "load history from a file",
-        ("frame", "outline") => "outline of the frame",
         ("frame", "grow") => "growing frame",
         ("wear", "tolerance") => "error-controlled cycle jumps",
-        ("gap", "exact") => "exact shape of this kind",
         _ => return None,
     })
 }

@@ -12,7 +12,7 @@ use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
 use crate::fem::{self, HexFormulation};
-use crate::frame::InitialGap;
+use crate::frame::{InitialGap, Outline};
 use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
@@ -137,7 +137,7 @@ pub struct Support {
 }
 
 /// The contact frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum FrameSpec {
     /// Uniform rectangular cells.
     Grid {
@@ -151,6 +151,8 @@ pub enum FrameSpec {
         azimuth: f64,
         /// Whether it repeats itself along its x, y.
         periodic: [bool; 2],
+        /// Outline of what may touch.
+        outline: Option<Outline>,
     },
     /// The contact group of a meshed body.
     Mesh {

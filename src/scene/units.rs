@@ -134,6 +134,7 @@ fn radius(plan: &Plan) -> Option<f64> {
     match plan.gap.shape {
         GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
         GapShape::Ellipsoid { radii, .. } => Some((radii[0] * radii[1]).sqrt()),
+        GapShape::SemiAxes { semi_axes: [a, b, c], .. } => Some(a * b / c),
         _ => None,
     }
 }

@@ -24,13 +24,17 @@ pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 /// The contact frame of a plan.
 pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
     match plan.frame {
-        FrameSpec::Grid { half_width, cells, center, azimuth, periodic } => {
+        FrameSpec::Grid { half_width, cells, center, azimuth, periodic, ref outline } => {
             // A cell of the frame with its states, and its share of a half-space operator.
             let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
             let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
             plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
             let frame = ContactFrame::grid(half_width, cells, center, azimuth).at("frame")?;
-            Ok(frame.repeated(periodic))
+            let frame = frame.repeated(periodic);
+            match outline {
+                Some(outline) => frame.within(outline).at("frame.outline"),
+                None => Ok(frame),
+            }
         }
         FrameSpec::Mesh { body, points, center, azimuth, normal } => {
             let fe = plan.bodies[body].fe().ok_or_else(|| Failure {

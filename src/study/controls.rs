@@ -63,7 +63,7 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
                 step.name,
                 who.join("; ")
             ));
-            return Err(Failure { error, key: format!("steps.{index}.{key}") });
+            return Err(Failure { error, key: place(&plan.steps, index, key) });
         }
         let Some((key, instead)) = displaced(step, &free) else { return Ok(()) };
         let error = Error::input(format!(
@@ -72,8 +72,16 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
             step.name,
             who.join("; ")
         ));
-        Err(Failure { error, key: format!("steps.{index}.{key}") })
+        Err(Failure { error, key: place(&plan.steps, index, key) })
     })
+}
+
+/// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
+fn place(steps: &[Step], index: usize, key: &str) -> String {
+    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+    let entry = steps[..=index].iter().filter(first).count() - 1;
+    let key = if steps[index].row.is_some() { "history" } else { key };
+    format!("steps.{entry}.{key}")
 }
 
 /// Motions of body 2 relative to body 1 in the frame's axes at its origin.

@@ -25,9 +25,11 @@ pub(super) fn of_frame(frame: &ContactFrame) -> usize {
 
 /// Bytes of a half-space on `frame`.
 pub(super) fn of_half_space(frame: &ContactFrame) -> usize {
-    let n = frame.n_cells();
     // Nine planes of the symbol and the padded vectors of one application; a dense operator on other frames.
-    if frame.grid.is_some() { 4 * 8 * 16 * n } else { 72usize.saturating_mul(n).saturating_mul(n) }
+    match frame.grid {
+        Some(grid) => 4 * 8 * 16 * grid.cells[0] * grid.cells[1],
+        None => 72usize.saturating_mul(frame.n_cells()).saturating_mul(frame.n_cells()),
+    }
 }
 
 /// Checks that body `index` fits, where that is known before it is made; a meshed body does so itself.

@@ -6,6 +6,7 @@ mod doubts;
 mod interrupt;
 mod iterative;
 mod limits;
+mod loads;
 mod materials;
 mod outputs;
 mod refine;

@@ -271,3 +271,16 @@ fn check_and_run_skip_the_same() {
         assert_eq!(list, ran, "{name} {settings:?}");
     }
 }
+
+/// Truth: the scene's head: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3), 1e-2 each for
+/// cells that the circle cuts, 1.5e-2 for the rotation, which goes with the cube of the radius.
+#[test]
+fn tilting_punch() {
+    let summary = run(&scene("tilting-punch.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    assert!((number(last, "approach") / 0.002_166_7 - 1.0).abs() < 1e-2, "{last}");
+    let rotation = last["rotation"][1].as_f64().unwrap();
+    assert!((rotation / 0.037_242 - 1.0).abs() < 1.5e-2, "{last}");
+    assert_eq!(last["contact_touches_edge"], Value::Bool(false));
+}

@@ -114,6 +114,7 @@ pub fn step(name: &str) -> Step {
         friction: true,
         wear: true,
         cycles: None,
+        row: None,
     }
 }
 

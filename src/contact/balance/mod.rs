@@ -16,10 +16,10 @@ use super::projection::StepSizes;
 use super::scales::Hat;
 use crate::friction::FrictionEllipse;
 
-/// Most floating motions of an increment: six of one body, or as many shared out between two.
+/// Most further motions of an increment: six in which one body floats, or as many shared out between two; or three rotations.
 pub const FLOATING: usize = 6;
 
-/// Components of a relative rigid motion: along the frame's x, y, n, then by each floating motion.
+/// Components of a relative rigid motion: along the frame's x, y, n, then by each further motion.
 pub const COMPONENTS: usize = 3 + FLOATING;
 
 /// A relative rigid motion by its components.

@@ -59,7 +59,7 @@ impl Shapes {
         };
         let corners: Vec<Vec<Vector2<f64>>> =
             frame.corners.iter().map(|cell| cell.iter().map(flat).collect()).collect();
-        let large = frame.grid.filter(|grid| grid.cells.iter().any(|n| *n > MOST_CELLS));
+        let large = frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MOST_CELLS));
         match large {
             Some(grid) => Self::blocks(&corners, grid.cells),
             None => Self { cells: (0..corners.len()).map(|i| vec![i]).collect(), corners },

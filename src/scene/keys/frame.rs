@@ -20,6 +20,10 @@ pub enum Frame {
         /// Angle of the frame's x from global x towards y, degrees.
         #[serde(default)]
         azimuth: f64,
+        /// Outline of a flat punch: cells whose centres lie outside never touch.
+        #[serde(default)]
+        #[schemars(with = "Outline")]
+        outline: Option<Outline>,
         /// Whether frame and half-spaces repeat themselves along its x, y; not with meshed bodies.
         #[serde(default)]
         periodic: [bool; 2],
@@ -51,6 +55,37 @@ fn upward() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
+/// A closed line in the frame's plane.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Outline {
+    /// A circle.
+    Circle {
+        /// Radius.
+        radius: Positive,
+        /// Middle from the frame's centre, along its x, y.
+        #[serde(default)]
+        center: [f64; 2],
+    },
+    /// An ellipse.
+    Ellipse {
+        /// Semi-axes.
+        semi_axes: [Positive; 2],
+        /// Angle of the first axis from +x towards +y, degrees.
+        #[serde(default)]
+        angle: f64,
+        /// Middle from the frame's centre, along its x, y.
+        #[serde(default)]
+        center: [f64; 2],
+    },
+    /// A polygon that does not cross itself.
+    Polygon {
+        /// Vertices from the frame's centre, along its x, y; the last joins the first.
+        #[schemars(length(min = 3))]
+        vertices: Vec<[f64; 2]>,
+    },
+}
+
 /// What a cell of a mesh frame belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -79,11 +114,20 @@ pub enum Gap {
     },
     /// `x^2 / (2 radii[0]) + y^2 / (2 radii[1])`.
     Ellipsoid {
-        /// Radii of curvature along the two axes.
-        radii: [Positive; 2],
+        /// Radii of curvature along the two axes. Excludes `semi_axes`.
+        #[serde(default)]
+        #[schemars(with = "[Positive; 2]")]
+        radii: Option<[Positive; 2]>,
+        /// Semi-axes [a, b, c], c along n: radii of curvature a^2 / c, b^2 / c. Excludes `radii`.
+        #[serde(default)]
+        #[schemars(with = "[Positive; 3]")]
+        semi_axes: Option<[Positive; 3]>,
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
+        /// The ellipsoid itself instead of its paraboloid; needs `semi_axes`.
+        #[serde(default)]
+        exact: bool,
         /// Position of the lowest point from the frame's centre, along its x, y.
         #[serde(default)]
         offset: [f64; 2],
@@ -125,15 +169,19 @@ pub enum Gap {
     },
     /// Heights given in a file.
     Heights {
-        /// CSV file of heights, relative to the scene file; row = index along x, column = index along y.
+        /// CSV or NPY file of heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
         /// Distance of the values along x, y, centred in the frame and interpolated; default one value per cell.
         #[serde(default)]
         #[schemars(with = "[Positive; 2]")]
         spacing: Option<[Positive; 2]>,
-        /// Shift of the heights from the frame's centre, along its x, y.
+        /// Shift of the heights' middle from the frame's centre, along its x, y; needs `spacing`.
         #[serde(default)]
         offset: [f64; 2],
+        /// Angle of the heights' x from +x towards +y, degrees; needs `spacing`. Default the frame's azimuth.
+        #[serde(default)]
+        #[schemars(with = "f64")]
+        angle: Option<f64>,
     },
     /// The distance of the two meshed surfaces along the normal.
     Mesh {},

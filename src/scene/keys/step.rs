@@ -46,7 +46,11 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "f64")]
     pub spin_moment: Option<f64>,
-    /// Number of equal increments; the result of frictional steps depends on the path.
+    /// Load points from a file instead of these, each reached from the one before.
+    #[serde(default)]
+    #[schemars(with = "History")]
+    pub history: Option<History>,
+    /// Number of equal increments, of each row with `history`; the result of frictional steps depends on the path.
     #[serde(default = "one")]
     pub increments: Count,
     /// Whether friction acts in this step.
@@ -70,6 +74,76 @@ pub struct Shift {
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
+}
+
+/// Load points from a CSV file.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct History {
+    /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are left out.
+    pub file: String,
+    /// What its columns hold; default the names in its first line.
+    #[serde(default)]
+    #[schemars(with = "Vec<Column>")]
+    pub columns: Option<Vec<Column>>,
+}
+
+/// What a column of a load history holds, in the units of the scene, angles in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum Column {
+    Approach,
+    NormalForce,
+    ShiftX,
+    ShiftY,
+    TangentialX,
+    TangentialY,
+    RotationX,
+    RotationY,
+    MomentX,
+    MomentY,
+    Twist,
+    SpinMoment,
+    #[serde(rename = "-")]
+    Ignored,
+}
+
+impl Column {
+    /// Number of kinds.
+    pub const COUNT: usize = 13;
+
+    const NAMES: [(Self, &'static str); Self::COUNT] = [
+        (Self::Approach, "approach"),
+        (Self::NormalForce, "normal_force"),
+        (Self::ShiftX, "shift_x"),
+        (Self::ShiftY, "shift_y"),
+        (Self::TangentialX, "tangential_x"),
+        (Self::TangentialY, "tangential_y"),
+        (Self::RotationX, "rotation_x"),
+        (Self::RotationY, "rotation_y"),
+        (Self::MomentX, "moment_x"),
+        (Self::MomentY, "moment_y"),
+        (Self::Twist, "twist"),
+        (Self::SpinMoment, "spin_moment"),
+        (Self::Ignored, "-"),
+    ];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].1
+    }
+
+    /// The column of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(_, known)| *known == name).map(|(column, _)| *column)
+    }
+
+    /// All names, for messages.
+    pub fn list() -> String {
+        let names: Vec<&str> = Self::NAMES.iter().map(|(_, name)| *name).collect();
+        format!("{}; \"-\" is left out", names[..Self::COUNT - 1].join(", "))
+    }
 }
 
 /// Fretting cycles.

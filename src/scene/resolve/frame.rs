@@ -1,8 +1,8 @@
 //! The contact frame and the initial gap.
 
 use crate::frame::heights::Heights;
-use crate::frame::{ContactFrame, GapShape, InitialGap, Side};
-use crate::scene::keys::frame::{Frame, FramePoints, Gap};
+use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
+use crate::scene::keys::frame::{Frame, FramePoints, Gap, Outline};
 use crate::scene::plan::{BodySpec, FeSpec, FrameSpec};
 
 use super::Resolver;
@@ -10,17 +10,18 @@ use super::Resolver;
 /// The frame; a mesh frame names a meshed body.
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Option<FrameSpec> {
     match r.section("frame")? {
-        Frame::Grid { half_width, cells, center, azimuth, periodic } => {
+        Frame::Grid { half_width, cells, center, azimuth, outline, periodic } => {
+            let (half_width, cells) = (half_width.map(|w| w.0), cells.map(|n| n.0));
+            let azimuth = azimuth.to_radians();
             if periodic != [false; 2] {
-                check_repetition(r, bodies, cells.map(|n| n.0), periodic)?;
+                check_repetition(r, bodies, cells, periodic)?;
             }
-            Some(FrameSpec::Grid {
-                half_width: half_width.map(|w| w.0),
-                cells: cells.map(|n| n.0),
-                center,
-                azimuth: azimuth.to_radians(),
-                periodic,
-            })
+            let outline = match outline {
+                Some(outline) => Some(resolve_outline(r, outline, azimuth)?),
+                None => None,
+            };
+            r.notes.extend(outline.as_ref().and_then(|outline| cut_outline(outline, half_width, periodic)));
+            Some(FrameSpec::Grid { half_width, cells, center, azimuth, periodic, outline })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
             let azimuth = azimuth.to_radians();
@@ -65,6 +66,16 @@ fn check_repetition(
         r.wrong("solver.coupling", message, "with a periodic frame", "remove it: \"schur\" is the default");
     }
     (r.mistakes.len() == before).then_some(())
+}
+
+/// A note if the frame cuts the outline.
+fn cut_outline(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> Option<String> {
+    let extent = outline.extent();
+    let beyond =
+        (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)));
+    beyond.then(|| {
+        "frame.outline reaches beyond the frame, which cuts it off there; contact at that edge is reported".to_owned()
+    })
 }
 
 /// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
@@ -129,8 +140,9 @@ pub(super) fn resolve_gap(
         Gap::Sphere { radius, exact, offset } => {
             InitialGap { exact, ..plain(GapShape::Sphere { radius: radius.0 }, offset) }
         }
-        Gap::Ellipsoid { radii, angle, offset } => {
-            plain(GapShape::Ellipsoid { radii: radii.map(|x| x.0), angle: turned(angle) }, offset)
+        Gap::Ellipsoid { radii, semi_axes, angle, exact, offset } => {
+            let (radii, semi_axes) = (radii.map(|r| r.map(|x| x.0)), semi_axes.map(|s| s.map(|x| x.0)));
+            InitialGap { exact, ..plain(ellipsoid(r, radii, semi_axes, turned(angle), exact)?, offset) }
         }
         Gap::Cylinder { radius, angle, exact, offset } => InitialGap {
             exact,
@@ -141,8 +153,9 @@ pub(super) fn resolve_gap(
         Gap::Power { exponent, coefficient, offset } => {
             plain(GapShape::Power { exponent: exponent.0, coefficient: coefficient.0 }, offset)
         }
-        Gap::Heights { file, spacing, offset } => {
-            let heights = heights(r, &file, spacing.map(|s| s.map(|x| x.0)), frame)?;
+        Gap::Heights { file, spacing, offset, angle } => {
+            let angle = angle.map_or(0.0, turned);
+            let heights = heights(r, &file, spacing.map(|s| s.map(|x| x.0)), angle, frame)?;
             plain(GapShape::Heights(heights), offset)
         }
         Gap::Mesh {} => {
@@ -157,25 +170,57 @@ pub(super) fn resolve_gap(
     })
 }
 
-/// Heights read from a CSV file.
+/// An ellipsoid by its radii of curvature, or by its semi-axes.
+fn ellipsoid(
+    r: &mut Resolver,
+    radii: Option<[f64; 2]>,
+    semi_axes: Option<[f64; 3]>,
+    angle: f64,
+    exact: bool,
+) -> Option<GapShape> {
+    match (radii, semi_axes) {
+        (Some(_), Some(_)) => {
+            let message = "an ellipsoid is given by `radii` or `semi_axes`, not both";
+            r.wrong("gap.semi_axes", message, "besides `radii`", "remove one of the two");
+            None
+        }
+        (None, None) => {
+            let mend = "add `radii`: the radii of curvature along the two axes, or `semi_axes` = [a, b, c]";
+            r.wrong("gap", "`gap` lacks `radii`", "lacks `radii`", mend);
+            None
+        }
+        (Some(_), None) if exact => {
+            let message = "two radii of curvature do not tell how far an exact ellipsoid reaches";
+            let mend = "give `semi_axes` = [a, b, c] (radii a^2 / c, b^2 / c) instead of `radii`, or leave out `exact`";
+            r.wrong("gap.exact", message, "needs `semi_axes`", mend);
+            None
+        }
+        (Some(radii), None) => Some(GapShape::Ellipsoid { radii, angle }),
+        (None, Some(semi_axes)) => Some(GapShape::SemiAxes { semi_axes, angle }),
+    }
+}
+
+/// Heights read from a CSV or NPY file; `angle` from the frame's x.
 fn heights(
     r: &mut Resolver,
     file: &str,
     spacing: Option<[f64; 2]>,
+    angle: f64,
     frame: Option<&FrameSpec>,
 ) -> Option<Heights> {
     let path = r.document.folder.join(file);
-    let rows =
-        match std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| parse_rows(&text)) {
-            Ok(rows) => rows,
-            Err(why) => {
-                let message = format!("the file of heights {} cannot be used: {why}", path.display());
-                let mend = "a CSV file of numbers: one line per index along x, one column per index along y";
-                r.wrong("gap.file", message, "this file", mend);
-                return None;
-            }
-        };
-    let shape = [rows.len(), rows[0].len()];
+    let array = match height_file::read(&path) {
+        Ok(array) => array,
+        Err(error) => {
+            let message =
+                format!("the file of heights {} cannot be used: {}", path.display(), error.message());
+            let mend = "a CSV file of numbers (one line per index along x, one column per index along y) or a .npy file of a \
+                        2-D array";
+            r.wrong("gap.file", message, "this file", mend);
+            return None;
+        }
+    };
+    let shape = array.shape;
     if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
         && *cells != shape
     {
@@ -191,31 +236,26 @@ fn heights(
         );
         return None;
     }
-    Some(Heights { values: rows.concat(), shape, spacing })
+    Some(Heights { values: array.values, shape, spacing, angle })
 }
 
-/// The numbers of a CSV text, line by line; all lines of one length.
-fn parse_rows(text: &str) -> Result<Vec<Vec<f64>>, String> {
-    let mut rows: Vec<Vec<f64>> = Vec::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
+/// The outline of a frame whose x is turned by `azimuth` (radians).
+fn resolve_outline(r: &mut Resolver, outline: Outline, azimuth: f64) -> Option<frame::Outline> {
+    let outline = match outline {
+        Outline::Circle { radius, center } => frame::Outline::Circle { radius: radius.0, center },
+        Outline::Ellipse { semi_axes, angle, center } => frame::Outline::Ellipse {
+            semi_axes: semi_axes.map(|x| x.0),
+            angle: angle.to_radians() - azimuth,
+            center,
+        },
+        Outline::Polygon { vertices } => frame::Outline::Polygon { vertices },
+    };
+    match outline.check() {
+        Ok(()) => Some(outline),
+        Err(error) => {
+            let mend = "vertices in order around the outline, along the frame's x, y";
+            r.wrong("frame.outline", error.message().to_owned(), "this outline", mend);
+            None
         }
-        let row = line
-            .split(|c: char| ",;".contains(c) || c.is_whitespace())
-            .filter(|word| !word.is_empty())
-            .map(|word| match word.parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(format!("line {}: \"{word}\" is not a finite number", i + 1)),
-            })
-            .collect::<Result<Vec<f64>, String>>()?;
-        if let Some(first) = rows.first()
-            && first.len() != row.len()
-        {
-            return Err(format!("line {} has {} values, the first {}", i + 1, row.len(), first.len()));
-        }
-        rows.push(row);
     }
-    if rows.is_empty() { Err("it holds no numbers".to_owned()) } else { Ok(rows) }
 }

@@ -4,6 +4,7 @@ mod bodies;
 mod contradictions;
 mod frame;
 mod laws;
+mod load_points;
 mod materials;
 mod orientations;
 mod placements;

@@ -2,8 +2,9 @@
 
 use super::Resolver;
 use super::laws::Laws;
+use super::load_points;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Cycles, Integrator, Normal, Spin, Step, Tangential, Tilt};
+use crate::history::step::{Cycles, Integrator, Normal, Row, Spin, Step, Tangential, Tilt};
 use crate::scene::keys;
 use crate::scene::keys::step::Step as Keys;
 use crate::scene::plan::FrameSpec;
@@ -15,11 +16,14 @@ const LARGEST_ROTATION: f64 = 5.0;
 pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FrameSpec>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
     let level = !matches!(frame, Some(FrameSpec::Mesh { .. }));
-    let steps: Vec<Option<Step>> = (0..n).map(|i| step(r, i, laws, level)).collect();
+    let steps: Vec<Numbered> = (0..n).flat_map(|i| step(r, i, laws, level)).collect();
     held_forces(r, &steps, laws, level);
+    if let Some(FrameSpec::Grid { periodic, .. }) = frame {
+        periodic_turns(r, &steps, *periodic);
+    }
     large_rotations(r, &steps);
     same_names(r, &steps);
-    let steps: Option<Vec<Step>> = steps.into_iter().collect();
+    let steps: Option<Vec<Step>> = steps.into_iter().map(|(_, step)| step).collect();
     if let Some(steps) = &steps
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
@@ -31,9 +35,13 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
     steps
 }
 
-fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Option<Step> {
+/// A step with the number of its entry in the scene, unless that is wrong; an entry with a history has several.
+type Numbered = (usize, Option<Step>);
+
+/// The steps of an entry.
+fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Numbered> {
     let key = format!("steps.{i}");
-    let keys: Keys = r.section(&key)?;
+    let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
     let before = r.mistakes.len();
     if keys.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
         r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
@@ -43,11 +51,43 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Option<
     if keys.cycles.is_some() {
         cycles_alone(r, &key, &keys);
     }
+    let points = keys.history.as_ref().map(|history| {
+        history_alone(r, &key, &keys);
+        load_points::read(r, &format!("{key}.history"), history).unwrap_or_default()
+    });
+    if r.mistakes.len() != before {
+        return vec![(i, None)];
+    }
+    let plain = plain(&keys, i, laws);
+    let Some(points) = points else { return vec![(i, Some(plain))] };
+    let count = points.len();
+    let steps: Vec<Step> = (points.iter().enumerate())
+        .map(|(index, point)| Step {
+            normal: point.normal,
+            tangential: point.tangential,
+            tilt: point.tilt,
+            spin: point.spin,
+            row: Some(Row { index, count }),
+            ..plain.clone()
+        })
+        .collect();
+    // A law that is wrong itself is reported elsewhere.
+    if laws.is_some_and(|laws| !plain.friction || matches!(laws.friction, FrictionLaw::None)) {
+        uncarried(r, &key, (&points, &steps), level);
+    }
+    if r.mistakes.len() != before {
+        return vec![(i, None)];
+    }
+    steps.into_iter().map(|step| (i, Some(step))).collect()
+}
+
+/// The step that the keys say, but for a history.
+fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
     let integrator = laws.map_or(keys::laws::Integrator::default(), |laws| laws.integrator);
-    (r.mistakes.len() == before).then(|| Step {
+    Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
         normal: keys.approach.map(Normal::Approach).or(keys.normal_force.map(Normal::Force)),
-        tangential: tangential(&keys),
+        tangential: tangential(keys),
         tilt: keys
             .rotation
             .map(|angles| Tilt::Rotation(angles.map(f64::to_radians)))
@@ -67,12 +107,48 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Option<
                 keys::laws::Integrator::Explicit => Integrator::Explicit,
             },
         }),
-    })
+        row: None,
+    }
+}
+
+/// A history stands in the place of every other control.
+fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
+    let others = controls(keys).into_iter().flatten().chain([("cycles", keys.cycles.is_some())]);
+    for (name, _) in others.filter(|(_, there)| *there) {
+        let message = format!("`{name}` stands besides `history`, which prescribes the loads of its step");
+        r.wrong(
+            &format!("{key}.{name}"),
+            message,
+            "besides `history`",
+            "make it a column, or a step of its own",
+        );
+    }
+}
+
+/// Reports load points whose load only friction carries, in a step without.
+fn uncarried(
+    r: &mut Resolver,
+    key: &str,
+    (points, steps): (&[load_points::LoadPoint], &[Step]),
+    level: bool,
+) {
+    for (kind, (what, load, _)) in CARRIED.iter().enumerate().take(if level { 2 } else { 1 }) {
+        let loaded = points.iter().zip(steps).find(|(_, step)| matches!(named(step)[kind], Load::There));
+        if let Some((point, _)) = loaded {
+            let message =
+                format!("line {}: nothing can carry a {what}: this step has no friction", point.line);
+            let mend =
+                format!("add a [friction] law and leave out `friction = false`, or leave `{load}` out");
+            r.wrong(&format!("{key}.history.file"), message, "needs friction", mend);
+        }
+    }
 }
 
 /// Results are found by the names of steps: of two with one name only the last is.
-fn same_names(r: &mut Resolver, steps: &[Option<Step>]) {
-    let names: Vec<&str> = steps.iter().flatten().map(|step| step.name.as_str()).collect();
+fn same_names(r: &mut Resolver, steps: &[Numbered]) {
+    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+    let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
+    let names: Vec<&str> = steps.map(|step| step.name.as_str()).collect();
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
             r.notes
@@ -157,12 +233,12 @@ fn named(step: &Step) -> [Load; 2] {
 }
 
 /// A load that an earlier step left in force needs friction too, until a motion replaces it.
-fn held_forces(r: &mut Resolver, steps: &[Option<Step>], laws: Option<&Laws>, level: bool) {
+fn held_forces(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, level: bool) {
     let Some(laws) = laws else { return };
     let kinds = if level { 2 } else { 1 };
     for (kind, (what, load, motion)) in CARRIED.iter().enumerate().take(kinds) {
         let mut holder: Option<&Step> = None;
-        for (i, step) in steps.iter().enumerate() {
+        for (i, step) in steps {
             // A step that is wrong itself may prescribe anything.
             let Some(step) = step else {
                 holder = None;
@@ -188,17 +264,51 @@ fn held_forces(r: &mut Resolver, steps: &[Option<Step>], laws: Option<&Laws>, le
 }
 
 /// Rotations are taken as small: the gap changes by their angle, not its tangent.
-fn large_rotations(r: &mut Resolver, steps: &[Option<Step>]) {
-    for step in steps.iter().flatten() {
+fn large_rotations(r: &mut Resolver, steps: &[Numbered]) {
+    let mut told = Vec::new();
+    for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {
         let tilt = if let Some(Tilt::Rotation([x, y])) = step.tilt { x.hypot(y) } else { 0.0 };
         let twist = if let Some(Spin::Twist(angle)) = step.spin { angle.abs() } else { 0.0 };
         let largest = tilt.max(twist).to_degrees();
-        if largest > LARGEST_ROTATION {
+        if largest > LARGEST_ROTATION && !told.contains(&&step.name) {
+            told.push(&step.name);
             r.notes.push(format!(
                 "step \"{}\" turns body 2 by {largest:.3} degrees: rotations are taken as small (the gap changes by angle \
                  times distance), and friction follows none of its turning",
                 step.name
             ));
+        }
+    }
+}
+
+/// Rotations that a frame which repeats itself cannot follow: the gap they open does not repeat itself.
+fn periodic_turns(r: &mut Resolver, steps: &[Numbered], periodic: [bool; 2]) {
+    if periodic == [false; 2] {
+        return;
+    }
+    let mut told = Vec::new();
+    for (i, step) in steps.iter().filter_map(|(i, step)| step.as_ref().map(|step| (i, step))) {
+        let tilt = match step.tilt {
+            // About y, x changes the gap.
+            Some(Tilt::Rotation([x, y])) if (periodic[1] && x != 0.0) || (periodic[0] && y != 0.0) => {
+                Some("rotation")
+            }
+            Some(Tilt::Moment(_)) => Some("moment"),
+            _ => None,
+        };
+        let spin = match step.spin {
+            Some(Spin::Twist(angle)) if angle != 0.0 => Some("twist"),
+            Some(Spin::Moment(_)) => Some("spin_moment"),
+            _ => None,
+        };
+        for key in [tilt, spin].into_iter().flatten().filter(|_| !told.contains(i)) {
+            let place =
+                if step.row.is_some() { format!("steps.{i}.history") } else { format!("steps.{i}.{key}") };
+            let message = "a body that repeats itself cannot turn: the gap would grow from period to period";
+            r.wrong(&place, message, "with frame.periodic", "leave it out, or make the frame not periodic");
+        }
+        if tilt.or(spin).is_some() {
+            told.push(*i);
         }
     }
 }

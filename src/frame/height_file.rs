@@ -1,0 +1,117 @@
+//! Heights from files: tables of text (CSV) and NumPy arrays (NPY).
+
+use std::path::Path;
+
+use super::npy::{self, Array2};
+use crate::error::{Error, Result};
+
+/// The table in a file: NumPy's where it begins as such, else numbers line by line; row = index along x, column = index
+/// along y.
+///
+/// # Errors
+/// If the file cannot be read or is no table; a value that is no finite number is named by row and column (from 1).
+pub fn read(path: &Path) -> Result<Array2> {
+    let bytes = std::fs::read(path).map_err(|error| Error::input(error.to_string()))?;
+    let is_npy = bytes.starts_with(b"\x93NUMPY") || path.extension().is_some_and(|end| end == "npy");
+    let array = if is_npy { npy::read(&bytes)? } else { csv(&bytes)? };
+    let columns = array.shape[1];
+    match array.values.iter().position(|value| !value.is_finite()) {
+        Some(bad) => Err(Error::input(format!(
+            "the value in row {}, column {} is {}; all must be finite numbers",
+            bad / columns + 1,
+            bad % columns + 1,
+            array.values[bad]
+        ))),
+        None => Ok(array),
+    }
+}
+
+/// The numbers of a text, line by line; all lines of one length. Lines that begin with # are left out.
+fn csv(bytes: &[u8]) -> Result<Array2> {
+    let text = std::str::from_utf8(bytes)
+        .map_err(|_| Error::input("it is neither a text (UTF-8) nor a .npy file"))?;
+    let text = text.trim_start_matches('\u{feff}');
+    let (mut values, mut shape) = (Vec::new(), [0, 0]);
+    for (number, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let start = values.len();
+        for cell in cells(line) {
+            let column = values.len() - start + 1;
+            let value = cell.parse::<f64>().map_err(|_| {
+                let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
+                Error::input(format!(
+                    "line {} (row {}, column {column}) has {found} where a number belongs",
+                    number + 1,
+                    shape[0] + 1
+                ))
+            })?;
+            values.push(value);
+        }
+        let length = values.len() - start;
+        if shape[0] > 0 && length != shape[1] {
+            return Err(Error::input(format!(
+                "line {} (row {}) has {length} values, the first row {}",
+                number + 1,
+                shape[0] + 1,
+                shape[1]
+            )));
+        }
+        shape = [shape[0] + 1, length];
+    }
+    if values.is_empty() { Err(Error::input("it holds no numbers")) } else { Ok(Array2 { values, shape }) }
+}
+
+/// The cells of a line of a table: between commas or semicolons where it has them, else between blanks.
+pub(crate) fn cells(line: &str) -> Vec<&str> {
+    if line.contains([',', ';']) {
+        // A separator at the end of the line closes its last cell.
+        let line = line.strip_suffix([',', ';']).unwrap_or(line);
+        line.split([',', ';']).map(str::trim).collect()
+    } else {
+        line.split_whitespace().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition of the table; separators may be commas, semicolons or blanks.
+    #[test]
+    fn separators() {
+        for text in [
+            "1,2.5\n-3,4e1",
+            "1;2.5;\n-3;4e1;\n",
+            "# heights\n\n 1 2.5\r\n-3\t40\r\n",
+            "\u{feff}1, 2.5\n-3, 40",
+        ] {
+            let array = csv(text.as_bytes()).unwrap();
+            assert_eq!((array.values, array.shape), (vec![1.0, 2.5, -3.0, 40.0], [2, 2]), "{text:?}");
+        }
+    }
+
+    /// Truth: what is wrong is named by line, row and column, and value.
+    #[test]
+    fn mistakes_are_placed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("heights.csv");
+        for (text, words) in [
+            ("1,2\n3,x", &["line 2 (row 2, column 2)", "\"x\""][..]),
+            ("# a\n1,2\n3,,4", &["line 3 (row 2, column 2)", "nothing"]),
+            ("1,2\n3,nan", &["row 2, column 2", "NaN"]),
+            ("1,inf\n3,4", &["row 1, column 2", "inf"]),
+            ("1,2\n3", &["line 2 (row 2) has 1 values, the first row 2"]),
+            ("# only words\n", &["no numbers"]),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = read(&path).expect_err("refused").to_string();
+            words.iter().for_each(|word| assert!(error.contains(word), "{text:?}: {error}"));
+        }
+        std::fs::write(&path, [0xff, 0xfe, 0]).unwrap();
+        assert!(read(&path).expect_err("no text").to_string().contains("neither"));
+        assert!(read(&folder.path().join("none.csv")).is_err());
+    }
+}

@@ -1,0 +1,207 @@
+//! Two-dimensional arrays in NumPy's .npy files, format versions 1 and 2 (numpy.lib.format).
+
+use crate::error::{Error, Result};
+
+/// First bytes of every .npy file.
+const MAGIC: &[u8; 6] = b"\x93NUMPY";
+
+/// A value's type: its code in the header, its bytes, and how they become a number.
+type Kind = (&'static str, usize, fn(&[u8]) -> f64);
+
+/// What is read; the header may say "=" for "<" on machines that write so.
+const KINDS: [Kind; 4] = [
+    ("f4", 4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
+    ("f8", 8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])),
+    ("i4", 4, |b| f64::from(i32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
+    ("i8", 8, |b| i64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]) as f64),
+];
+
+/// An array of two dimensions in C order: `values[i * shape[1] + j]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array2 {
+    /// Values, `[shape[0], shape[1]]`.
+    pub values: Vec<f64>,
+    /// Lengths along both dimensions.
+    pub shape: [usize; 2],
+}
+
+/// The array in the bytes of a .npy file: little-endian f4, f8, i4 or i8 in C or Fortran order.
+///
+/// # Errors
+/// If it is no such file, has another type or number of dimensions, or its bytes do not fit its header.
+pub fn read(bytes: &[u8]) -> Result<Array2> {
+    let (header, data) = split(bytes)?;
+    let descr = field(header, "descr")?;
+    let descr = descr.trim_matches(['\'', '"']);
+    let kind = KINDS.iter().find(|(name, ..)| descr.strip_prefix(['<', '=']) == Some(name)).ok_or_else(|| {
+        let order = if descr.starts_with('>') { ", whose bytes are big-endian" } else { "" };
+        wrong(format!("it holds values of type \"{descr}\"{order}: save it as float64, e.g. numpy.save(file, z.astype(\"<f8\"))"))
+    })?;
+    let fortran = match field(header, "fortran_order")? {
+        "True" => true,
+        "False" => false,
+        other => return Err(wrong(format!("its header says fortran_order = {other}"))),
+    };
+    let shape = shape(field(header, "shape")?)?;
+    let (_, size, number) = *kind;
+    let count = shape[0].checked_mul(shape[1]);
+    let wanted = count.and_then(|count| count.checked_mul(size));
+    if wanted != Some(data.len()) {
+        return Err(wrong(format!(
+            "its header says {} x {} values of {size} bytes, but {} bytes follow: it is damaged",
+            shape[0],
+            shape[1],
+            data.len()
+        )));
+    }
+    let mut values: Vec<f64> = data.chunks_exact(size).map(number).collect();
+    if fortran {
+        let [rows, columns] = shape;
+        values = (0..rows * columns).map(|k| values[k % columns * rows + k / columns]).collect();
+    }
+    Ok(Array2 { values, shape })
+}
+
+fn wrong(what: String) -> Error {
+    Error::input(what)
+}
+
+/// Header and data.
+fn split(bytes: &[u8]) -> Result<(&str, &[u8])> {
+    let rest =
+        bytes.strip_prefix(MAGIC).ok_or_else(|| wrong("it does not begin as a .npy file does".to_owned()))?;
+    let ended = || wrong("it ends within its header: it is damaged".to_owned());
+    let (length, rest) = match rest {
+        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
+        [2, _, a, b, c, d, rest @ ..] => {
+            (usize::try_from(u32::from_le_bytes([*a, *b, *c, *d])).map_err(|_| ended())?, rest)
+        }
+        [1 | 2, ..] | [] => return Err(ended()),
+        [version, ..] => {
+            return Err(wrong(format!("it is of format version {version}; versions 1 and 2 are read")));
+        }
+    };
+    if rest.len() < length {
+        return Err(ended());
+    }
+    let (header, data) = rest.split_at(length);
+    let header =
+        std::str::from_utf8(header).map_err(|_| wrong("its header is no text: it is damaged".to_owned()))?;
+    Ok((header, data))
+}
+
+/// The text of a value in the header, a Python dictionary such as
+/// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`.
+fn field<'a>(header: &'a str, name: &str) -> Result<&'a str> {
+    let missing = || wrong(format!("its header has no \"{name}\": it is damaged"));
+    let start = [format!("'{name}':"), format!("\"{name}\":")]
+        .iter()
+        .find_map(|key| header.find(key.as_str()).map(|at| at + key.len()))
+        .ok_or_else(missing)?;
+    let value = header[start..].trim_start();
+    let closes = if value.starts_with('(') {
+        value.find(')').map(|at| at + 1)
+    } else if value.starts_with('[') {
+        return Err(wrong("it holds records of several fields: save one array of numbers".to_owned()));
+    } else {
+        value.find([',', '}'])
+    };
+    Ok(value[..closes.ok_or_else(missing)?].trim_end())
+}
+
+/// Two lengths in brackets.
+fn shape(text: &str) -> Result<[usize; 2]> {
+    let inner = text.trim_start_matches('(').trim_end_matches(')');
+    let lengths: Option<Vec<usize>> = inner
+        .split(',')
+        .map(str::trim)
+        .filter(|part| !part.is_empty())
+        .map(|part| part.parse().ok())
+        .collect();
+    let lengths = lengths.ok_or_else(|| wrong(format!("its header says shape = {text}")))?;
+    match lengths[..] {
+        [_, _] if lengths.contains(&0) => Err(wrong(format!("its shape is {text}: it is empty"))),
+        [rows, columns] => Ok([rows, columns]),
+        _ => Err(wrong(format!("its shape is {text}; heights have 2 dimensions, along x and y"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([version, 0]);
+        let length = header.len();
+        if version == 1 {
+            bytes.extend(u16::try_from(length).unwrap().to_le_bytes());
+        } else {
+            bytes.extend(u32::try_from(length).unwrap().to_le_bytes());
+        }
+        bytes.extend(header.as_bytes());
+        bytes.extend(data);
+        bytes
+    }
+
+    fn header(descr: &str, fortran: &str, shape: &str) -> String {
+        format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}   \n")
+    }
+
+    /// Truth: numpy.lib.format: values follow row by row, or column by column in Fortran order.
+    #[test]
+    fn types_versions_and_orders() {
+        let wanted = [1.0, -2.0, 3.0, 4.0, 5.0, 6.0];
+        let columns = [1.0, 4.0, -2.0, 5.0, 3.0, 6.0];
+        let check = |bytes: Vec<u8>| {
+            let array = read(&bytes).unwrap();
+            assert_eq!((array.values.as_slice(), array.shape), (&wanted[..], [2, 3]));
+        };
+        for version in [1, 2] {
+            for (order, values) in [("False", wanted), ("True", columns)] {
+                let bytes = |to: fn(f64) -> Vec<u8>| values.iter().copied().flat_map(to).collect::<Vec<u8>>();
+                let all: [(&str, fn(f64) -> Vec<u8>); 5] = [
+                    ("<f8", |x| x.to_le_bytes().to_vec()),
+                    ("=f8", |x| x.to_le_bytes().to_vec()),
+                    ("<f4", |x| (x as f32).to_le_bytes().to_vec()),
+                    ("<i4", |x| (x as i32).to_le_bytes().to_vec()),
+                    ("<i8", |x| (x as i64).to_le_bytes().to_vec()),
+                ];
+                for (descr, to) in all {
+                    check(file(version, &header(descr, order, "(2, 3)"), &bytes(to)));
+                }
+            }
+        }
+    }
+
+    /// Truth: what the module's head does not promise is refused by name; damaged files end as errors.
+    #[test]
+    fn other_files_are_refused() {
+        let refused = |bytes: &[u8], word: &str| {
+            let error = read(bytes).expect_err("refused");
+            assert!(error.message().contains(word), "{error}");
+        };
+        refused(b"1.0,2.0", "begin");
+        refused(b"", "begin");
+        refused(MAGIC, "ends within");
+        refused(&file(3, "", b""), "version 3");
+        let plain = |descr: &str, shape: &str| file(1, &header(descr, "False", shape), &[0; 32]);
+        refused(&plain(">f8", "(2, 2)"), "big-endian");
+        refused(&plain("<c16", "(1, 2)"), "<c16");
+        refused(&plain("|u1", "(4, 8)"), "|u1");
+        refused(&plain("<f2", "(4, 4)"), "<f2");
+        refused(&plain("<f8", "(4,)"), "2 dimensions");
+        refused(&plain("<f8", "(2, 2, 1)"), "2 dimensions");
+        refused(&plain("<f8", "()"), "2 dimensions");
+        refused(&plain("<f8", "(0, 4)"), "empty");
+        refused(&plain("<f8", "(2, 3)"), "32 bytes follow");
+        refused(&plain("<f8", "(99999999999, 99999999999)"), "damaged");
+        refused(&plain("<f8", "(-2, 2)"), "shape");
+        refused(&file(1, "{'descr': [('a', '<f8')], }", &[]), "several fields");
+        refused(&file(1, "{'descr': '<f8'}", &[]), "fortran_order");
+        let sound = plain("<f8", "(2, 2)");
+        for end in 0..sound.len() {
+            assert!(read(&sound[..end]).is_err(), "cut at {end}");
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Outlines of flat punches: cells whose centre lies outside never touch, and are no part of the frame.
+
+use super::ContactFrame;
+use crate::error::{Error, Result};
+
+/// A closed line in the frame's plane; lengths in mm along the frame's x and y from its origin, angles in radians from its x.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outline {
+    /// Circle.
+    Circle {
+        /// Radius.
+        radius: f64,
+        /// Middle.
+        center: [f64; 2],
+    },
+    /// Ellipse.
+    Ellipse {
+        /// Semi-axes.
+        semi_axes: [f64; 2],
+        /// Angle of the first axis.
+        angle: f64,
+        /// Middle.
+        center: [f64; 2],
+    },
+    /// Polygon without holes, its vertices in either sense.
+    Polygon {
+        /// Vertices.
+        vertices: Vec<[f64; 2]>,
+    },
+}
+
+/// Share of its size by which a point may lie outside and still counts as on the line: cells that are mirror images of each
+/// other are then both in or both out.
+const ON_THE_LINE: f64 = 1e-10;
+
+/// Most vertices of a polygon: each pair of its edges is compared.
+const MOST_VERTICES: usize = 10_000;
+
+impl Outline {
+    /// Whether the outline encloses an area and does not cross itself.
+    ///
+    /// # Errors
+    /// What is wrong with it, by the number of its edges or vertices (from 1).
+    pub fn check(&self) -> Result<()> {
+        let positive = |what: &str, value: f64| {
+            let fine = value.is_finite() && value > 0.0;
+            if fine {
+                Ok(())
+            } else {
+                Err(Error::input(format!("the {what} {value} must be positive and finite")))
+            }
+        };
+        match self {
+            Self::Circle { radius, center } => {
+                finite(center)?;
+                positive("radius", *radius)
+            }
+            Self::Ellipse { semi_axes, angle, center } => {
+                finite(center)?;
+                finite(&[*angle])?;
+                positive("semi-axis", semi_axes[0])?;
+                positive("semi-axis", semi_axes[1])
+            }
+            Self::Polygon { vertices } => check_polygon(vertices),
+        }
+    }
+
+    /// Whether the point lies inside, or on the line.
+    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        match self {
+            Self::Circle { radius, center } => {
+                (x - center[0]).hypot(y - center[1]) <= radius * (1.0 + ON_THE_LINE)
+            }
+            Self::Ellipse { semi_axes, angle, center } => {
+                let (s, c) = angle.sin_cos();
+                let (dx, dy) = (x - center[0], y - center[1]);
+                let along = [c * dx + s * dy, c * dy - s * dx];
+                (along[0] / semi_axes[0]).hypot(along[1] / semi_axes[1]) <= 1.0 + ON_THE_LINE
+            }
+            Self::Polygon { vertices } => in_polygon(vertices, [x, y]),
+        }
+    }
+
+    /// Smallest and largest coordinates along x and y.
+    pub fn extent(&self) -> [[f64; 2]; 2] {
+        match self {
+            Self::Circle { radius, center } => center.map(|c| [c - radius, c + radius]),
+            Self::Ellipse { semi_axes: [a, b], angle, center } => {
+                let (s, c) = angle.sin_cos();
+                let reach = [(a * c).hypot(b * s), (a * s).hypot(b * c)];
+                [0, 1].map(|k| [center[k] - reach[k], center[k] + reach[k]])
+            }
+            Self::Polygon { vertices } => [0, 1].map(|k| {
+                let along = vertices.iter().map(|v| v[k]);
+                along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+            }),
+        }
+    }
+}
+
+impl ContactFrame {
+    /// The cells of a grid whose centres lie inside `outline` or on it. They keep their places in the grid, so that operators
+    /// on grids serve them.
+    ///
+    /// # Errors
+    /// If the outline is not admissible, no cell lies inside, or the frame is no whole grid.
+    pub fn within(mut self, outline: &Outline) -> Result<Self> {
+        outline.check()?;
+        let Some(grid) = self.whole_grid() else {
+            return Err(Error::input("an outline needs a frame that is a whole grid"));
+        };
+        let inside: Vec<bool> =
+            (0..self.n_cells()).map(|cell| outline.contains(self.plane_coordinates(cell))).collect();
+        if !inside.contains(&true) {
+            return Err(Error::input(
+                "no cell of the frame has its centre inside the outline: it lies beside the frame, or is smaller than a cell",
+            ));
+        }
+        if inside.contains(&false) {
+            let places = (0..inside.len()).filter(|&place| inside[place]).collect();
+            self = self.keep(&inside);
+            (self.grid, self.places) = (Some(grid), Some(places));
+        }
+        Ok(self)
+    }
+}
+
+fn finite(values: &[f64]) -> Result<()> {
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(bad) => Err(Error::input(format!("{bad} must be a finite number"))),
+        None => Ok(()),
+    }
+}
+
+fn check_polygon(vertices: &[[f64; 2]]) -> Result<()> {
+    let n = vertices.len();
+    if n > MOST_VERTICES {
+        return Err(Error::input(format!(
+            "the polygon has {n} vertices; at most {MOST_VERTICES} are compared"
+        )));
+    }
+    if n < 3 {
+        return Err(Error::input(format!("a polygon has 3 vertices or more, this one {n}")));
+    }
+    finite(vertices.as_flattened())?;
+    let edge = |i: usize| [vertices[i], vertices[(i + 1) % n]];
+    if let Some(i) = (0..n).find(|&i| edge(i)[0] == edge(i)[1]) {
+        return Err(Error::input(format!(
+            "the vertices {} and {} are the same point: leave one out (the last joins the first by itself)",
+            i + 1,
+            (i + 1) % n + 1
+        )));
+    }
+    for i in 0..n {
+        for j in i + 1..n {
+            let neighbours = j == i + 1 || (i == 0 && j == n - 1);
+            let crosses = if neighbours { folds_back(edge(i), edge(j)) } else { meet(edge(i), edge(j)) };
+            if crosses {
+                return Err(Error::input(format!(
+                    "the polygon crosses or touches itself: its edges {} and {} (from vertex {} and vertex {}) meet",
+                    i + 1,
+                    j + 1,
+                    i + 1,
+                    j + 1
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Twice the signed area of the triangle a, b, c; 0 where it is rounding.
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    let (first, second) = ((b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0]));
+    let size = (b[0] - a[0]).hypot(b[1] - a[1]) * (c[0] - a[0]).hypot(c[1] - a[1]);
+    if (first - second).abs() <= 1e-14 * size { 0.0 } else { first - second }
+}
+
+/// Whether `c`, on the line through a and b, lies between them.
+fn between([a, b]: [[f64; 2]; 2], c: [f64; 2]) -> bool {
+    (0..2).all(|k| c[k] >= a[k].min(b[k]) && c[k] <= a[k].max(b[k]))
+}
+
+/// Whether two segments have a point in common.
+fn meet(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
+    let sides =
+        [turn(p[0], p[1], q[0]), turn(p[0], p[1], q[1]), turn(q[0], q[1], p[0]), turn(q[0], q[1], p[1])];
+    if sides[0] * sides[1] < 0.0 && sides[2] * sides[3] < 0.0 {
+        return true;
+    }
+    let on = |side: f64, segment: [[f64; 2]; 2], point: [f64; 2]| side == 0.0 && between(segment, point);
+    on(sides[0], p, q[0]) || on(sides[1], p, q[1]) || on(sides[2], q, p[0]) || on(sides[3], q, p[1])
+}
+
+/// Whether two edges with a common vertex lie on each other.
+fn folds_back(p: [[f64; 2]; 2], q: [[f64; 2]; 2]) -> bool {
+    let (common, a, b) = if p[1] == q[0] { (p[1], p[0], q[1]) } else { (p[0], p[1], q[0]) };
+    let along = (a[0] - common[0]) * (b[0] - common[0]) + (a[1] - common[1]) * (b[1] - common[1]);
+    turn(common, a, b) == 0.0 && along > 0.0
+}
+
+/// Whether a point lies in a polygon or on its line: an odd number of edges to its right.
+fn in_polygon(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let n = vertices.len();
+    let mut inside = false;
+    for i in 0..n {
+        let (a, b) = (vertices[i], vertices[(i + 1) % n]);
+        let edge = [b[0] - a[0], b[1] - a[1]];
+        let length = edge[0].hypot(edge[1]);
+        let share = ((x - a[0]) * edge[0] + (y - a[1]) * edge[1]) / (length * length);
+        let foot = [0, 1].map(|k| a[k] + share.clamp(0.0, 1.0) * edge[k]);
+        if (x - foot[0]).hypot(y - foot[1]) <= ON_THE_LINE * length {
+            return true;
+        }
+        if (a[1] > y) != (b[1] > y) && x < a[0] + edge[0] * (y - a[1]) / edge[1] {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(outline: &Outline) -> f64 {
+        let frame = ContactFrame::grid([2.0, 2.0], [200, 200], [5.0, 1.0], 0.3).unwrap();
+        frame.within(outline).unwrap().areas.iter().sum()
+    }
+
+    /// Truth: the areas; 1e-3 is what counting 40 000 cells leaves (cells cut by the line average out).
+    #[test]
+    fn cells_fill_the_outline() {
+        let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
+        assert!((area(&circle) / (std::f64::consts::PI * 2.25) - 1.0).abs() < 1e-3);
+        let ellipse = Outline::Ellipse { semi_axes: [1.7, 0.6], angle: 0.5, center: [0.0, 0.1] };
+        assert!((area(&ellipse) / (std::f64::consts::PI * 1.7 * 0.6) - 1.0).abs() < 1e-3);
+        // An L, clockwise.
+        let vertices = vec![[-1.0, -1.0], [-1.0, 1.5], [0.0, 1.5], [0.0, 0.5], [1.5, 0.5], [1.5, -1.0]];
+        let letter = Outline::Polygon { vertices };
+        assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02);
+        assert_eq!(letter.extent(), [[-1.0, 1.5], [-1.0, 1.5]]);
+        let [x, y] = ellipse.extent();
+        assert!(ellipse.contains([x[0] + 1e-9, 0.1 + 0.0]) || x[0] < -1.49);
+        assert!(y[1] > 0.6 && y[1] < 1.8);
+    }
+
+    /// Truth: mirror images of a cell on the line are in or out together.
+    #[test]
+    fn lines_through_centres_are_symmetric() {
+        let frame = ContactFrame::grid([1.0, 1.0], [10, 10], [0.0, 0.0], 0.0).unwrap();
+        // Centres at +-0.1, 0.3, 0.5, 0.7, 0.9; a circle through (0.3, 0.5), and a square through centres.
+        for outline in [
+            Outline::Circle { radius: 0.3_f64.hypot(0.5), center: [0.0, 0.0] },
+            Outline::Polygon { vertices: vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] },
+        ] {
+            let kept = frame.clone().within(&outline).unwrap();
+            let mean = kept.centers.iter().sum::<crate::geometry::Point>();
+            assert!(mean.norm() < 1e-12, "{outline:?} {mean}");
+            assert!(kept.n_cells() % 4 == 0 && kept.n_cells() >= 24, "{}", kept.n_cells());
+            assert!(kept.rim().iter().all(|rim| !rim), "the outline is no rim");
+        }
+        let wide = frame.clone().within(&Outline::Circle { radius: 1.2, center: [0.0, 0.0] }).unwrap();
+        assert!(wide.rim().contains(&true), "the grid's edge is one");
+    }
+
+    /// Truth: the documented refusals, each by the number of edges or vertices.
+    #[test]
+    fn nonsense_is_refused() {
+        let refused = |outline: Outline, word: &str| {
+            let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, 0.0], 0.0).unwrap();
+            let error = frame.within(&outline).expect_err("refused");
+            assert!(error.message().contains(word), "{error}");
+        };
+        let polygon = |vertices: &[[f64; 2]]| Outline::Polygon { vertices: vertices.to_vec() };
+        refused(Outline::Circle { radius: -1.0, center: [0.0; 2] }, "radius -1");
+        refused(Outline::Circle { radius: 0.01, center: [0.0; 2] }, "smaller than a cell");
+        refused(
+            Outline::Ellipse { semi_axes: [1.0, f64::NAN], angle: 0.0, center: [0.0; 2] },
+            "semi-axis NaN",
+        );
+        refused(polygon(&[[0.0, 0.0], [1.0, 0.0]]), "3 vertices");
+        refused(polygon(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), "2 and 3 are the same");
+        refused(polygon(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]), "4 and 1 are the same");
+        refused(polygon(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "edges 1 and 3");
+        refused(polygon(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]]), "edges 1 and 2");
+        refused(polygon(&[[-0.5, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]]), "edges 1 and 3");
+    }
+}

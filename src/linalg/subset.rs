@@ -1,0 +1,136 @@
+//! An operator on some of the cells of another one.
+
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+
+use super::operator::Flexibility;
+use crate::error::Result;
+
+/// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
+pub struct SubsetFlexibility {
+    whole: Box<dyn Flexibility>,
+    /// Index in the whole of each cell.
+    places: Vec<usize>,
+    /// Tractions and gap of the whole, `[3, N]` each; tractions are zero outside the places.
+    scratch: Mutex<[Vec<f64>; 2]>,
+}
+
+impl SubsetFlexibility {
+    /// The cells `places` of `whole`, ascending.
+    ///
+    /// # Panics
+    /// If a place lies outside.
+    pub fn new(whole: Box<dyn Flexibility>, places: Vec<usize>) -> Self {
+        let n = whole.n_cells();
+        assert!(places.iter().all(|&place| place < n), "a cell outside of the operator");
+        Self { whole, places, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
+    }
+
+    /// Runs `product` of the whole on scattered `values` and gathers its result, both by `planes`.
+    fn within(
+        &self,
+        planes: usize,
+        (values, out): (&[f64], &mut [f64]),
+        product: impl FnOnce(&[f64], &mut [f64]) -> Result<bool>,
+    ) -> Result<bool> {
+        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let [whole, result] = &mut *scratch;
+        for plane in 0..planes {
+            for (place, value) in self.places.iter().zip(&values[plane * m..(plane + 1) * m]) {
+                whole[plane * n + place] = *value;
+            }
+        }
+        let done = product(&whole[..planes * n], &mut result[..planes * n]);
+        for plane in 0..planes {
+            for (place, value) in self.places.iter().zip(&mut out[plane * m..(plane + 1) * m]) {
+                *value = result[plane * n + place];
+            }
+        }
+        done
+    }
+}
+
+impl Flexibility for SubsetFlexibility {
+    fn n_cells(&self) -> usize {
+        self.places.len()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole.apply(whole, result);
+            Ok(true)
+        };
+        self.within(3, (tractions, gap), product).expect("products do not fail");
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let product = |whole: &[f64], result: &mut [f64]| {
+            self.whole.apply_normal(whole, result);
+            Ok(true)
+        };
+        self.within(1, (pressure, normal_gap), product).expect("products do not fail");
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        let whole = self.whole.diagonal_blocks();
+        self.places.iter().map(|&place| whole[place]).collect()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.whole.couples_normal_tangential()
+    }
+
+    /// The part of the inverse of the whole: still symmetric and positive definite.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        let product = |whole: &[f64], result: &mut [f64]| Ok(self.whole.precondition_normal(whole, result));
+        self.within(1, (normal_gap, pressure), product).expect("products do not fail")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// S of three cells by a full matrix, tangential parts twice the normal one.
+    struct Three;
+
+    impl Flexibility for Three {
+        fn n_cells(&self) -> usize {
+            3
+        }
+
+        fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+            for plane in 0..3 {
+                let part = plane * 3..plane * 3 + 3;
+                self.apply_normal(&tractions[part.clone()], &mut gap[part]);
+            }
+            gap[..6].iter_mut().for_each(|g| *g *= 2.0);
+        }
+
+        fn apply_normal(&self, p: &[f64], gap: &mut [f64]) {
+            for (i, g) in gap.iter_mut().enumerate() {
+                *g = (0..3).map(|j| p[j] / (1.0 + (i as f64 - j as f64).abs())).sum();
+            }
+        }
+
+        fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+            (0..3).map(|i| Matrix3::identity() * f64::from(i + 1)).collect()
+        }
+    }
+
+    /// Truth: rows and columns of the whole matrix; nothing is left of earlier products.
+    #[test]
+    fn rows_and_columns_of_the_whole() {
+        let part = SubsetFlexibility::new(Box::new(Three), vec![0, 2]);
+        let mut gap = [0.0; 6];
+        part.apply(&[1.0, 0.0, 0.0, 3.0, 0.0, 6.0], &mut gap);
+        assert_eq!(gap, [2.0, 2.0 / 3.0, 2.0, 6.0, 2.0, 6.0]);
+        let mut normal = [0.0; 2];
+        part.apply_normal(&[3.0, 0.0], &mut normal);
+        assert_eq!(normal, [3.0, 1.0]);
+        assert_eq!(part.diagonal_blocks()[1][(2, 2)], 3.0);
+        assert!(!part.precondition_normal(&[1.0, 1.0], &mut normal));
+    }
+}

@@ -1,0 +1,240 @@
+//! Load histories, height maps and outlines from the scene to the results.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+/// A sphere on a half-space; gap, frame and steps are put in.
+fn scene(outline: &str, gap: &str, steps: &str) -> String {
+    format!(
+        r#"[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.5, 0.5]
+cells = [20, 20]
+{outline}
+[gap]
+{gap}
+[friction]
+law = "coulomb"
+mu = 0.3
+[output]
+fields = []
+{steps}
+"#
+    )
+}
+
+const SPHERE: &str = "kind = \"sphere\"\nradius = 10.0";
+
+/// Exit code, messages and summary of a run in `folder`.
+fn run(folder: &Path, scene: &str) -> (Option<i32>, String, Value) {
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    let output = crate::tools::orthowear()
+        .current_dir(folder)
+        .args(["run", "scene.toml", "--out", "out"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    let summary = fs::read(folder.join("out/summary.json")).unwrap_or_default();
+    (output.status.code(), text, serde_json::from_slice(&summary).unwrap_or(Value::Null))
+}
+
+fn steps(summary: &Value) -> Vec<Value> {
+    summary["steps"].as_array().cloned().unwrap_or_default()
+}
+
+/// Truth: docs/scene.md: a row is a load point as a step would prescribe it; the entries have one name, numbered on; the
+/// results are those of the steps written out, to the last bit but for times.
+#[test]
+fn a_history_is_its_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("loads.csv"),
+        "# measured\ntime,normal_force,shift_x,twist\n0,200,0,0\n1,200,0.0005,0.01\n2,150,-0.0002,0.0\n",
+    )
+    .unwrap();
+    let columns = r#"columns = ["-", "normal_force", "shift_x", "twist"]"#;
+    let history = format!(
+        "[[steps]]\nname = \"loads\"\nincrements = 2\nhistory = {{ file = \"loads.csv\", {columns} }}"
+    );
+    let (code, text, by_file) = run(folder.path(), &scene("", SPHERE, &history));
+    assert_eq!(code, Some(0), "{text}");
+    let by_hand: String = [(200.0, 0.0, 0.0), (200.0, 0.0005, 0.01), (150.0, -0.0002, 0.0)]
+        .into_iter()
+        .map(|(force, shift, twist)| {
+            format!(
+                "[[steps]]\nnormal_force = {force}\nshift = {{ distance = {shift} }}\nrotation = [0.0, 0.0]\ntwist = {twist}\n\
+                 increments = 2\n"
+            )
+        })
+        .collect();
+    let (code, text, by_hand) = run(folder.path(), &scene("", SPHERE, &by_hand));
+    assert_eq!(code, Some(0), "{text}");
+    let (found, wanted) = (steps(&by_file), steps(&by_hand));
+    assert_eq!((found.len(), wanted.len()), (6, 6));
+    for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+        assert_eq!((&found["name"], &found["increment"]), (&Value::from("loads"), &Value::from(i + 1)));
+        for key in ["normal_force", "tangential_force", "moment", "shift", "twist", "approach", "dissipation"]
+        {
+            assert_eq!(found[key], wanted[key], "{i} {key}");
+        }
+    }
+    assert!(found[5]["dissipation"].as_f64() > Some(0.0));
+    // A header instead of `columns`.
+    fs::write(folder.path().join("loads.csv"), "normal_force;moment_y\n200;0\n200;20\n").unwrap();
+    let header = "[[steps]]\nhistory = { file = \"loads.csv\" }";
+    let (code, text, summary) = run(folder.path(), &scene("", SPHERE, header));
+    assert_eq!(code, Some(0), "{text}");
+    let last = steps(&summary).last().cloned().unwrap();
+    // The sphere rolls by M / (P R).
+    let angle = last["rotation"][1].as_f64().unwrap().to_radians();
+    assert!((angle / 0.01 - 1.0).abs() < 1e-2, "{angle}");
+}
+
+/// Truth: docs/scene.md: what is wrong with a history is named by file, line and column, all of it at once.
+#[test]
+fn mistakes_of_histories_are_placed() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |csv: &str, keys: &str, words: &[&str]| {
+        fs::write(folder.path().join("loads.csv"), csv).unwrap();
+        let steps = format!("[[steps]]\n{keys}");
+        let (code, text, _) = run(folder.path(), &scene("", SPHERE, &steps));
+        assert_eq!(code, Some(2), "{csv:?} {keys}\n{text}");
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        words.iter().for_each(|word| assert!(flat.contains(word), "lacks \"{word}\": {text}"));
+    };
+    let plain = "history = { file = \"loads.csv\" }";
+    check(
+        "approach,twist\n0.01,nan\n,0.1\n0.01\n0.02,x\n",
+        plain,
+        &[
+            "line 2, column `twist`: \"nan\"",
+            "line 3, column `approach`: nothing",
+            "line 4: 1 values in 2 columns",
+            "line 5, column `twist`: \"x\"",
+            "4 mistakes",
+        ],
+    );
+    check("approach,normal_force\n0.01,3\n", plain, &["`approach` or `normal_force`, not both"]);
+    check("approach,approach\n0.01,3\n", plain, &["`approach` is there twice"]);
+    check("approach,speed\n0.01,3\n", plain, &["column 2 is \"speed\"", "shift_x"]);
+    check("normal_force\n-3\n", plain, &["line 2, column `normal_force`: -3 pulls"]);
+    check("", plain, &["is empty"]);
+    check("approach\n", plain, &["no load points"]);
+    check("0.01\n", "history = { file = \"loads.csv\", columns = [\"-\"] }", &["no column prescribes"]);
+    check(
+        "0.01\n",
+        "history = { file = \"loads.csv\", columns = [\"depth\"] }",
+        &["steps.0.history.columns.0"],
+    );
+    check(
+        "0.01\n",
+        "approach = 0.01\nhistory = { file = \"loads.csv\", columns = [\"approach\"] }",
+        &["besides `history`"],
+    );
+    check("0.01\n", "history = { file = \"none.csv\" }", &["none.csv", "cannot be read"]);
+    check(
+        "normal_force,tangential_x\n100,0\n100,10\n",
+        "friction = false\nhistory = { file = \"loads.csv\" }",
+        &["line 3: nothing can carry a tangential force"],
+    );
+}
+
+/// Truth: what NumPy wrote: the same heights as text, in C and Fortran order, of both versions, give the same results to the
+/// last bit (single precision to 1e-6); a NaN is named by its row and column.
+#[test]
+fn heights_that_numpy_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    crate::tools::python("write_heights.py", folder.path());
+    if !folder.path().join("c.npy").exists() {
+        return;
+    }
+    let press = "[[steps]]\nnormal_force = 100.0";
+    let heights = |file: &str| {
+        format!(
+            "kind = \"heights\"\nfile = \"{file}\"\nspacing = [0.05, 0.05]\nangle = 20.0\noffset = [0.01, 0.0]"
+        )
+    };
+    // Turned, the map has to be larger than the frame's diagonal.
+    let outline = "outline = { shape = \"circle\", radius = 0.4 }";
+    let result = |file: &str| {
+        let (code, text, summary) = run(folder.path(), &scene(outline, &heights(file), press));
+        assert_eq!(code, Some(0), "{file}\n{text}");
+        steps(&summary)[0].clone()
+    };
+    let text = result("heights.csv");
+    for file in ["c.npy", "fortran.npy", "v2.npy"] {
+        let found = result(file);
+        ["approach", "peak_pressure", "moment"]
+            .iter()
+            .for_each(|key| assert_eq!(found[key], text[key], "{file}"));
+    }
+    let [single, double] = [result("single.npy"), text].map(|step| step["approach"].as_f64().unwrap());
+    assert!((single / double - 1.0).abs() < 1e-6);
+    for (file, word) in [("nan.npy", "row 4, column 6"), ("three.npy", "2 dimensions")] {
+        let (code, text, _) = run(folder.path(), &scene(outline, &heights(file), press));
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(code == Some(2) && flat.contains(word), "{text}");
+    }
+}
+
+/// Truth: docs/scene.md: `check` counts the cells outside; outlines that cross themselves or hold no cell are refused; contact
+/// along the outline is no contact at the edge of the frame, and that at the edge is a warning of each step.
+#[test]
+fn outlines() {
+    let folder = tempfile::tempdir().unwrap();
+    let flat = "kind = \"flat\"";
+    let press =
+        "[[steps]]\nname = \"press\"\nnormal_force = 100.0\n[[steps]]\nname = \"more\"\nnormal_force = 200.0";
+    let circle = scene("outline = { shape = \"circle\", radius = 0.4 }", flat, press);
+    let (code, text, summary) = run(folder.path(), &circle);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(false)));
+    let output =
+        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+    let plan = String::from_utf8(output.stdout).unwrap();
+    // Centres within 0.4 at (i + 1/2) 0.05.
+    let inside = (0..400)
+        .filter(|cell| {
+            let [x, y] = [cell / 20, cell % 20].map(|i| (f64::from(i) - 9.5) * 0.05);
+            x.hypot(y) <= 0.4
+        })
+        .count();
+    let words = format!("= 400 cells, 1 x 1 mm; {inside} inside the outline, {} outside", 400 - inside);
+    assert!(plan.contains(&words), "{plan}");
+
+    let (code, text, summary) = run(folder.path(), &scene("", flat, press));
+    assert_eq!(code, Some(0), "{text}");
+    assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(true)));
+    let warnings = summary["warnings"].to_string();
+    assert_eq!(warnings.matches("reaches the rim").count(), 2, "{warnings}");
+
+    let polygon =
+        "outline = { shape = \"polygon\", vertices = [[-0.3, -0.3], [0.3, 0.3], [0.3, -0.3], [-0.3, 0.3]] }";
+    for (outline, word) in [
+        (polygon, "edges 1 and 3"),
+        ("outline = { shape = \"circle\", radius = 0.001 }", "smaller than a cell"),
+        ("outline = { shape = \"circle\" }", "lacks `radius`"),
+        ("outline = { shape = \"star\", radius = 0.3 }", "\"polygon\""),
+        ("outline = { shape = \"polygon\", vertices = [[0.0, 0.0], [0.3, 0.0]] }", "vertices"),
+    ] {
+        let (code, text, _) = run(folder.path(), &scene(outline, flat, press));
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(code == Some(2) && flat.contains(word) && text.contains("frame.outline"), "{word}: {text}");
+    }
+    let (code, text, _) =
+        run(folder.path(), &scene("", "kind = \"ellipsoid\"\nradii = [1.0, 2.0]\nexact = true", press));
+    assert!(code == Some(2) && text.contains("semi_axes"), "{text}");
+    let (code, text, _) = run(folder.path(), &scene("", "kind = \"ellipsoid\"", press));
+    assert!(code == Some(2) && text.contains("lacks `radii`"), "{text}");
+}
