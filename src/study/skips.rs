@@ -32,7 +32,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     // Finite elements and the block path have no operator on a grid.
     let on_grid =
         plan.solver.coupling == Coupling::Schur && plan.bodies.iter().all(|body| body.fe().is_none());
-    let grid = frame.grid.as_ref().filter(|_| on_grid).map(|grid| grid.cells);
+    let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
     let options = options(plan);
     let windows = on_windows(grid, &options);
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, windows));
