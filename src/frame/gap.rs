@@ -239,9 +239,9 @@ mod tests {
         let ball = GapShape::SemiAxes { semi_axes: [5.0; 3], angle: 0.3 };
         check(gap_of(ball.clone(), [0.0; 2], true), 5.0 - 23f64.sqrt());
         check(gap_of(ball, [0.0; 2], false), 2.0 / 10.0);
-        let egg = GapShape::SemiAxes { semi_axes: [2.0, 4.0, 3.0], angle: quarter };
+        let egg = GapShape::SemiAxes { semi_axes: [8.0, 4.0, 3.0], angle: quarter };
         check(gap_of(egg.clone(), [0.0, -1.0], true), 3.0 - 3.0 * (1.0 - 1.0 / 16.0_f64).sqrt());
-        check(gap_of(egg, [-1.0, 0.0], false), 3.0 / 8.0);
+        check(gap_of(egg, [-1.0, 0.0], false), 3.0 / 128.0);
         check(gap_of(GapShape::Cone { slope: 0.1 }, [0.0; 2], false), 2f64.sqrt() * 0.1f64.tan());
         check(gap_of(GapShape::Power { exponent: 4.0, coefficient: 0.5 }, [0.0; 2], false), 2.0);
         check(gap_of(GapShape::Flat, [0.0; 2], false), 0.0);

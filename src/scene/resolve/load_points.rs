@@ -44,9 +44,9 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &History) -> Option<Vec
         }
     };
     let text = text.trim_start_matches('\u{feff}');
-    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let mut lines: Vec<(usize, &str)> =
-        lines.by_ref().filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).collect();
+        lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).collect();
     let before = r.mistakes.len();
     let columns = match &history.columns {
         Some(columns) => {
