@@ -130,6 +130,9 @@ fn shape(text: &str) -> Result<[usize; 2]> {
 mod tests {
     use super::*;
 
+    /// The bytes of a value.
+    type Bytes = fn(f64) -> Vec<u8>;
+
     fn file(version: u8, header: &str, data: &[u8]) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         bytes.extend([version, 0]);
@@ -159,8 +162,8 @@ mod tests {
         };
         for version in [1, 2] {
             for (order, values) in [("False", wanted), ("True", columns)] {
-                let bytes = |to: fn(f64) -> Vec<u8>| values.iter().copied().flat_map(to).collect::<Vec<u8>>();
-                let all: [(&str, fn(f64) -> Vec<u8>); 5] = [
+                let bytes = |to: Bytes| values.iter().copied().flat_map(to).collect::<Vec<u8>>();
+                let all: [(&str, Bytes); 5] = [
                     ("<f8", |x| x.to_le_bytes().to_vec()),
                     ("=f8", |x| x.to_le_bytes().to_vec()),
                     ("<f4", |x| (x as f32).to_le_bytes().to_vec()),

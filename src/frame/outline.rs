@@ -263,7 +263,7 @@ mod tests {
             let kept = frame.clone().within(&outline).unwrap();
             let mean = kept.centers.iter().sum::<crate::geometry::Point>();
             assert!(mean.norm() < 1e-12, "{outline:?} {mean}");
-            assert!(kept.n_cells() % 4 == 0 && kept.n_cells() >= 24, "{}", kept.n_cells());
+            assert!(kept.n_cells().is_multiple_of(4) && kept.n_cells() >= 24, "{}", kept.n_cells());
             assert!(kept.rim().iter().all(|rim| !rim), "the outline is no rim");
         }
         let wide = frame.clone().within(&Outline::Circle { radius: 1.2, center: [0.0, 0.0] }).unwrap();

@@ -80,7 +80,7 @@ fn a_circular_punch() {
     let model = model(&steel(), None, frame.clone(), GapShape::Flat);
     let result = solve(&model, &[indent(delta)]);
     let found = &result.records[0];
-    assert!(relative(found.normal_force, 9230.769_231) < 1e-2, "{}", found.normal_force);
+    assert!(relative(found.normal_force, 9_230.769_231) < 1e-2, "{}", found.normal_force);
     assert!(!found.contact_touches_edge && result.warnings.is_empty(), "{:?}", result.warnings);
     let n = frame.n_cells();
     let pressure = &result.state.tractions[2 * n..];
@@ -141,11 +141,11 @@ fn a_tilting_punch() {
     for moment in [[0.0, 200.0], [120.0, -160.0]] {
         let lean = |moment| Step { tilt: Some(Tilt::Moment(moment)), ..press(force) };
         let found = last(&flat, &[lean(moment)]);
-        for k in 0..2 {
-            let wanted = moment[k] / stiffness;
+        for (k, m) in moment.into_iter().enumerate() {
+            let wanted = m / stiffness;
             let angle = found.rotation[k].to_radians();
             assert!((angle - wanted).abs() < 1.5e-2 * 200.0 / stiffness, "{angle} {wanted}");
-            assert!((found.moment[k] - moment[k]).abs() < 1e-5 * 200.0);
+            assert!((found.moment[k] - m).abs() < 1e-5 * 200.0);
         }
         assert!(relative(found.approach, force / (2.0 * modulus * a)) < 1e-2, "{}", found.approach);
         let upright = Step { increments: 2, ..lean([0.0; 2]) };
