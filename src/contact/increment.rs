@@ -446,7 +446,9 @@ impl Increment<'_> {
         }
         if let TangentialControl::Force(wanted) = self.ends[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(normal.abs()));
+            // Against what friction can carry: a force below that of a tiny coefficient must be met as well.
+            let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
+            residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }
         residuals
     }

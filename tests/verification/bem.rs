@@ -64,37 +64,3 @@ impl Random {
         (0..n).map(|_| 2.0 * self.next() - 1.0).collect()
     }
 }
-
-/// The CFRP of the published surface admittances: E = 140, 10, 9 GPa (MPa here).
-fn cfrp_of_tables() -> Stiffness {
-    let constants = Orthotropic {
-        e1: 140e3,
-        e2: 10e3,
-        e3: 9e3,
-        g12: 5.2e3,
-        g13: 4.8e3,
-        g23: 3.3e3,
-        nu12: 0.30,
-        nu13: 0.28,
-        nu23: 0.45,
-    };
-    Stiffness::orthotropic(&constants).expect("CFRP")
-}
-
-/// Stiffness with the ratio E1 / E2, fibre along x.
-fn with_ratio(ratio: f64) -> Stiffness {
-    let e2 = 10e3;
-    let g23 = e2 / 2.6;
-    let constants = Orthotropic {
-        e1: ratio * e2,
-        e2,
-        e3: e2,
-        g12: e2 / 2.0,
-        g13: e2 / 2.0,
-        g23,
-        nu12: 0.3,
-        nu13: 0.3,
-        nu23: 0.3,
-    };
-    Stiffness::orthotropic(&constants).expect("an admissible material")
-}

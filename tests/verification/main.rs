@@ -1,9 +1,12 @@
 //! Problems with known answers; each test names its truth and why its tolerance.
+mod anisotropic;
 mod bem;
 mod common;
 mod contact;
 mod controls_stress;
 mod coupling;
+mod crystals;
+mod elliptic;
 mod fem;
 mod fem_bodies;
 mod fem_condensation;
@@ -16,11 +19,14 @@ mod fields;
 mod gaps;
 mod laws;
 mod mesh;
+mod normal;
+mod observed;
 mod periodic;
 mod pressures;
 mod punches;
 mod recovery;
 mod structures;
+mod tangential;
 mod turns;
 mod wear;
 mod windows;

@@ -1,7 +1,8 @@
 //! The surface Green's function: admittance, Γ, limits and published indentation moduli.
 
-use super::{Random, cfrp, cfrp_of_tables, entries, green, matrix, pair, relative, steel, with_ratio};
-use nalgebra::{Complex, Matrix3, Matrix6, Rotation3, Vector3};
+use super::{Random, cfrp, entries, green, matrix, pair, relative, steel};
+use crate::crystals::{cfrp_of_tables, cubic, with_ratio, zinc};
+use nalgebra::{Complex, Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
 use orthowear::bem::half_space::{PatchIntegrator, Side, SurfaceGreen};
 use orthowear::material::{Orthotropic, Stiffness};
@@ -78,27 +79,6 @@ fn green_is_reciprocal_and_the_admittance_positive() {
     }
 }
 
-fn voigt(entries: &[(usize, usize, f64)]) -> Stiffness {
-    let mut c = Matrix6::zeros();
-    for &(i, j, value) in entries {
-        c[(i - 1, j - 1)] = value;
-        c[(j - 1, i - 1)] = value;
-    }
-    Stiffness::from_voigt(c).expect("an admissible stiffness")
-}
-
-fn cubic(c11: f64, c12: f64, c44: f64) -> Stiffness {
-    let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c11), (1, 2, c12), (1, 3, c12), (2, 3, c12)];
-    voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, c44)]].concat())
-}
-
-/// Axis along 3; GPa.
-fn zinc() -> Stiffness {
-    let (c11, c33, c12, c13, c44) = (165.0, 61.8, 31.1, 50.0, 39.6);
-    let normal = [(1, 1, c11), (2, 2, c11), (3, 3, c33), (1, 2, c12), (1, 3, c13), (2, 3, c13)];
-    voigt(&[&normal[..], &[(4, 4, c44), (5, 5, c44), (6, 6, (c11 - c12) / 2.0)]].concat())
-}
-
 /// Mean over the directions of W_nn, 2 / (indentation modulus).
 fn mean_normal_admittance(green: &SurfaceGreen) -> f64 {
     (0..512).map(|k| green.symbol(2.0 * PI * k as f64 / 512.0)[(2, 2)].re).sum::<f64>() / 512.0
@@ -132,7 +112,7 @@ fn gamma_is_the_principal_value_integral() {
 #[test]
 fn barnett_lothe_identities() {
     let mut random = Random(7);
-    for stiffness in [cfrp_of_tables(), zinc(), cubic(168.4, 121.4, 75.4), steel()] {
+    for stiffness in [cfrp_of_tables(), zinc(1.0), cubic(168.4, 121.4, 75.4), steel()] {
         for _ in 0..50 {
             let axis = Vector3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5);
             let turned = stiffness.rotated(Rotation3::new(axis * 6.0).matrix());
@@ -210,7 +190,7 @@ fn point_force_on_cfrp_and_zinc() {
     );
     assert!(relative(&cfrp.gamma(0.0), &expected_0) < 1e-8);
     assert!(relative(&cfrp.gamma(PI / 6.0), &expected_30) < 1e-8);
-    let axis_along_x = zinc().rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), PI / 2.0).matrix());
+    let axis_along_x = zinc(1.0).rotated(Rotation3::from_axis_angle(&Vector3::y_axis(), PI / 2.0).matrix());
     let zinc = green(&axis_along_x, Side::Upper);
     let expected = Matrix3::new(
         4.363496896e-06,
@@ -233,7 +213,7 @@ fn indentation_modulus_of_zinc() {
     let (c11, c33, c13, c44): (f64, f64, f64, f64) = (165.0, 61.8, 50.0, 39.6);
     let modulus =
         2.0 * ((c11 * c33 - c13 * c13) / c11 / (1.0 / c44 + 2.0 / (c13 + (c11 * c33).sqrt()))).sqrt();
-    let found = 2.0 / mean_normal_admittance(&green(&zinc(), Side::Lower));
+    let found = 2.0 / mean_normal_admittance(&green(&zinc(1.0), Side::Lower));
     assert!((found / modulus - 1.0).abs() < 1e-10);
     assert!((found / 69.61813335 - 1.0).abs() < 1e-9);
 }

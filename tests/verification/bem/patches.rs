@@ -1,6 +1,7 @@
 //! Integrals of the Green's function over polygons and rectangles.
 
-use super::{Random, cfrp, cfrp_of_tables, green, pair, relative, steel, with_ratio};
+use super::{Random, cfrp, green, pair, relative, steel};
+use crate::crystals::{cfrp_of_tables, with_ratio};
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, polygon};
 use orthowear::linalg::operator::Flexibility;

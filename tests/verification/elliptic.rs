@@ -1,0 +1,5 @@
+//! Elliptic friction: direction of forces and slip, audits of whole states, one point with several answers.
+
+mod single_cell;
+mod sliding;
+mod states;

@@ -1,0 +1,53 @@
+//! Gross sliding: the total friction depends on the direction of slip alone.
+
+use orthowear::friction::FrictionLaw;
+use orthowear::history::step::Outcome;
+use orthowear::material::Stiffness;
+
+use crate::common::{half_spaces, im7, press, shift, solve};
+
+const MU: [f64; 2] = [0.1, 0.2];
+
+fn profile(name: &str) -> impl Fn(f64, f64) -> f64 {
+    let name = name.to_owned();
+    move |x, y| match name.as_str() {
+        "flat punch" => f64::from(u8::from(x.hypot(y) > 0.5)),
+        "sphere" => (x * x + y * y) / 20.0,
+        "cone" => 0.05 * x.hypot(y),
+        _ => ((x - 0.4).powi(2) + y * y).min((x + 0.4).powi(2) + y * y) / 4.0,
+    }
+}
+
+/// Truth: `gross-slip-any-pressure`, P = 1000, slip at 30 degrees from the first axis: (65.46536707, 151.1857892) to 1e-8 under any profile, of
+/// isotropic and of fibre-reinforced bodies whose pressures the friction moves; and `ellipse-sliding-direction` through the
+/// elastic solver (1e-6) for four directions. The motion is 1e10 mm, so that displacements of the surfaces do not turn the slip.
+#[test]
+fn total_friction_does_not_depend_on_the_profile() {
+    let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
+    for (material, turned) in [(steel, 0.0), (im7(30.0), 25.0)] {
+        for name in ["flat punch", "sphere", "cone", "two spots"] {
+            let mut model = half_spaces(&material, None, (1.2, 24), profile(name));
+            model.friction = FrictionLaw::Elliptic { mu: MU, angle: f64::to_radians(turned) };
+            for theta in [0.0_f64, 30.0, 60.0, 90.0] {
+                let result = solve(&model, &[press(1000.0), shift(1e10, theta + turned)]);
+                assert_eq!(result.outcome, Outcome::Converged, "{name} {theta}");
+                let (s, c) = theta.to_radians().sin_cos();
+                let size = 1000.0 / (MU[0] * c).hypot(MU[1] * s);
+                let wanted = [MU[0].powi(2) * c * size, MU[1].powi(2) * s * size];
+                let [x, y] = result.records[1].tangential_force;
+                let (st, ct) = turned.to_radians().sin_cos();
+                let found = [ct * x + st * y, ct * y - st * x];
+                for k in 0..2 {
+                    assert!(
+                        (found[k] - wanted[k]).abs() < 1e-8 * 200.0,
+                        "{name} {theta} {turned}: {found:?} {wanted:?}"
+                    );
+                }
+                if theta == 30.0 {
+                    let published = [65.46536707, 151.1857892];
+                    assert!((0..2).all(|k| (found[k] - published[k]).abs() < 1e-6), "{name}: {found:?}");
+                }
+            }
+        }
+    }
+}

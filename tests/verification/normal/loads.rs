@@ -1,0 +1,121 @@
+//! Surface displacements under uniform pressure and shear: closed forms on discs and rectangles.
+
+use std::f64::consts::PI;
+
+use nalgebra::Matrix3;
+use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, PatchIntegrator, Side, SurfaceGreen, polygon};
+use orthowear::linalg::operator::Flexibility;
+use orthowear::material::Stiffness;
+
+use crate::common::{relative, steel};
+use crate::crystals::cfrp_of_tables;
+
+const SHEAR: f64 = 210e3 / 2.6;
+const NU: f64 = 0.3;
+
+fn green(stiffness: &Stiffness) -> SurfaceGreen {
+    SurfaceGreen::new(stiffness, Side::Lower).expect("a converged Green's function")
+}
+
+/// Integral over a disc of radius `a` at `target`: regular polygons with 500, 1000 and 2000 corners on the circle, whose error
+/// is a series in the square of the angle of a side, by two steps of Richardson.
+fn disc(green: &SurfaceGreen, a: f64, target: [f64; 2]) -> Matrix3<f64> {
+    let [coarse, fine, finest] = [500, 1000, 2000].map(|sides| {
+        // Half a side away from the axis, so that targets on it lie symmetrically.
+        let angle = |k: usize| 2.0 * PI * (k as f64 + 0.5) / sides as f64;
+        let corners: Vec<[f64; 2]> = (0..sides).map(|k| [a * angle(k).cos(), a * angle(k).sin()]).collect();
+        polygon::integrate(green, &corners, target)
+    });
+    let (once, twice) = ((fine * 4.0 - coarse) / 3.0, (finest * 4.0 - fine) / 3.0);
+    (twice * 16.0 - once) / 15.0
+}
+
+/// Truth: `load-uniform-disc` (Johnson 1985, 3.4), E 210 GPa, nu 0.3, a = 2, p = 100: inside and outside. Tolerance 1e-9: values
+/// of 10 digits; the extrapolated polygons are good to 1e-11.
+#[test]
+fn displacement_under_a_disc() {
+    let green = green(&steel());
+    for (x, published) in [(0.0, 0.001733333333), (1.0, 0.001619306793), (4.0, 0.000448340368)] {
+        let found = 100.0 * disc(&green, 2.0, [x, 0.0])[(2, 2)];
+        assert!(relative(found, published) < 1e-9, "{x}: {found} {published}");
+    }
+    // On the edge itself polygons converge as h² ln h only, beyond the reach of Richardson.
+    let edge = 100.0 * disc(&green, 2.0, [2.0, 0.0])[(2, 2)];
+    assert!(relative(edge, 0.001103474272) < 1e-5, "{edge}");
+}
+
+/// Truth: `load-uniform-disc`, the mean 16 p a / (3 pi E*), on a disc of cells (5e-3, the catalogue's), and the centre of
+/// `aniso-uniform-disc`, p a <H33> with 10 digits (1e-8 on the disc, 1e-3 on cells).
+#[test]
+fn discs_of_cells_and_of_cfrp() {
+    let (a, n) = (2.0, 200);
+    let h = 2.4 * a / n as f64;
+    let place = |i: usize| (i as f64 + 0.5 - n as f64 / 2.0) * h;
+    let inside: Vec<f64> =
+        (0..n * n).map(|k| f64::from(u8::from(place(k / n).hypot(place(k % n)) < a))).collect();
+    let count: f64 = inside.iter().sum();
+    let field = |material: &Stiffness| {
+        let operator =
+            FftFlexibility::new([n, n], [h, h], &green(material), CrossBlocks::Keep).expect("made");
+        let mut gap = vec![0.0; n * n];
+        operator.apply_normal(&inside, &mut gap);
+        gap
+    };
+    let gap = field(&steel());
+    let mean = gap.iter().zip(&inside).map(|(g, i)| g * i).sum::<f64>() / count;
+    assert!(relative(100.0 * mean, 0.001471299029) < 5e-3, "{mean}");
+    let published = 0.003663079204;
+    let exact = 10.0 * disc(&green(&cfrp_of_tables()), a, [0.0, 0.0])[(2, 2)];
+    assert!(relative(exact, published) < 1e-8, "{exact}");
+    let gap = field(&cfrp_of_tables());
+    let middle = n / 2 * n + n / 2;
+    let center = [middle, middle - 1, middle - n, middle - n - 1].map(|k| gap[k]).iter().sum::<f64>() / 4.0;
+    assert!(relative(10.0 * center, published) < 1e-3, "{center}");
+}
+
+/// Displacement (u_x, u_y) at a corner of [0, A] x [0, B] under unit shear along x (Cerruti integrated; Johnson 1985, 3.6).
+fn cerruti_corner(a: f64, b: f64) -> [f64; 2] {
+    let k1 = a * (b / a).asinh() + b * (a / b).asinh();
+    let k2 = b * (a / b).asinh();
+    let k3 = a + b - a.hypot(b);
+    [((1.0 - NU) * k1 + NU * k2) / (2.0 * PI * SHEAR), NU * k3 / (2.0 * PI * SHEAR)]
+}
+
+/// Truth: `load-tangential-rectangle`: closed forms at corners and centre, along and across the longer side, 1e-12 of the
+/// displacement along the traction.
+#[test]
+fn shear_on_rectangles_is_cerruti() {
+    let green = green(&steel());
+    let integrator = PatchIntegrator::new(&green);
+    for (a, b) in [(4.0, 4.0), (8.0, 2.0), (2.0, 8.0), (1.0, 30.0)] {
+        let corners = [[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]];
+        let corner = cerruti_corner(a, b);
+        let center = 4.0 * cerruti_corner(a / 2.0, b / 2.0)[0];
+        for found in
+            [polygon::integrate(&green, &corners, [0.0, 0.0]), integrator.polygon(&corners, [0.0, 0.0])]
+        {
+            assert!(relative(found[(0, 0)], corner[0]) < 1e-12, "{a} x {b}");
+            assert!((found[(1, 0)] - corner[1]).abs() < 1e-12 * corner[0], "{a} x {b}: {}", found[(1, 0)]);
+        }
+        let middle = polygon::integrate(&green, &corners, [a / 2.0, b / 2.0]);
+        assert!(relative(middle[(0, 0)], center) < 1e-12, "{a} x {b}");
+        let rectangle = integrator.rectangle([a, b], [0.0, 0.0]);
+        assert!(relative(rectangle[(0, 0)], center) < 1e-12, "{a} x {b}");
+        // Traction along y: the same with the sides exchanged.
+        assert!(relative(rectangle[(1, 1)], 4.0 * cerruti_corner(b / 2.0, a / 2.0)[0]) < 1e-12, "{a} x {b}");
+        assert!(rectangle[(1, 0)].abs() < 1e-14 * center);
+    }
+}
+
+/// Truth: `load-tangential-rectangle` far away along the traction, by the second moments of a square of side L: the Laplacian of
+/// (1 - nu) / s + nu x² / s³ is (1 - 2 nu) / r³ there, so u_x = Q / (2 pi G r) (1 + (1 - 2 nu) L² / (24 r²)), the next term being of
+/// order (L / r)⁴; 1e-10 at 1e3 and 1e6 sides, where the edge formula has lost digits.
+#[test]
+fn shear_far_away_does_not_cancel() {
+    let integrator = PatchIntegrator::new(&green(&steel()));
+    for r in [1e3, 1e6] {
+        let expected = (1.0 + (1.0 - 2.0 * NU) / (24.0 * r * r)) / (2.0 * PI * SHEAR * r);
+        let found = integrator.rectangle([1.0, 1.0], [r, 0.0])[(0, 0)];
+        assert!(relative(found, expected) < 1e-10, "{r}: {found} {expected}");
+    }
+}

@@ -1,0 +1,68 @@
+//! What Hertz contact owes to dimensions alone.
+
+use orthowear::history::step::Outcome;
+
+use crate::common::{half_spaces, press, relative, solve, sphere};
+use crate::observed::radius;
+use orthowear::material::Stiffness;
+
+/// Slope of the straight line of least squares through logarithms.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let (mx, my) = logs.iter().fold((0.0, 0.0), |m, (x, y)| (m.0 + x / n, m.1 + y / n));
+    let covariance: f64 = logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
+    covariance / logs.iter().map(|(x, _)| (x - mx).powi(2)).sum::<f64>()
+}
+
+/// Truth: `hertz-scaling-law`: P ~ delta^(3/2), a ~ P^(1/3) for 10 to 10 000 N on one grid (E 210 GPa, nu 0.3, R 10), slope
+/// 1.500 +- 0.01 as in the catalogue; the radius of the smallest contact is 6 cells, hence 0.02 for its slope.
+#[test]
+fn force_grows_with_the_power_three_halves() {
+    let steel = Stiffness::isotropic(210e3, 0.3).expect("steel");
+    let largest = 0.687_53;
+    let model = half_spaces(&steel, None, (1.1 * largest, 128), sphere(10.0));
+    let steps = [10.0, 100.0, 1000.0, 10_000.0].map(press);
+    let result = solve(&model, &steps);
+    assert_eq!(result.outcome, Outcome::Converged);
+    let forces: Vec<(f64, f64)> = result.records.iter().map(|r| (r.approach, r.normal_force)).collect();
+    let radii: Vec<(f64, f64)> =
+        result.records.iter().map(|r| (r.normal_force, radius(r.contact_area))).collect();
+    assert!((slope(&forces) - 1.5).abs() < 0.01, "{}", slope(&forces));
+    assert!((slope(&radii) - 1.0 / 3.0).abs() < 0.02, "{}", slope(&radii));
+}
+
+/// Truth: `hertz-scaling-law` and `str-units-scale`: the same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-GN-GPa, and with
+/// all lengths times 1e-9 and loads times 1e-18, has the same dimensionless answer to 1e-9 in the same number of iterations;
+/// so has one twice as large under four times the force, and one a million times stiffer under as many times the force.
+#[test]
+fn units_and_sizes_leave_dimensionless_answers_alone() {
+    // Unit of length in mm, unit of stress in MPa; the force follows.
+    let run = |length: f64, stress: f64, (size, stiff): (f64, f64)| {
+        let steel = Stiffness::isotropic(210e3 * stiff / stress, 0.3).expect("steel");
+        let unit = size / length;
+        let model = half_spaces(&steel, None, (0.4 * unit, 40), sphere(10.0 * unit));
+        let result = solve(&model, &[press(1000.0 * stiff * unit * unit / stress)]);
+        assert_eq!(result.outcome, Outcome::Converged, "{length} {stress}");
+        let record = &result.records[0];
+        let values = [
+            record.approach / unit,
+            record.peak_pressure * stress / stiff,
+            record.contact_area / (unit * unit),
+            record.normal_force * stress / (stiff * unit * unit),
+        ];
+        (values, record.iterations)
+    };
+    let reference = run(1.0, 1.0, (1.0, 1.0));
+    let systems = [(1e3, 1e-6), (1e-3, 1.0), (1e-6, 1e3), (1e6, 1e3), (1.0, 1.0)];
+    let sizes = [(1.0, 1.0), (1e-9, 1.0), (2.0, 1.0), (1.0, 1e6)];
+    for (length, stress) in systems {
+        for size in sizes {
+            let found = run(length, stress, size);
+            for (value, wanted) in found.0.iter().zip(reference.0) {
+                assert!(relative(*value, wanted) < 1e-9, "{length} {stress} {size:?}: {value} {wanted}");
+            }
+            assert_eq!(found.1, reference.1, "{length} {stress} {size:?}");
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Friction of isotropic bodies: partial slip, histories, coupling of normal and tangential displacements.
+
+mod large_friction;
+mod loop_of_force;
+mod partial_slip;
+mod spence;
+mod symmetry;
