@@ -1,6 +1,7 @@
 //! Operators on frames that repeat themselves in one or both directions.
 
-use super::{Random, cfrp, cfrp_of_tables, green, pair, steel};
+use super::{Random, cfrp, green, pair, steel};
+use crate::crystals::cfrp_of_tables;
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CrossBlocks, PatchIntegrator, PeriodicFlexibility, Side, SurfaceGreen};
 use orthowear::error::Kind;

@@ -21,9 +21,8 @@ impl Flexibility for OneCell {
     }
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
-        for i in 0..3 {
-            gap[i] = (0..3).map(|j| self.0[(i, j)] * tractions[j]).sum();
-        }
+        let product = self.0 * nalgebra::Vector3::from_column_slice(tractions);
+        gap.copy_from_slice(product.as_slice());
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {

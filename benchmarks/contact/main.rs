@@ -1,0 +1,162 @@
+//! What contacts of half-spaces cost from 64 to 1024 cells along the frame: seconds, products, memory, error.
+//!
+//!     cargo build --release && cargo run --release --example contact -- [LETTERS] [--cells N ..] [--threads N ..]
+//!         [--repeats N] [--limit SECONDS] [--uzawa]
+
+mod cases;
+#[path = "../machine.rs"]
+mod machine;
+mod measure;
+mod rough;
+mod transform;
+
+use std::error::Error;
+
+use cases::Case;
+use measure::Run;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// What the command line asks for.
+struct Settings {
+    cases: Vec<Case>,
+    cells: Vec<usize>,
+    threads: Vec<usize>,
+    repeats: usize,
+    /// A case is not taken further when a run takes longer than this.
+    limit: f64,
+    uzawa: bool,
+}
+
+impl Settings {
+    fn new(words: &[String]) -> Outcome<Self> {
+        let mut settings = Self {
+            cases: Case::ALL.to_vec(),
+            cells: vec![64, 128, 256, 512, 1024],
+            threads: vec![1, 2],
+            repeats: 3,
+            limit: 60.0,
+            uzawa: false,
+        };
+        let mut words = words.iter().peekable();
+        while let Some(word) = words.next() {
+            let mut numbers = Vec::new();
+            while let Some(number) = words.peek().and_then(|next| next.parse().ok()) {
+                numbers.push(number);
+                words.next();
+            }
+            match (word.as_str(), numbers.as_slice()) {
+                ("--cells", [_, ..]) => settings.cells = numbers,
+                ("--threads", [_, ..]) => settings.threads = numbers,
+                ("--repeats", [count]) if *count > 0 => settings.repeats = *count,
+                ("--limit", [seconds]) => settings.limit = *seconds as f64,
+                ("--uzawa", []) => settings.uzawa = true,
+                (letters, []) if letters.chars().all(|c| letter(c).is_some()) => {
+                    settings.cases = letters.chars().filter_map(letter).collect();
+                }
+                (other, _) => {
+                    return Err(format!(
+                        "{other}: allowed are letters of abcde, --cells N .., --threads N .., --repeats N, --limit SECONDS, --uzawa"
+                    )
+                    .into());
+                }
+            }
+        }
+        Ok(settings)
+    }
+}
+
+fn letter(c: char) -> Option<Case> {
+    Case::ALL.into_iter().find(|case| case.letter() == c)
+}
+
+fn main() -> Outcome<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let settings = Settings::new(&words)?;
+    let program = measure::program()?;
+    print!("{}# load: {}# medians of {}\n\n", machine::comment(), load(), settings.repeats);
+    if settings.uzawa {
+        return uzawa(&program, &settings);
+    }
+    println!(
+        "| case | cells | threads | s | of which kernel table | s per increment | applications | MiB | residual | error | contact mm2 \
+         | over its transforms | 1 thread / threads |"
+    );
+    println!("|{}", "---|".repeat(13));
+    for &case in &settings.cases {
+        let runs = measure_case(&program, case, &settings)?;
+        let finest = runs.last().map_or(f64::NAN, |(.., run)| run.quantity);
+        for (n, threads, run) in &runs {
+            let wanted = case.exact().unwrap_or(finest);
+            let single = runs.iter().find(|(m, t, _)| m == n && *t == 1).map(|(.., run)| run.total);
+            println!("{}", row(case, (*n, *threads), run, (wanted, single)));
+        }
+    }
+    print!("\n# load at the end: {}", load());
+    Ok(())
+}
+
+fn load() -> String {
+    std::fs::read_to_string("/proc/loadavg").unwrap_or_else(|_| "unknown\n".to_owned())
+}
+
+fn measure_case(
+    program: &std::path::Path,
+    case: Case,
+    settings: &Settings,
+) -> Outcome<Vec<(usize, usize, Run)>> {
+    let mut runs = Vec::new();
+    for &n in &settings.cells {
+        let mut longest: f64 = 0.0;
+        for &threads in &settings.threads {
+            let some: Outcome<Vec<Run>> =
+                (0..settings.repeats).map(|_| measure::run(program, case, n, threads, "auto")).collect();
+            let run = measure::median(some?);
+            eprintln!("{} {n} {threads}: {:.3} s, {}", case.letter(), run.total, run.status);
+            longest = longest.max(run.total);
+            runs.push((n, threads, run));
+        }
+        if longest > settings.limit {
+            break;
+        }
+    }
+    Ok(runs)
+}
+
+fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f64, Option<f64>)) -> String {
+    let floor = run.applications * case.transforms() * transform::seconds(n);
+    let error = if run.status == "converged" {
+        format!("{:.1e}", (run.quantity / wanted - 1.0).abs())
+    } else {
+        run.status.clone()
+    };
+    format!(
+        "| {} | {n} | {threads} | {:.3} | {:.3} | {:.4} | {} | {:.0} | {:.1e} | {error} | {:.4} | {:.2} | {} |",
+        case.letter(),
+        run.total,
+        run.table,
+        (run.total - run.table) / case.increments() as f64,
+        run.applications,
+        run.memory,
+        run.residual,
+        run.contact,
+        run.total / floor,
+        single.map_or(String::new(), |single| format!("{:.2}", single / run.total)),
+    )
+}
+
+/// The method of the source paper beside the default on the scene with fibres.
+fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
+    println!("| cells | method | s | applications | residual | normal force |");
+    println!("|{}", "---|".repeat(6));
+    for &n in settings.cells.iter().filter(|n| **n <= 128) {
+        for method in ["auto", "bb", "uzawa"] {
+            let run = measure::run(program, Case::Fibres, n, settings.threads[0], method)?;
+            println!(
+                "| {n} | {method} | {:.3} | {} | {:.1e} ({}) | {:.6} |",
+                run.total, run.applications, run.residual, run.status, run.quantity
+            );
+        }
+    }
+    Ok(())
+}
