@@ -138,32 +138,32 @@ fn half_power(side: f64, i: usize) -> f64 {
 
 /// The expansion for rectangles of given sides.
 pub(super) struct FarField {
-    /// `[term][component]` at each angle.
-    table: AngularTable,
+    /// `[component][term]`, at equidistant angles of a whole turn.
+    planes: Vec<Vec<Vec<f64>>>,
     /// Distance from which on 1, 2, ... terms suffice, descending.
     from: [f64; TERMS],
 }
 
 impl FarField {
     pub(super) fn new(green: &SurfaceGreen, sides: [f64; 2]) -> Self {
-        let order = green.order() + 2 * TERMS;
-        let count = AngularTable::count(order);
-        let mut planes = vec![Vec::new(); TERMS * COMPONENTS.len()];
+        let count = AngularTable::count(green.order() + 2 * TERMS);
         let mut largest = [0.0_f64; TERMS + 1];
-        for component in COMPONENTS {
-            for (m, coefficients) in terms(component, green, sides).into_iter().enumerate() {
-                let values = series(count, coefficients.into_iter().enumerate());
-                largest[m] = values.iter().fold(largest[m], |largest, value| largest.max(value.abs()));
-                if m < TERMS {
-                    planes[m * COMPONENTS.len() + component.index()] = values;
-                }
+        let of_component = |component: &Component| -> Vec<Vec<f64>> {
+            let terms = terms(*component, green, sides).into_iter();
+            terms.map(|coefficients| series(count, coefficients.into_iter().enumerate())).collect()
+        };
+        let mut planes: Vec<Vec<Vec<f64>>> = COMPONENTS.iter().map(of_component).collect();
+        for plane in &mut planes {
+            for (largest, values) in largest.iter_mut().zip(&*plane) {
+                *largest = values.iter().fold(*largest, |largest, value| largest.max(value.abs()));
             }
+            plane.truncate(TERMS);
         }
         let from = std::array::from_fn(|m| {
             let next = m + 1;
             (largest[next] / (ACCURACY * largest[0])).powf(0.5 / next as f64)
         });
-        Self { table: AngularTable::new(&planes), from }
+        Self { planes, from }
     }
 
     /// Distance from which on the expansion holds, mm.
@@ -171,26 +171,40 @@ impl FarField {
         self.from[TERMS - 1]
     }
 
-    /// `components` of the kernel at (x, y), at least [`Self::reach`] away, into `values`.
-    pub(super) fn evaluate(&self, [x, y]: [f64; 2], components: &[Component], values: &mut [f64]) {
-        let r = x.hypot(y);
-        let count = self.from.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
-        let mut factors = [0.0; TERMS];
-        let mut power = 1.0 / r;
-        for factor in &mut factors[..count] {
-            *factor = power;
-            power /= r * r;
-        }
+    /// The expansion of some components.
+    pub(super) fn of(&self, components: &[Component]) -> FarComponents {
+        let term =
+            |m: usize| components.iter().map(move |component| self.planes[component.index()][m].clone());
+        let functions: Vec<Vec<f64>> = (0..TERMS).flat_map(term).collect();
+        FarComponents { table: AngularTable::new(&functions), count: components.len(), from: self.from }
+    }
+}
+
+/// The expansion of some components.
+pub(super) struct FarComponents {
+    /// `[term][component]` at each angle.
+    table: AngularTable,
+    count: usize,
+    from: [f64; TERMS],
+}
+
+impl FarComponents {
+    /// The components at (x, y), at least [`FarField::reach`] away, into `values`.
+    pub(super) fn evaluate(&self, [x, y]: [f64; 2], values: &mut [f64]) {
+        let r = (x * x + y * y).sqrt();
+        let terms = self.from.iter().position(|&from| r >= from).map_or(TERMS, |m| m + 1);
         let (weights, rows) = self.table.around(x, y);
-        let stride = TERMS * COMPONENTS.len();
-        values.fill(0.0);
+        let (stride, used) = (TERMS * self.count, terms * self.count);
+        let mut sums = [0.0; TERMS * COMPONENTS.len()];
+        let sums = &mut sums[..used];
         for (weight, row) in weights.iter().zip(rows.chunks_exact(stride)) {
-            for (factor, term) in factors[..count].iter().zip(row.chunks_exact(COMPONENTS.len())) {
-                let weight = weight * factor;
-                for (value, component) in values.iter_mut().zip(components) {
-                    *value += weight * term[component.index()];
-                }
-            }
+            sums.iter_mut().zip(row).for_each(|(sum, entry)| *sum += weight * entry);
+        }
+        values.fill(0.0);
+        let (mut factor, shrink) = (1.0 / r, 1.0 / (r * r));
+        for term in sums.chunks_exact(self.count) {
+            values.iter_mut().zip(term).for_each(|(value, sum)| *value += factor * sum);
+            factor *= shrink;
         }
     }
 }
@@ -216,7 +230,7 @@ mod tests {
                 let r = distance * far.reach();
                 let at = [r * f64::cos(angle), r * f64::sin(angle)];
                 let mut values = [0.0; 9];
-                far.evaluate(at, &COMPONENTS, &mut values);
+                far.of(&COMPONENTS).evaluate(at, &mut values);
                 let expected = integrator.rectangle(sides, at);
                 let half = |i: usize, j: usize, sign: f64| (expected[(i, j)] + sign * expected[(j, i)]) / 2.0;
                 let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];

@@ -121,7 +121,7 @@ impl FftFlexibility {
     fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
             let planes = self.table.planes(self.convolution.cells, &[Component::Even(2)]);
-            let symbol = self.convolution.transform(|ix, iy| self.periodic(&planes[0], ix, iy));
+            let symbol = self.convolution.transform(|ix, row| self.add_row(&planes[0], ix, row));
             symbol.iter().map(|value| value.re * self.weight()).collect()
         })
     }
@@ -144,11 +144,12 @@ impl FftFlexibility {
         self.factor as f64 / (px * py) as f64
     }
 
-    /// A plane of offsets, periodic with the padded size and zero where no pair of cells lies.
-    fn periodic(&self, plane: &OffsetPlane, ix: usize, iy: usize) -> f64 {
-        let (cells, [px, py]) = (self.convolution.cells, self.convolution.padded);
-        let offset = wrapped_offset(ix, px, cells[0]).zip(wrapped_offset(iy, py, cells[1]));
-        offset.map_or(0.0, |(dx, dy)| plane.at(dx, dy))
+    /// Adds a row of a plane of offsets, periodic with the padded size and zero where no pair of cells lies.
+    fn add_row(&self, plane: &OffsetPlane, ix: usize, row: &mut [f64]) {
+        let (cells, period) = (self.convolution.cells[0], self.convolution.padded[0]);
+        if let Some(dx) = wrapped_offset(ix, period, cells) {
+            plane.add_row(dx, row);
+        }
     }
 
     /// The transform of the kernel without nn: `count` planes.
@@ -165,7 +166,7 @@ impl FftFlexibility {
             let planes = self.table.planes(self.convolution.cells, components);
             let transformed = self
                 .convolution
-                .transform(|ix, iy| planes.iter().map(|plane| self.periodic(plane, ix, iy)).sum());
+                .transform(|ix, row| planes.iter().for_each(|plane| self.add_row(plane, ix, row)));
             let (weight, parts) = (self.weight(), components.len());
             symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
                 |(planes, column)| {

@@ -241,13 +241,14 @@ impl Convolution {
             .expect("buffers of the planned lengths");
     }
 
-    /// Transform of a real plane `entry(ix, iy)` over the whole padded grid, `[k_y][padded_x]`.
-    pub(super) fn transform(&self, entry: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Complex<f64>> {
+    /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds its row to zeros.
+    pub(super) fn transform(&self, fill: impl Fn(usize, &mut [f64]) + Sync) -> Vec<Complex<f64>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
         let zero = Complex::new(0.0, 0.0);
         let mut rows = vec![zero; px * half];
         rows.par_chunks_mut(half).enumerate().for_each(|(ix, spectrum)| {
-            let mut real: Vec<f64> = (0..py).map(|iy| entry(ix, iy)).collect();
+            let mut real = vec![0.0; py];
+            fill(ix, &mut real);
             self.rows.process(&mut real, spectrum).expect("buffers of the planned lengths");
         });
         let mut columns = vec![zero; px * half];

@@ -65,13 +65,8 @@ impl KernelTable {
             .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
     }
 
-    /// `components` at the offset of `dx` >= 0 and `dy` cells into `values`.
-    fn evaluate(&self, dx: usize, dy: isize, components: &[Component], values: &mut [f64]) {
-        let Some(near) = self.near(dx, dy) else {
-            let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
-            self.far.evaluate(offset, components, values);
-            return;
-        };
+    /// Near `components` into `values`.
+    fn split(near: &Matrix3<f64>, components: &[Component], values: &mut [f64]) {
         for (value, component) in values.iter_mut().zip(components) {
             *value = match *component {
                 Component::Even(k) => 0.5 * (near[EVEN[k]] + near[(EVEN[k].1, EVEN[k].0)]),
@@ -82,7 +77,7 @@ impl KernelTable {
 
     /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
     pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[Component]) -> Vec<OffsetPlane> {
-        let (width, count) = (2 * ny - 1, components.len());
+        let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
             .iter()
             .map(|component| OffsetPlane {
@@ -102,7 +97,13 @@ impl KernelTable {
             let mut values = [0.0; EVEN.len() + ODD.len()];
             let values = &mut values[..count];
             for column in if dx == 0 { ny - 1 } else { 0 }..width {
-                self.evaluate(dx, column as isize - (ny as isize - 1), components, values);
+                let dy = column as isize - (ny as isize - 1);
+                match self.near(dx, dy) {
+                    Some(near) => Self::split(near, components, values),
+                    None => {
+                        far.evaluate([dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]], values);
+                    }
+                }
                 row.iter_mut().zip(&*values).for_each(|(part, value)| part[column] = *value);
             }
         });
@@ -124,10 +125,24 @@ pub(super) struct OffsetPlane {
 }
 
 impl OffsetPlane {
-    /// Its value at the offset of `dx` and `dy` cells.
-    pub(super) fn at(&self, dx: isize, dy: isize) -> f64 {
-        let (sign, dx, dy) = if dx >= 0 { (1.0, dx, dy) } else { (self.mirror, -dx, -dy) };
-        let ny = self.cells_y as isize;
-        sign * self.values[(dx * (2 * ny - 1) + ny - 1 + dy) as usize]
+    /// Adds the offsets of `dx` cells along x to `row`, periodic with its length: at the index of `dy`, or of `dy` more than
+    /// the length where it is negative.
+    pub(super) fn add_row(&self, dx: isize, row: &mut [f64]) {
+        let (ny, period) = (self.cells_y, row.len());
+        let start = dx.unsigned_abs() * (2 * ny - 1);
+        let values = &self.values[start..start + 2 * ny - 1];
+        // From the middle on dy = 0, 1, ...; before it -1, -2, ... Those of -dx are the mirrored ones.
+        let (before, from) = values.split_at(ny - 1);
+        if dx >= 0 {
+            row.iter_mut().zip(from).for_each(|(r, value)| *r += value);
+            row[period + 1 - ny..].iter_mut().zip(before).for_each(|(r, value)| *r += value);
+        } else {
+            let mirrored = before.iter().rev();
+            row.iter_mut()
+                .zip([&from[0]].into_iter().chain(mirrored))
+                .for_each(|(r, v)| *r += self.mirror * v);
+            let behind = from[1..].iter().rev();
+            row[period + 1 - ny..].iter_mut().zip(behind).for_each(|(r, v)| *r += self.mirror * v);
+        }
     }
 }
