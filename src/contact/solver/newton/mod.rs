@@ -41,7 +41,7 @@ const ENOUGH: f64 = 0.1;
 const EXCUSED: usize = 1;
 const EXCUSE: f64 = 3.0;
 
-/// A failed Newton step is kept as a start for the repair below this residual.
+/// The first step of a solve may end below this residual, and a failed one is kept as a start for the repair.
 const FAR: f64 = 1.0;
 
 /// Newton steps that fail before the method gives up.
@@ -87,7 +87,7 @@ impl Solve<'_, '_> {
     fn run(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
         let mut trial = it.clone();
         let (mut failures, mut repair, mut near) = (0, REPAIR, WARM);
-        let (mut best, mut worse) = (f64::INFINITY, 0);
+        let (mut first, mut best, mut worse) = (true, f64::INFINITY, 0);
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
@@ -110,9 +110,12 @@ impl Solve<'_, '_> {
             }
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
-            best = best.min(residual);
+            // What the first step starts from says little: a warm start is in equilibrium but for the load.
+            let bound = if first { FAR } else { EXCUSE * best };
             worse = if after < best { 0 } else { worse + 1 };
-            if after < best || (worse <= EXCUSED && after < EXCUSE * best) {
+            best = best.min(after);
+            first = false;
+            if worse <= EXCUSED && after < bound {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
