@@ -109,6 +109,10 @@ impl Observer for Nobody {
     fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
         Ok(())
     }
+
+    fn wants_tangential_gap(&self) -> bool {
+        false
+    }
 }
 
 /// The recorder of a run, and somebody who watches besides.
@@ -129,6 +133,10 @@ impl Observer for Watched<'_, '_> {
 
     fn interrupted(&self) -> bool {
         self.recorder.interrupted()
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap()
     }
 }
 

@@ -17,6 +17,9 @@ pub struct StateChecks {
     pub tangential_gap_energy: f64,
     /// Elastic energy ½ Pᵀ A S P, summed over the ends, N mm.
     pub elastic_energy: f64,
+    /// Largest difference of S P from its direct summation, in the cells where that was done, over the largest S P there; `None`
+    /// without tractions, or for an operator that has no direct sum.
+    pub operator_defect: Option<f64>,
     /// Friction dissipation -Σ A q·Δg of one pass through the ends, N mm.
     pub dissipation: f64,
 }
@@ -31,15 +34,59 @@ impl StateChecks {
             max_cone_violation: self.max_cone_violation.max(later.max_cone_violation),
             normal_gap_energy: self.normal_gap_energy.max(later.normal_gap_energy),
             tangential_gap_energy: self.tangential_gap_energy.max(later.tangential_gap_energy),
+            operator_defect: larger(self.operator_defect, later.operator_defect),
             ..*later
         }
     }
 }
 
-/// Evaluates the state afresh and checks it; without friction the tangential elastic gap is filled in too.
-pub fn check(problem: &Increment, it: &mut Iterate) -> StateChecks {
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::max)
+}
+
+/// Kernels integrated for the direct sums of a state, but for two cells at least, and fifty at most.
+const DIRECT_KERNELS: usize = 4000;
+const DIRECT_CELLS: [usize; 2] = [2, 50];
+
+/// Compares S P with its direct summation in some of the loaded cells, evenly spread.
+fn operator_defect(problem: &Increment, it: &Iterate) -> Option<f64> {
+    let n = problem.n();
+    let normal_only = problem.normal_only();
+    let mut worst: Option<f64> = None;
+    for (tractions, elastic) in it.tractions.chunks_exact(3 * n).zip(it.elastic.chunks_exact(3 * n)) {
+        let loaded: Vec<usize> = (0..n).filter(|&cell| tractions[2 * n + cell] > 0.0).collect();
+        let count =
+            (DIRECT_KERNELS / loaded.len().max(1)).clamp(DIRECT_CELLS[0], DIRECT_CELLS[1]).min(loaded.len());
+        let planes = if normal_only { 2..3 } else { 0..3 };
+        let (mut defect, mut size) = (0.0_f64, 0.0_f64);
+        for k in 0..count {
+            let cell = loaded[(2 * k + 1) * loaded.len() / (2 * count)];
+            let direct = problem.flexibility.direct(cell, tractions)?;
+            for plane in planes.clone() {
+                defect = defect.max((elastic[plane * n + cell] - direct[plane]).abs());
+                size = size.max(direct[plane].abs());
+            }
+        }
+        if size > 0.0 {
+            worst = larger(worst, Some(defect / size));
+        }
+    }
+    worst
+}
+
+/// What becomes of the tangential gap where only pressures were unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TangentialGap {
+    /// It is computed from the pressures.
+    Complete,
+    /// It stays without what the pressures cause: nobody looks at it.
+    Leave,
+}
+
+/// Evaluates the state afresh and checks it.
+pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap) -> StateChecks {
     problem.evaluate(it);
-    if problem.normal_only() {
+    if problem.normal_only() && gap == TangentialGap::Complete {
         fill_tangential(problem, it);
     }
     let n = problem.n();
@@ -48,6 +95,7 @@ pub fn check(problem: &Increment, it: &mut Iterate) -> StateChecks {
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
+    checks.operator_defect = operator_defect(problem, it);
     let mut p_max: f64 = 0.0;
     let mut normal = 0.0;
     let mut tangential = 0.0;

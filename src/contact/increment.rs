@@ -171,8 +171,13 @@ impl Increment<'_> {
         self.skip && self.friction.is_none() && self.wear.is_none()
     }
 
-    /// The linear part of the equations, for changes of tractions and motions, the wear left out; `nothing`: zeros, `[3, N]`.
-    pub(super) fn homogeneous<'b>(&'b self, nothing: &'b [f64]) -> Increment<'b> {
+    /// The linear part of the equations with an operator that may be less exact, for changes of tractions and motions, the
+    /// wear left out; `nothing`: zeros, `[3, N]`.
+    pub(super) fn homogeneous<'b>(
+        &'b self,
+        flexibility: &'b dyn Flexibility,
+        nothing: &'b [f64],
+    ) -> Increment<'b> {
         let ends = self.ends.iter().map(|end| End {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
@@ -180,6 +185,7 @@ impl Increment<'_> {
             reference: end.reference.homogeneous(self.n()),
         });
         Increment {
+            flexibility,
             initial_gap: nothing,
             worn: &nothing[..self.n()],
             wear: None,

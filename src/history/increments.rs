@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::contact::certificate::{self, StateChecks};
+use crate::contact::certificate::{self, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
 use crate::contact::{End, Increment, Iterate, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
@@ -110,7 +110,9 @@ pub(super) fn solve_and_check(
         let mut report = solve(problem, it, &options, observer, stage)?;
         spent = [spent[0] + report.iterations, spent[1] + report.applications];
         [report.iterations, report.applications] = spent;
-        let checks = certificate::check(problem, it);
+        let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap() || !options.skip;
+        let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Leave };
+        let checks = certificate::check(problem, it, gap);
         let overlapping = problem.complete(it)?;
         if overlapping.is_empty() || report.stop == Stop::Interrupted {
             return Ok((report, checks));

@@ -141,6 +141,7 @@ pub(super) fn certificate(checks: &StateChecks, approach: f64, energy_balance: f
         max_cone_violation: checks.max_cone_violation,
         normal_gap_energy: checks.normal_gap_energy,
         tangential_gap_energy: checks.tangential_gap_energy,
+        operator_defect: checks.operator_defect,
         energy_balance,
     }
 }

@@ -113,6 +113,10 @@ pub struct Certificate {
     pub tangential_gap_energy: f64,
     /// Imbalance of work and elastic energy over the increment, relative.
     pub energy_balance: f64,
+    /// Largest difference of S P from its direct summation in some of the loaded cells, relative; `None` without any, and for
+    /// operators that are no sum of half-spaces on a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operator_defect: Option<f64>,
 }
 
 /// Resultants at one end of a stroke; forces and moments act on body 1, components along the frame's axes.
@@ -237,6 +241,11 @@ pub trait Observer {
     /// Asked between iterations: whether to stop (a signal was caught).
     fn interrupted(&self) -> bool {
         false
+    }
+
+    /// Whether it looks at the tangential gap of increments that have no friction.
+    fn wants_tangential_gap(&self) -> bool {
+        true
     }
 }
 

@@ -19,6 +19,11 @@ pub trait Flexibility: Send + Sync {
     /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
+    /// As [`Self::apply`] to about six digits, where that is faster.
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.apply(tractions, gap);
+    }
+
     /// `normal_gap = S_nn pressure`, both `[N]`; overwrites. Does not allocate.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
@@ -44,6 +49,12 @@ pub trait Flexibility: Send + Sync {
     /// As [`Self::precondition_normal`] for all components, both `[3, N]` by planes.
     fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
         false
+    }
+
+    /// S tractions (`[3, N]` by planes) in one cell, mm, summed over the cells without what [`Self::apply`] makes use of; `None`
+    /// if there is no such sum.
+    fn direct(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
+        None
     }
 
     /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
@@ -81,6 +92,31 @@ pub trait Flexibility: Send + Sync {
     }
 }
 
+/// An operator whose products need be right to about six digits only.
+pub struct SinglePrecision<'a>(pub &'a dyn Flexibility);
+
+impl Flexibility for SinglePrecision<'_> {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply_single(tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.0.couples_normal_tangential()
+    }
+}
+
 /// The sum of several operators on one frame.
 pub struct SumFlexibility {
     parts: Vec<Box<dyn Flexibility>>,
@@ -109,6 +145,15 @@ impl Flexibility for SumFlexibility {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         for part in &self.parts[1..] {
             part.apply(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply_single(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply_single(tractions, &mut scratch);
             gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
         }
     }

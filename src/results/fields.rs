@@ -1,5 +1,6 @@
 //! Writes the fields of a run, increment by increment: `.vtu` files, the `.pvd` collections over them, pictures.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
@@ -51,7 +52,8 @@ impl FieldKind {
 /// Writes what is asked for of a frame and its bodies.
 pub struct FieldWriter<'a> {
     frame: &'a ContactFrame,
-    mesh: FrameMesh,
+    /// Made when it is first written.
+    mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     wanted: Vec<FieldKind>,
     increments: usize,
@@ -65,7 +67,7 @@ impl<'a> FieldWriter<'a> {
     pub fn new(frame: &'a ContactFrame, bodies: Vec<BodyOutput<'a>>, wanted: &[FieldKind]) -> Self {
         Self {
             frame,
-            mesh: FrameMesh::new(frame),
+            mesh: OnceCell::new(),
             bodies,
             wanted: wanted.to_vec(),
             increments: 0,
@@ -73,6 +75,15 @@ impl<'a> FieldWriter<'a> {
             maps: Vec::new(),
             peaks: Vec::new(),
         }
+    }
+
+    fn mesh(&self) -> &FrameMesh {
+        self.mesh.get_or_init(|| FrameMesh::new(self.frame))
+    }
+
+    /// Whether it writes anything.
+    pub fn writes(&self) -> bool {
+        !self.wanted.is_empty()
     }
 
     /// Writes the fields of the next increment.
@@ -90,7 +101,7 @@ impl<'a> FieldWriter<'a> {
             self.keep_map(record, state);
         }
         if self.wanted.contains(&FieldKind::Vtu) {
-            let grid = frame_grid(self.frame, &self.mesh, state)?;
+            let grid = frame_grid(self.frame, self.mesh(), state)?;
             self.write(output, "frame", &grid)?;
         }
         for body in self.bodies.clone() {
@@ -133,7 +144,7 @@ impl<'a> FieldWriter<'a> {
         }
         let meshed = matches!(body.shape, BodyShape::Mesh { .. });
         if wanted.contains(&FieldKind::Vtu) || (meshed && wanted.contains(&FieldKind::Stress)) {
-            let grid = surface_grid(body, (self.frame, &self.mesh), &field, &tractions)?;
+            let grid = surface_grid(body, (self.frame, self.mesh()), &field, &tractions)?;
             self.write(output, name, &grid)?;
         }
         if let BodyShape::Mesh { mesh, .. } = body.shape

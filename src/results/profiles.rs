@@ -50,6 +50,10 @@ impl Profiles {
 impl Observer for Profiles {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
+    fn wants_tangential_gap(&self) -> bool {
+        false
+    }
+
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         let n = self.frame.n_cells();
         let pressure = &state.tractions[2 * n..];

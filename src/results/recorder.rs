@@ -97,6 +97,10 @@ impl Observer for Recorder<'_> {
         }
     }
 
+    fn wants_tangential_gap(&self) -> bool {
+        self.fields.as_ref().is_some_and(FieldWriter::writes)
+    }
+
     fn interrupted(&self) -> bool {
         self.stop.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }

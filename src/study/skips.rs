@@ -43,8 +43,20 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     Ok(all)
 }
 
-/// Fields of meshed bodies that nobody asked for.
+/// Fields that nobody asked for.
 pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
+    let mut skipped = skipped_stress(plan);
+    if plan.output.fields.is_empty() && plan.friction.ellipse().is_none() && plan.solver.skip {
+        skipped.push(Skipped {
+            what: "tangential gap of steps without friction and wear".to_owned(),
+            why: "output.fields is empty, and nothing slips against friction".to_owned(),
+        });
+    }
+    skipped
+}
+
+/// Stresses of meshed bodies that nobody asked for.
+fn skipped_stress(plan: &Plan) -> Vec<Skipped> {
     let wanted = &plan.output.fields;
     let (what, why) = if !FieldKind::need_stress(wanted) {
         ("stress and its error estimate", "output.fields has none of \"volume\", \"stress\", \"error\"")

@@ -2,15 +2,16 @@
 
 use std::sync::{Arc, Mutex, OnceLock};
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::admittance::Admittance;
 use super::fft_plan::{Buffers, Convolution, fast_size};
+use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::kernel_table::{Component, KernelTable, OffsetPlane};
 use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::{FullInverse, NormalInverse};
+use super::symbol_inverse::{full_inverse, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::memory;
@@ -52,8 +53,10 @@ pub struct FftFlexibility {
     normal_buffers: Mutex<Option<Buffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    normal_inverse: OnceLock<NormalInverse>,
-    full_inverse: OnceLock<FullInverse>,
+    normal_inverse: OnceLock<Filter>,
+    full_inverse: OnceLock<Filter>,
+    /// The operator itself in single precision.
+    single: OnceLock<Filter>,
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller: Mutex<Vec<Arc<FftFlexibility>>>,
 }
@@ -98,6 +101,7 @@ impl FftFlexibility {
             admittance,
             normal_inverse: OnceLock::new(),
             full_inverse: OnceLock::new(),
+            single: OnceLock::new(),
             smaller: Mutex::new(Vec::new()),
         }
     }
@@ -129,6 +133,17 @@ impl FftFlexibility {
     /// The other planes of the symbol.
     fn rest(&self) -> &[f64] {
         self.rest.get_or_init(|| self.make_rest(if self.coupled { COUPLED } else { UNCOUPLED }))
+    }
+
+    /// The operator in single precision.
+    fn single(&self) -> &Filter {
+        self.single.get_or_init(|| {
+            let parts = if self.coupled { Parts::Coupled } else { Parts::Uncoupled };
+            let (px, count) = (self.convolution.padded[0], parts.planes() - 1);
+            let columns = self.normal().chunks_exact(px).zip(self.rest().chunks_exact(count * px));
+            let symbol: Vec<f64> = columns.flat_map(|(nn, rest)| nn.iter().chain(rest)).copied().collect();
+            Filter::new(Convolution::new(self.convolution.cells), parts, &symbol)
+        })
     }
 
     /// The P planes of one k_y.
@@ -205,6 +220,10 @@ impl Flexibility for FftFlexibility {
         });
     }
 
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.single().apply(tractions, gap);
+    }
+
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         let mut buffers = self.normal_buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.convolution.buffers(1));
@@ -224,11 +243,25 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        let make = || {
-            NormalInverse::new(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance)
-        };
+        let make =
+            || normal_inverse(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance);
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
+    }
+
+    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        let (n, ny) = (self.n_cells(), self.convolution.cells[1]);
+        let mut sum = Vector3::zeros();
+        for source in 0..n {
+            let traction = Vector3::new(tractions[source], tractions[n + source], tractions[2 * n + source]);
+            if traction != Vector3::zeros() {
+                let along =
+                    |axis: fn(usize, usize) -> usize| axis(cell, ny) as isize - axis(source, ny) as isize;
+                let offset = [along(|cell, ny| cell / ny), along(|cell, ny| cell % ny)];
+                sum += self.table.integral(offset) * traction;
+            }
+        }
+        Some((sum * self.factor as f64).into())
     }
 
     fn has_inverse(&self) -> bool {
@@ -271,9 +304,8 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        let make = || {
-            FullInverse::new(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance)
-        };
+        let make =
+            || full_inverse(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance);
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }

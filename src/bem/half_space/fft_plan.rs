@@ -9,7 +9,7 @@ use std::sync::Arc;
 use nalgebra::Complex;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftNum, FftPlanner};
 
 /// Pieces into which the rows and the columns are divided for the threads.
 const TASKS: usize = 16;
@@ -17,38 +17,66 @@ const TASKS: usize = 16;
 /// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
 
+/// A floating-point type that is transformed.
+pub(super) trait Real: FftNum {
+    /// The nearest to a number.
+    fn of(value: f64) -> Self;
+    /// The number.
+    fn double(self) -> f64;
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    fn double(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+
+    fn double(self) -> f64 {
+        f64::from(self)
+    }
+}
+
 /// The plans for a grid of `cells` padded with zeros to `padded`.
-pub(super) struct Convolution {
+pub(super) struct Convolution<T = f64> {
     /// Cells along x and y.
     pub(super) cells: [usize; 2],
     /// Padded sizes, at least 2 cells - 1, products of small primes.
     pub(super) padded: [usize; 2],
-    rows: Arc<dyn RealToComplex<f64>>,
-    rows_back: Arc<dyn ComplexToReal<f64>>,
-    columns: Arc<dyn Fft<f64>>,
-    columns_back: Arc<dyn Fft<f64>>,
+    rows: Arc<dyn RealToComplex<T>>,
+    rows_back: Arc<dyn ComplexToReal<T>>,
+    columns: Arc<dyn Fft<T>>,
+    columns_back: Arc<dyn Fft<T>>,
 }
 
 /// Work space of a convolution of up to three components.
-pub(super) struct Buffers {
+pub(super) struct Buffers<T = f64> {
     /// `[ix][component][k_y]`
-    rows: Vec<Complex<f64>>,
+    rows: Vec<Complex<T>>,
     /// `[k_y][component][column_stride]`, cells ix first
-    columns: Vec<Complex<f64>>,
-    tasks: Vec<Scratch>,
+    columns: Vec<Complex<T>>,
+    tasks: Vec<Scratch<T>>,
 }
 
 /// Work space of one piece.
-struct Scratch {
-    real: Vec<f64>,
+struct Scratch<T> {
+    real: Vec<T>,
     /// `[BLOCK][k_y]`
-    spectra: Vec<Complex<f64>>,
+    spectra: Vec<Complex<T>>,
     /// `[BLOCK][component][padded_x]`
-    columns: Vec<Complex<f64>>,
-    fft: Vec<Complex<f64>>,
+    columns: Vec<Complex<T>>,
+    fft: Vec<Complex<T>>,
 }
 
-impl Convolution {
+impl<T: Real> Convolution<T> {
     /// Padded with as many zeros as cells.
     pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
@@ -85,8 +113,8 @@ impl Convolution {
     }
 
     /// Work space for up to `components` components.
-    pub(super) fn buffers(&self, components: usize) -> Buffers {
-        let zero = Complex::new(0.0, 0.0);
+    pub(super) fn buffers(&self, components: usize) -> Buffers<T> {
+        let zero = Complex::new(T::zero(), T::zero());
         let half = self.half_spectrum();
         let fft = [
             self.rows.get_scratch_len(),
@@ -95,7 +123,7 @@ impl Convolution {
             self.columns_back.get_inplace_scratch_len(),
         ];
         let scratch = || Scratch {
-            real: vec![0.0; self.padded[1]],
+            real: vec![T::zero(); self.padded[1]],
             spectra: vec![zero; BLOCK * half],
             columns: vec![zero; BLOCK * components * self.padded[0]],
             fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
@@ -113,18 +141,34 @@ impl Convolution {
         &self,
         input: &[f64],
         output: &mut [f64],
-        buffers: &mut Buffers,
-        multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
+        buffers: &mut Buffers<T>,
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
+    ) {
+        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
+    }
+
+    /// The same with factors on what goes in and on what comes out.
+    pub(super) fn apply_scaled<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        (buffers, [before, after]): (&mut Buffers<T>, [f64; 2]),
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
     ) {
         let Buffers { rows, columns, tasks } = buffers;
         let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
         let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
-        self.forward_rows::<C>(input, rows, tasks);
+        self.forward_rows::<C>((input, before), rows, tasks);
         self.through_columns::<C>(rows, columns, tasks, multiply);
-        self.backward_rows::<C>(columns, output, tasks);
+        self.backward_rows::<C>(columns, (output, after), tasks);
     }
 
-    fn forward_rows<const C: usize>(&self, input: &[f64], rows: &mut [Complex<f64>], tasks: &mut [Scratch]) {
+    fn forward_rows<const C: usize>(
+        &self,
+        (input, factor): (&[f64], f64),
+        rows: &mut [Complex<T>],
+        tasks: &mut [Scratch<T>],
+    ) {
         let [nx, ny] = self.cells;
         let half = self.half_spectrum();
         let per_task = nx.div_ceil(TASKS);
@@ -133,8 +177,9 @@ impl Convolution {
                 for (k, spectrum) in rows.chunks_exact_mut(half).enumerate() {
                     let (ix, component) = (task * per_task + k / C, k % C);
                     let start = component * nx * ny + ix * ny;
-                    scratch.real[..ny].copy_from_slice(&input[start..start + ny]);
-                    scratch.real[ny..].fill(0.0);
+                    let row = scratch.real.iter_mut().zip(&input[start..start + ny]);
+                    row.for_each(|(real, value)| *real = T::of(factor * value));
+                    scratch.real[ny..].fill(T::zero());
                     self.rows
                         .process_with_scratch(&mut scratch.real, spectrum, &mut scratch.fft)
                         .expect("buffers of the planned lengths");
@@ -145,10 +190,10 @@ impl Convolution {
 
     fn through_columns<const C: usize>(
         &self,
-        rows: &[Complex<f64>],
-        columns: &mut [Complex<f64>],
-        tasks: &mut [Scratch],
-        multiply: impl Fn(usize, [&mut [Complex<f64>]; C]) + Sync,
+        rows: &[Complex<T>],
+        columns: &mut [Complex<T>],
+        tasks: &mut [Scratch<T>],
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
     ) {
         let (nx, stride) = (self.cells[0], self.column_stride());
         let per_task = self.half_spectrum().div_ceil(TASKS);
@@ -178,10 +223,10 @@ impl Convolution {
     /// Copies the columns k_y = first, ..., first + count - 1 from the rows and pads them with zeros.
     fn gather<const C: usize>(
         &self,
-        rows: &[Complex<f64>],
+        rows: &[Complex<T>],
         first: usize,
         count: usize,
-        work: &mut [Complex<f64>],
+        work: &mut [Complex<T>],
     ) {
         let (nx, half, length) = (self.cells[0], self.half_spectrum(), self.padded[0]);
         for ix in 0..nx {
@@ -193,15 +238,15 @@ impl Convolution {
             }
         }
         for column in work[..count * C * length].chunks_exact_mut(length) {
-            column[nx..].fill(Complex::new(0.0, 0.0));
+            column[nx..].fill(Complex::new(T::zero(), T::zero()));
         }
     }
 
     fn backward_rows<const C: usize>(
         &self,
-        columns: &[Complex<f64>],
-        output: &mut [f64],
-        tasks: &mut [Scratch],
+        columns: &[Complex<T>],
+        (output, factor): (&mut [f64], f64),
+        tasks: &mut [Scratch<T>],
     ) {
         let [nx, ny] = self.cells;
         let (half, stride) = (self.half_spectrum(), self.column_stride());
@@ -219,7 +264,9 @@ impl Convolution {
                         }
                         for (k, row) in rows.chunks_exact_mut(ny).enumerate() {
                             self.real_row(k, scratch);
-                            row.copy_from_slice(&scratch.real[..ny]);
+                            row.iter_mut()
+                                .zip(&scratch.real)
+                                .for_each(|(value, real)| *value = factor * real.double());
                         }
                     }
                 },
@@ -229,12 +276,12 @@ impl Convolution {
 
     /// Inverse transform of the `k`th of `scratch.spectra` into `scratch.real`; the rounding left in the imaginary parts of
     /// the real harmonics is removed first.
-    fn real_row(&self, k: usize, scratch: &mut Scratch) {
+    fn real_row(&self, k: usize, scratch: &mut Scratch<T>) {
         let half = self.half_spectrum();
         let spectrum = &mut scratch.spectra[k * half..(k + 1) * half];
-        spectrum[0].im = 0.0;
+        spectrum[0].im = T::zero();
         if self.padded[1].is_multiple_of(2) {
-            spectrum[self.padded[1] / 2].im = 0.0;
+            spectrum[self.padded[1] / 2].im = T::zero();
         }
         self.rows_back
             .process_with_scratch(spectrum, &mut scratch.real, &mut scratch.fft)
@@ -242,12 +289,12 @@ impl Convolution {
     }
 
     /// Transform of a real plane over the whole padded grid, `[k_y][padded_x]`; `fill(ix, row)` adds its row to zeros.
-    pub(super) fn transform(&self, fill: impl Fn(usize, &mut [f64]) + Sync) -> Vec<Complex<f64>> {
+    pub(super) fn transform(&self, fill: impl Fn(usize, &mut [T]) + Sync) -> Vec<Complex<T>> {
         let (half, [px, py]) = (self.half_spectrum(), self.padded);
-        let zero = Complex::new(0.0, 0.0);
+        let zero = Complex::new(T::zero(), T::zero());
         let mut rows = vec![zero; px * half];
         rows.par_chunks_mut(half).enumerate().for_each(|(ix, spectrum)| {
-            let mut real = vec![0.0; py];
+            let mut real = vec![T::zero(); py];
             fill(ix, &mut real);
             self.rows.process(&mut real, spectrum).expect("buffers of the planned lengths");
         });

@@ -25,6 +25,7 @@ pub(super) struct KernelTable {
     /// `[near_x][2 near_y - 1]`, offsets x >= 0.
     near: Vec<Matrix3<f64>>,
     far: FarField,
+    integrator: PatchIntegrator,
 }
 
 impl KernelTable {
@@ -49,7 +50,13 @@ impl KernelTable {
         });
         // The symmetry is imposed, so that the operator is symmetric to the last bit.
         near[near_cells[1] - 1] = (near[near_cells[1] - 1] + near[near_cells[1] - 1].transpose()) * 0.5;
-        Self { spacing, near_cells, near, far }
+        Self { spacing, near_cells, near, far, integrator }
+    }
+
+    /// K at an offset of `d` cells by the integral itself.
+    pub(super) fn integral(&self, d: [isize; 2]) -> Matrix3<f64> {
+        let offset = [0, 1].map(|axis| d[axis] as f64 * self.spacing[axis]);
+        self.integrator.rectangle(self.spacing, offset)
     }
 
     /// K(0): the influence of a cell on itself.

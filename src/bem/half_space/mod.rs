@@ -18,6 +18,7 @@ pub mod dense;
 mod far_field;
 pub mod fft;
 mod fft_plan;
+mod filter;
 pub mod green;
 mod kernel_table;
 mod line;

@@ -18,10 +18,11 @@ use nalgebra::{Complex, Matrix3};
 use super::admittance::Admittance;
 use super::fft::{CrossBlocks, check};
 use super::fft_plan::{Buffers, Convolution, fast_size};
+use super::filter::Filter;
 use super::green::SurfaceGreen;
 use super::periodic_symbol::{PLANES, closed, open_along};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::{FullInverse, NormalInverse};
+use super::symbol_inverse::{full_inverse, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::operator::Flexibility;
@@ -42,8 +43,8 @@ pub struct PeriodicFlexibility {
     buffers: Mutex<Buffers>,
     spacing: [f64; 2],
     admittance: Admittance,
-    normal_inverse: OnceLock<NormalInverse>,
-    full_inverse: OnceLock<FullInverse>,
+    normal_inverse: OnceLock<Filter>,
+    full_inverse: OnceLock<Filter>,
 }
 
 impl PeriodicFlexibility {
@@ -154,7 +155,7 @@ impl Flexibility for PeriodicFlexibility {
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make = || NormalInverse::new(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        let make = || normal_inverse(Convolution::padded(cells, cells), self.spacing, &self.admittance);
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }
@@ -165,7 +166,7 @@ impl Flexibility for PeriodicFlexibility {
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make = || FullInverse::new(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        let make = || full_inverse(Convolution::padded(cells, cells), self.spacing, &self.admittance);
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }

@@ -2,6 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::fft_plan::Real;
+
 /// Planes of a symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
 pub(super) const COUPLED: usize = 8;
 
@@ -9,7 +11,7 @@ pub(super) const COUPLED: usize = 8;
 pub(super) const UNCOUPLED: usize = 4;
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(super) fn multiply_coupled(nn: &[f64], rest: [&[f64]; COUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+pub(super) fn multiply_coupled<T: Real>(nn: &[T], rest: [&[T]; COUPLED], [x, y, n]: [&mut [Complex<T>]; 3]) {
     let [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = rest;
     for i in 0..x.len() {
         let (a, b, c) = (x[i], y[i], n[i]);
@@ -23,13 +25,17 @@ pub(super) fn multiply_coupled(nn: &[f64], rest: [&[f64]; COUPLED], [x, y, n]: [
 }
 
 /// The same with vanishing xn and yn.
-pub(super) fn multiply_uncoupled(nn: &[f64], rest: [&[f64]; UNCOUPLED], [x, y, n]: [&mut [Complex<f64>]; 3]) {
+pub(super) fn multiply_uncoupled<T: Real>(
+    nn: &[T],
+    rest: [&[T]; UNCOUPLED],
+    [x, y, n]: [&mut [Complex<T>]; 3],
+) {
     let [xx, yy, xy_re, xy_im] = rest;
     for i in 0..x.len() {
         let (a, b) = (x[i], y[i]);
         let xy = Complex::new(xy_re[i], xy_im[i]);
         x[i] = a * xx[i] + xy * b;
         y[i] = xy.conj() * a + b * yy[i];
-        n[i] *= nn[i];
+        n[i] = n[i] * nn[i];
     }
 }

@@ -9,13 +9,12 @@
 //! preconditioner".
 
 use std::f64::consts::PI;
-use std::sync::Mutex;
 
 use nalgebra::{Complex, Matrix3};
 
 use super::admittance::{Admittance, Hermitian, hermitian};
-use super::fft_plan::{Buffers, Convolution};
-use super::symbol::{COUPLED, multiply_coupled};
+use super::fft_plan::Convolution;
+use super::filter::{Filter, Parts};
 
 /// The zero wavenumber counts as this share of the lowest.
 const LOWEST: f64 = 0.5;
@@ -27,7 +26,7 @@ struct Wavenumbers {
 }
 
 impl Wavenumbers {
-    fn new(convolution: &Convolution, spacing: [f64; 2]) -> Self {
+    fn new(convolution: &Convolution<f32>, spacing: [f64; 2]) -> Self {
         let padded = convolution.padded;
         let lowest = [0, 1].map(|axis| 2.0 * PI / (padded[axis] as f64 * spacing[axis]));
         Self { padded, lowest }
@@ -48,39 +47,44 @@ impl Wavenumbers {
     }
 }
 
-/// Multiplies normal gaps by κ / W_nn.
-pub(super) struct NormalInverse {
-    convolution: Convolution,
-    /// `[k_y][padded_x]`, 1/(padded size) included.
-    multiplier: Vec<f64>,
-    buffers: Mutex<Buffers>,
+/// The filter that multiplies normal gaps by κ / W_nn; `convolution`: of the grid, taken as periodic; `spacing`: sides of the
+/// cells, mm.
+pub(super) fn normal_inverse(
+    convolution: Convolution<f32>,
+    spacing: [f64; 2],
+    admittance: &Admittance,
+) -> Filter {
+    let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
+    let weight = 1.0 / (px * py) as f64;
+    let mut symbol = Vec::with_capacity(px * convolution.half_spectrum());
+    for ky in 0..convolution.half_spectrum() {
+        for kx in 0..px {
+            let [.., nn] = admittance.at(wavenumbers.at(kx, ky));
+            symbol.push(weight / nn);
+        }
+    }
+    Filter::new(convolution, Parts::Normal, &symbol)
 }
 
-impl NormalInverse {
-    /// For the grid of `convolution`, taken as periodic, with sides `spacing` (mm).
-    pub(super) fn new(convolution: Convolution, spacing: [f64; 2], admittance: &Admittance) -> Self {
-        let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
-        let weight = 1.0 / (px * py) as f64;
-        let mut multiplier = Vec::with_capacity(px * convolution.half_spectrum());
-        for ky in 0..convolution.half_spectrum() {
-            for kx in 0..px {
-                let [.., nn] = admittance.at(wavenumbers.at(kx, ky));
-                multiplier.push(weight / nn);
-            }
+/// As [`normal_inverse`] for all components: κ W⁻¹.
+pub(super) fn full_inverse(
+    convolution: Convolution<f32>,
+    spacing: [f64; 2],
+    admittance: &Admittance,
+) -> Filter {
+    let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
+    let weight = 1.0 / (px * py) as f64;
+    let mut symbol = vec![0.0; Parts::Coupled.planes() * px * convolution.half_spectrum()];
+    for (ky, planes) in symbol.chunks_exact_mut(Parts::Coupled.planes() * px).enumerate() {
+        for kx in 0..px {
+            let w = inverse(&hermitian(&admittance.at(wavenumbers.at(kx, ky)))) * Complex::from(weight);
+            let (xy, xn, yn) = (w[(0, 1)], w[(0, 2)], w[(1, 2)]);
+            let diagonal = [2, 0, 1].map(|k| w[(k, k)].re);
+            let values = diagonal.into_iter().chain([xy, xn, yn].into_iter().flat_map(|z| [z.re, z.im]));
+            values.enumerate().for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
-        let buffers = Mutex::new(convolution.buffers(1));
-        Self { convolution, multiplier, buffers }
     }
-
-    /// `pressure` from `normal_gap`, both `[N]`; does not allocate.
-    pub(super) fn apply(&self, normal_gap: &[f64], pressure: &mut [f64]) {
-        let px = self.convolution.padded[0];
-        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
-        self.convolution.apply::<1>(normal_gap, pressure, &mut buffers, |ky, [column]| {
-            let row = &self.multiplier[ky * px..(ky + 1) * px];
-            column.iter_mut().zip(row).for_each(|(value, factor)| *value *= *factor);
-        });
-    }
+    Filter::new(convolution, Parts::Coupled, &symbol)
 }
 
 /// Inverse of a Hermitian matrix; zero if it has none.
@@ -89,45 +93,4 @@ fn inverse([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: &Hermitian) -> Matrix3
     let (xy, xn, yn) = (Complex::new(*xy, *xy_im), Complex::new(*xn, *xn_im), Complex::new(*yn, *yn_im));
     let matrix = Matrix3::new(real(xx), xy, xn, xy.conj(), real(yy), yn, xn.conj(), yn.conj(), real(nn));
     matrix.try_inverse().unwrap_or_else(Matrix3::zeros)
-}
-
-/// Multiplies gaps by κ W⁻¹.
-pub(super) struct FullInverse {
-    convolution: Convolution,
-    /// `[k_y][1 + COUPLED][padded_x]`: nn, then the other planes as the operator's symbol has them.
-    multiplier: Vec<f64>,
-    buffers: Mutex<Buffers>,
-}
-
-impl FullInverse {
-    /// As [`NormalInverse::new`].
-    pub(super) fn new(convolution: Convolution, spacing: [f64; 2], admittance: &Admittance) -> Self {
-        let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
-        let weight = 1.0 / (px * py) as f64;
-        let mut multiplier = vec![0.0; (1 + COUPLED) * px * convolution.half_spectrum()];
-        for (ky, planes) in multiplier.chunks_exact_mut((1 + COUPLED) * px).enumerate() {
-            for kx in 0..px {
-                let w = inverse(&hermitian(&admittance.at(wavenumbers.at(kx, ky)))) * Complex::from(weight);
-                let (xy, xn, yn) = (w[(0, 1)], w[(0, 2)], w[(1, 2)]);
-                let diagonal = [2, 0, 1].map(|k| w[(k, k)].re);
-                let values = diagonal.into_iter().chain([xy, xn, yn].into_iter().flat_map(|z| [z.re, z.im]));
-                values.enumerate().for_each(|(plane, value)| planes[plane * px + kx] = value);
-            }
-        }
-        let buffers = Mutex::new(convolution.buffers(3));
-        Self { convolution, multiplier, buffers }
-    }
-
-    /// `tractions` from `gap`, both `[3, N]`; does not allocate.
-    pub(super) fn apply(&self, gap: &[f64], tractions: &mut [f64]) {
-        let px = self.convolution.padded[0];
-        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
-        self.convolution.apply::<3>(gap, tractions, &mut buffers, |ky, columns| {
-            let row = &self.multiplier[ky * (1 + COUPLED) * px..(ky + 1) * (1 + COUPLED) * px];
-            let (nn, rest) = row.split_at(px);
-            let mut rest = rest.chunks_exact(px);
-            let rest = std::array::from_fn(|_| rest.next().expect("as many planes as the layout has"));
-            multiply_coupled(nn, rest, columns);
-        });
-    }
 }

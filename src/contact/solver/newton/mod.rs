@@ -16,7 +16,8 @@ use super::super::increment::{Increment, Iterate};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
-use tangent::Tangent;
+use crate::linalg::operator::SinglePrecision;
+use tangent::{Given, Tangent};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.
 const WARM: f64 = 0.5;
@@ -53,8 +54,7 @@ struct Solve<'s, 'p> {
     options: &'s SolverOptions,
     report: SolveReport,
     krylov: Gmres,
-    /// Zeros, `[3, N]`.
-    nothing: Vec<f64>,
+    given: Given<'p>,
 }
 
 /// The method.
@@ -65,8 +65,8 @@ impl Solver for Newton {
         "newton"
     }
 
-    fn suits(&self, problem: &Increment) -> bool {
-        problem.flexibility.has_inverse()
+    fn suits(&self, _: &Increment) -> bool {
+        true
     }
 
     fn solve(
@@ -78,8 +78,9 @@ impl Solver for Newton {
     ) -> SolveReport {
         let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
         problem.evaluate(it);
-        Solve { problem, options, report, krylov: Gmres::default(), nothing: vec![0.0; 3 * problem.n()] }
-            .run(it, watch)
+        let given =
+            Given { flexibility: SinglePrecision(problem.flexibility), nothing: vec![0.0; 3 * problem.n()] };
+        Solve { problem, options, report, krylov: Gmres::default(), given }.run(it, watch)
     }
 }
 
@@ -160,7 +161,7 @@ impl Solve<'_, '_> {
     /// A Newton step from `it` to `trial`.
     fn step(&mut self, it: &Iterate, trial: &mut Iterate) {
         trial.clone_from(it);
-        let mut tangent = Tangent::new(self.problem, it, &self.nothing);
+        let mut tangent = Tangent::new(self.problem, it, &self.given);
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;

@@ -7,6 +7,7 @@ use super::super::super::balance::{COMPONENTS, Motion};
 use super::super::super::increment::{End, Increment, Iterate, NormalControl, TangentialControl};
 use super::preconditioner::{Bordered, Inverse};
 use crate::linalg::gmres::LinearSystem;
+use crate::linalg::operator::SinglePrecision;
 
 /// Least β of a slipping cell.
 const LEAST_BETA: f64 = 1e-3;
@@ -63,6 +64,14 @@ pub(super) struct Tangent<'s, 'p> {
     bordered: Option<Bordered>,
 }
 
+/// What the linear equations are made of besides the increment.
+pub(super) struct Given<'p> {
+    /// The linear residual is corrected by the next step.
+    pub flexibility: SinglePrecision<'p>,
+    /// Zeros, `[3, N]`.
+    pub nothing: Vec<f64>,
+}
+
 /// Across a direction in the plane, 90 degrees to its left.
 pub(super) fn across(e: [f64; 2]) -> [f64; 2] {
     [-e[1], e[0]]
@@ -73,8 +82,8 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl<'s, 'p> Tangent<'s, 'p> {
-    /// The system at an evaluated state; `nothing`: zeros, `[3, N]`.
-    pub fn new(problem: &'s Increment<'p>, it: &Iterate, nothing: &'s [f64]) -> Self {
+    /// The system at an evaluated state.
+    pub fn new(problem: &'s Increment<'p>, it: &Iterate, given: &'s Given<'p>) -> Self {
         let (n, ends) = (problem.n(), problem.ends.len());
         let mut active = Vec::new();
         let mut tractions = 0;
@@ -101,7 +110,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
             tractions,
             motion_unit: 1.0 / stiffness,
             change,
-            linear: problem.homogeneous(nothing),
+            linear: problem.homogeneous(&given.flexibility, &given.nothing),
             inverse: Inverse::new(n),
             bordered: None,
         };

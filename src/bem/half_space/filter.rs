@@ -1,0 +1,105 @@
+//! Products in the wavenumber domain in single precision, for what is corrected later: preconditioners, Krylov steps.
+//!
+//! Input and symbol are scaled to sizes about 1, so that no unit leaves the range of single precision.
+
+use std::sync::Mutex;
+
+use nalgebra::Complex;
+
+use super::fft_plan::{Buffers, Convolution};
+use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_uncoupled};
+
+/// What a filter multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parts {
+    /// One component by nn.
+    Normal,
+    /// Three components, the normal one by itself.
+    Uncoupled,
+    /// Three components.
+    Coupled,
+}
+
+impl Parts {
+    /// Number of components.
+    fn components(self) -> usize {
+        if self == Self::Normal { 1 } else { 3 }
+    }
+
+    /// Number of planes of a symbol, nn first.
+    pub(super) fn planes(self) -> usize {
+        match self {
+            Self::Normal => 1,
+            Self::Uncoupled => 1 + UNCOUPLED,
+            Self::Coupled => 1 + COUPLED,
+        }
+    }
+}
+
+/// A symbol in single precision with what its products need.
+pub(super) struct Filter {
+    convolution: Convolution<f32>,
+    parts: Parts,
+    /// `[k_y][planes][padded_x]` over `size`.
+    symbol: Vec<f32>,
+    size: f64,
+    buffers: Mutex<Buffers<f32>>,
+}
+
+impl Filter {
+    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, its planes in turn.
+    pub(super) fn new(convolution: Convolution<f32>, parts: Parts, symbol: &[f64]) -> Self {
+        let size = largest(symbol);
+        let symbol = symbol.iter().map(|value| (value / size) as f32).collect();
+        let buffers = Mutex::new(convolution.buffers(parts.components()));
+        Self { convolution, parts, symbol, size, buffers }
+    }
+
+    /// `output` from `input`, as many planes over the cells as there are components; overwrites. Does not allocate.
+    pub(super) fn apply(&self, input: &[f64], output: &mut [f64]) {
+        let scale = largest(input);
+        if scale.is_nan() || scale == 0.0 {
+            output.fill(0.0 * scale);
+            return;
+        }
+        let (px, planes) = (self.convolution.padded[0], self.parts.planes());
+        let scales = [1.0 / scale, scale * self.size];
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        let row = |ky: usize| &self.symbol[ky * planes * px..(ky + 1) * planes * px];
+        match self.parts {
+            Parts::Normal => {
+                let multiply = |ky: usize, [column]: [&mut [Complex<f32>]; 1]| {
+                    column.iter_mut().zip(row(ky)).for_each(|(value, factor)| *value *= *factor);
+                };
+                self.convolution.apply_scaled::<1>(input, output, (&mut buffers, scales), multiply);
+            }
+            Parts::Uncoupled => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
+                    let (nn, rest) = row(ky).split_at(px);
+                    multiply_uncoupled(nn, split(rest, px), columns);
+                };
+                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+            }
+            Parts::Coupled => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {
+                    let (nn, rest) = row(ky).split_at(px);
+                    multiply_coupled(nn, split(rest, px), columns);
+                };
+                self.convolution.apply_scaled::<3>(input, output, (&mut buffers, scales), multiply);
+            }
+        }
+    }
+}
+
+/// The P planes of length `px`.
+fn split<const P: usize>(planes: &[f32], px: usize) -> [&[f32]; P] {
+    let mut planes = planes.chunks_exact(px);
+    std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
+}
+
+/// Largest magnitude, NaN if any value is.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest: f64, value| {
+        if value.is_nan() || largest.is_nan() { f64::NAN } else { largest.max(value.abs()) }
+    })
+}
