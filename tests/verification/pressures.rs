@@ -109,6 +109,7 @@ fn the_approximate_inverse_is_one() {
         let other = bump(7.0, 0.4 + i as f64);
         let (a, b) = (dot(&other, &z), dot(&r, &apply(&other).0));
         let size = (dot(&z, &z) * dot(&other, &other)).sqrt();
-        assert!((a - b).abs() < 1e-12 * size, "{a} {b}");
+        // It is computed in single precision.
+        assert!((a - b).abs() < 1e-5 * size, "{a} {b}");
     }
 }

@@ -55,6 +55,8 @@ struct Solve<'s, 'p> {
     report: SolveReport,
     krylov: Gmres,
     given: Given<'p>,
+    /// What the solve started from.
+    start: Iterate,
 }
 
 /// The method.
@@ -80,7 +82,7 @@ impl Solver for Newton {
         problem.evaluate(it);
         let given =
             Given { flexibility: SinglePrecision(problem.flexibility), nothing: vec![0.0; 3 * problem.n()] };
-        Solve { problem, options, report, krylov: Gmres::default(), given }.run(it, watch)
+        Solve { problem, options, report, krylov: Gmres::default(), given, start: it.clone() }.run(it, watch)
     }
 }
 
@@ -147,8 +149,9 @@ impl Solve<'_, '_> {
             Stop::Converged => false,
             // Not in so few steps, but more may be left.
             Stop::Iterations if report.iterations < left => false,
-            // A loose tolerance is not enough to say that there is no equilibrium.
+            // A loose tolerance is not enough to say that there is no equilibrium, and the way there may matter.
             Stop::GrossSliding | Stop::ContactLost if tolerance > self.options.tolerance => {
+                it.clone_from(&self.start);
                 self.approach(it, self.options.tolerance, usize::MAX, watch)
             }
             stop => {
@@ -173,6 +176,7 @@ impl Solve<'_, '_> {
             restart: RESTART,
         };
         let report = self.krylov.solve(&mut tangent, &rhs, &mut x, options);
+        tangent.carry_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
         self.problem.evaluate(trial);
         self.report.iterations += 1;

@@ -99,6 +99,17 @@ impl Bordered {
         schur.is_invertible().then_some(Self { columns, constraints, schur })
     }
 
+    /// Changes `tractions` by the least sum of squares that makes them do the `works`.
+    pub fn satisfy(&self, works: &[f64], tractions: &mut [f64]) {
+        let m = works.len();
+        let defect = DVector::from_fn(m, |k, _| works[k] - dot(&self.constraints[k], tractions));
+        let gram = DMatrix::from_fn(m, m, |i, j| dot(&self.constraints[i], &self.constraints[j]));
+        let Some(solved) = gram.lu().solve(&defect) else { return };
+        for (k, constraint) in self.constraints.iter().enumerate() {
+            tractions.iter_mut().zip(constraint).for_each(|(t, c)| *t += solved[k] * c);
+        }
+    }
+
     /// `tractions` (found with the motions held) and the motions' `amounts` such that the tractions do the works.
     pub fn correct(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
         let defect = DVector::from_fn(works.len(), |k, _| dot(&self.constraints[k], tractions) - works[k]);

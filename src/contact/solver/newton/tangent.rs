@@ -286,6 +286,13 @@ impl<'s, 'p> Tangent<'s, 'p> {
         }
     }
 
+    /// Changes the unknown tractions `x` by as little as makes them do the prescribed works to the last digit.
+    pub fn carry_forces(&self, rhs: &[f64], x: &mut [f64]) {
+        if let Some(bordered) = &self.bordered {
+            bordered.satisfy(&rhs[self.tractions..], &mut x[..self.tractions]);
+        }
+    }
+
     /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
     pub fn advance(&mut self, x: &[f64], it: &mut Iterate) {
         let n = self.problem.n();
