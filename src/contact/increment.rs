@@ -43,6 +43,17 @@ pub enum SlipReference {
         /// Their tangential gaps, `[2, N]`.
         at: Vec<f64>,
     },
+    /// The cell that the material comes from, in steady rolling.
+    Upstream(Upstream),
+}
+
+/// Steady rolling: tractions stand still while the material passes from cell to cell.
+#[derive(Debug, Clone)]
+pub struct Upstream {
+    /// The cell that the material of each cell comes from, `[N]`; itself where it enters the frame.
+    pub from: Vec<usize>,
+    /// Slip of rigid bodies over the passage of a cell, `[2, N]`, mm.
+    pub creep: Vec<f64>,
 }
 
 impl SlipReference {
@@ -327,6 +338,16 @@ impl Increment<'_> {
     pub(super) fn fill_slip(&self, it: &mut Iterate) {
         let n = self.n();
         for (end, spec) in self.ends.iter().enumerate() {
+            if let SlipReference::Upstream(upstream) = &spec.reference {
+                for plane in 0..2 {
+                    let elastic = &it.elastic[end * 3 * n + plane * n..end * 3 * n + (plane + 1) * n];
+                    let (slip, creep) = (end * 2 * n + plane * n, &upstream.creep[plane * n..]);
+                    for (i, &from) in upstream.from.iter().enumerate() {
+                        it.slip[slip + i] = creep[i] + elastic[i] - elastic[from];
+                    }
+                }
+                continue;
+            }
             for plane in 0..2 {
                 for i in 0..n {
                     let here = it.gap[end * 3 * n + plane * n + i];
@@ -334,6 +355,7 @@ impl Increment<'_> {
                         SlipReference::Previous(at) => at[plane * n + i],
                         SlipReference::OtherEnd { stuck, at } if stuck[i] => at[plane * n + i],
                         SlipReference::OtherEnd { .. } => it.gap[(1 - end) * 3 * n + plane * n + i],
+                        SlipReference::Upstream(_) => unreachable!("it needs no gap"),
                     };
                     it.slip[end * 2 * n + plane * n + i] = here - from;
                 }

@@ -16,6 +16,6 @@ pub mod solver;
 mod window;
 
 pub use balance::{Balance, Wanted};
-pub use increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+pub use increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl, Upstream};
 pub use scales::Scales;
 pub use solver::{Method, SolverOptions};

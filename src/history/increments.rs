@@ -160,6 +160,9 @@ impl Run<'_> {
                 break;
             }
         }
+        if step.rolling.is_some() {
+            self.held.tangential = Tangential::Shift([self.state.rigid[0], self.state.rigid[1]]);
+        }
         Ok(())
     }
 
@@ -173,10 +176,14 @@ impl Run<'_> {
         let clock = Instant::now();
         self.check_controls(step)?;
         let loads = self.carried(step, controls.loads);
-        let reference = SlipReference::Previous(self.state.reference.clone());
+        let reference = match &step.rolling {
+            None => SlipReference::Previous(self.state.reference.clone()),
+            Some(rolling) => SlipReference::Upstream(self.upstream(step, rolling, number)?),
+        };
         let end = self.end(step, &loads, reference)?;
         let worn = self.state.worn.clone();
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 1.0 };
+        let repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
         it.floating = vec![self.prepared.turned(self.state.floating, controls.turn)];
@@ -189,13 +196,18 @@ impl Run<'_> {
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        self.state.worn.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += rate);
+        self.state.worn.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += repeats * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
-        let fields = state::frame_state(&problem, &it, 0, &self.state.worn);
+        let mut fields = state::frame_state(&problem, &it, 0, &self.state.worn);
         self.state.take(&it, 0);
-        self.state.dissipation += checks.dissipation;
         let approach = self.prepared.approach(&it, 0);
         let mut record = entry(&step.name, number, approach, &values);
+        if let Some(rolling) = &step.rolling {
+            self.per_distance(rolling, &mut fields.slip);
+            record.rolling = Some(self.roll(step, (rolling, number), &it, checks.dissipation));
+        } else {
+            self.state.dissipation += checks.dissipation;
+        }
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
@@ -205,7 +217,8 @@ impl Run<'_> {
 
     /// Refuses what no increment can do: a tangential force or a spin moment without friction.
     fn check_controls(&self, step: &Step) -> Result<()> {
-        if self.has_friction(step) {
+        let rolls = step.rolling.is_some();
+        if self.has_friction(step) && !rolls {
             return Ok(());
         }
         // On the way to zero the load falls to zero at once, since nothing carries it.
@@ -218,6 +231,13 @@ impl Run<'_> {
             (_, true) => ("a spin moment", "twist"),
             _ => return Ok(()),
         };
+        if rolls {
+            return Err(Error::input(format!(
+                "step \"{}\" rolls under {what} that is still prescribed; rolling prescribes creepages: prescribe {instead} \
+                 in a step before",
+                step.name
+            )));
+        }
         Err(Error::input(format!(
             "step \"{}\" prescribes {what}, but there is no friction in this step to carry it: give [friction] a law, or \
              prescribe {instead}",
@@ -237,6 +257,10 @@ impl Run<'_> {
                 loads.moment[2] = None;
             }
         }
+        if step.rolling.is_some() {
+            // The creepages say how body 2 slides and spins.
+            (loads.tangential, loads.moment[2]) = (TangentialControl::Shift, None);
+        }
         loads
     }
 
@@ -248,7 +272,8 @@ impl Run<'_> {
         checks: &StateChecks,
     ) {
         let areas = &self.prepared.model.frame.areas;
-        let volume: f64 = self.state.worn.iter().zip(areas).map(|(w, a)| w * a).sum();
+        let worn: f64 = self.state.worn.iter().zip(areas).map(|(w, a)| w * a).sum();
+        let volume = worn + self.state.rolled_off;
         let share = self.prepared.model.wear_share;
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];

@@ -10,6 +10,7 @@ mod cycles;
 mod increments;
 mod model;
 mod open;
+mod rolling;
 mod state;
 pub mod step;
 
@@ -146,8 +147,9 @@ pub fn skipped_by_contact(
 
 /// Formulation 12: with friction the number of increments is part of the load path.
 fn path_dependence(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
-    // A history says its path.
-    let frictional = steps.iter().filter(|step| step.friction && step.cycles.is_none() && step.row.is_none());
+    // A history says its path; a steady state has none.
+    let by_path = |step: &&Step| step.cycles.is_none() && step.row.is_none() && step.rolling.is_none();
+    let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();
     let tilted = match friction {

@@ -24,6 +24,8 @@ pub(super) struct State {
     pub floating: [f64; FLOATING],
     /// Cumulative friction dissipation.
     pub dissipation: f64,
+    /// Volume worn off by rolling, mm3.
+    pub rolled_off: f64,
     /// Cumulative number of cycles.
     pub cycles_done: u64,
 }
@@ -40,6 +42,7 @@ impl State {
             rigid: [0.0, 0.0, if prepared.normal_is_free() { 0.0 } else { prepared.first_touch }],
             floating: [0.0; FLOATING],
             dissipation: 0.0,
+            rolled_off: 0.0,
             cycles_done: 0,
         }
     }

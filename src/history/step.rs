@@ -53,6 +53,30 @@ pub struct Cycles {
     pub integrator: Integrator,
 }
 
+/// Steady rolling of the contact over both bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rolling {
+    /// Direction in which the contact moves over the bodies, in quarter turns from the frame's x towards its y.
+    pub quarter_turns: u8,
+    /// Rigid slip of body 2 over body 1 per rolled distance, along the direction of rolling and to its left.
+    pub creepage: [f64; 2],
+    /// Rotation of body 2 relative to body 1 about the normal per rolled distance, 1/mm.
+    pub spin: f64,
+    /// Rolled distance, for wear and dissipation, mm.
+    pub distance: f64,
+}
+
+/// What the steady state of an entry belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+pub struct RollingRecord {
+    /// Slip of body 2 over body 1 per rolled distance, along the direction of rolling and to its left.
+    pub creepage: [f64; 2],
+    /// Rotation of body 2 relative to body 1 per rolled distance, 1/mm.
+    pub spin: f64,
+    /// Distance rolled in this step, mm.
+    pub distance: f64,
+}
+
 /// Time integration of wear over a cycle jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrator {
@@ -96,6 +120,8 @@ pub struct Step {
     pub cycles: Option<Cycles>,
     /// Which load point of a history it is; its increments are numbered on from those before.
     pub row: Option<Row>,
+    /// Steady rolling instead of a monotone step.
+    pub rolling: Option<Rolling>,
 }
 
 /// Independent checks of a converged increment (docs/theory-contact.md), recomputed afresh from the tractions.
@@ -198,6 +224,9 @@ pub struct IncrementRecord {
     /// The two ends of the stroke (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stroke_ends: Option<[StrokeEnd; 2]>,
+    /// Creepages of a step of rolling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<RollingRecord>,
 }
 
 /// How a run ended.
@@ -219,7 +248,7 @@ pub struct FrameState {
     pub tractions: Vec<f64>,
     /// Gap, `[3, N]` by planes, mm.
     pub gap: Vec<f64>,
-    /// Slip of the increment, `[2, N]` by planes, mm.
+    /// Slip of the increment, `[2, N]` by planes, mm; of rolling per rolled distance.
     pub slip: Vec<f64>,
     /// 0 open, 1 stick, 2 slip.
     pub status: Vec<u8>,

@@ -6,7 +6,6 @@ pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
     let cycles = table.ends_with(".cycles");
     Some(match (first, name) {
         ("steps", "amplitude2") if cycles => "elliptic cycles",
-        ("steps", "rolling") => "steady rolling",
         ("frame", "grow") => "growing frame",
         ("wear", "tolerance") => "error-controlled cycle jumps",
         _ => return None,

@@ -230,6 +230,18 @@ const TABLE: &[Row] = &[
         &["frame.cells", "one cell", "more cells"],
     ),
     (
+        "approach = 0.02",
+        "approach = 0.02\nrolling = { direction = 45.0, creepage = [1e-3, 0.0] }",
+        1,
+        &["steps.0.rolling.direction", "frame.azimuth"],
+    ),
+    (
+        "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
+        "rolling = { spin = 1e-3 }\nfriction = false",
+        0,
+        &["steps.1.rolling", "needs friction"],
+    ),
+    (
         "tolerance = 1e-8",
         "method = \"gauss-seidel\"",
         0,

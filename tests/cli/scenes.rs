@@ -131,6 +131,18 @@ fn line_contact() {
     assert_eq!(summary["warnings"].as_array().map(Vec::len), Some(0), "{summary}");
 }
 
+/// Truth: the scene's head (Carter): force to 2 %, stick area to two cells.
+#[test]
+fn rolling_cylinders() {
+    let summary = run(&scene("rolling-cylinders.toml"), &[]);
+    certified(&summary);
+    let last = steps(&summary).last().unwrap();
+    let force = last["tangential_force"][0].as_f64().unwrap();
+    assert!((force / 112.5 - 1.0).abs() < 0.02, "{last}");
+    assert!((number(last, "stick_area") - 0.33219).abs() <= 2.0 * 0.8 / 256.0, "{last}");
+    assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
+}
+
 /// A sine wave of heights on a periodic frame, run with further lines of a scene.
 fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();

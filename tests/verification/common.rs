@@ -115,6 +115,7 @@ pub fn step(name: &str) -> Step {
         wear: true,
         cycles: None,
         row: None,
+        rolling: None,
     }
 }
 

@@ -25,6 +25,7 @@ mod periodic;
 mod pressures;
 mod punches;
 mod recovery;
+mod rolling;
 mod structures;
 mod tangential;
 mod turns;

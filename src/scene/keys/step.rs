@@ -63,6 +63,29 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "Cycles")]
     pub cycles: Option<Cycles>,
+    /// Steady rolling, after what the steps before prescribe; creepages grow over the increments, each a steady state.
+    #[serde(default)]
+    #[schemars(with = "Rolling")]
+    pub rolling: Option<Rolling>,
+}
+
+/// Steady rolling of the contact over both bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rolling {
+    /// Direction in which the contact moves over the bodies, from the frame's x towards its y: 0, 90, 180 or 270 degrees.
+    #[serde(default)]
+    pub direction: f64,
+    /// Rigid slip of body 2 over body 1 per rolled distance: along the direction and to its left.
+    #[serde(default)]
+    pub creepage: [f64; 2],
+    /// Rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
+    #[serde(default)]
+    pub spin: f64,
+    /// Rolled distance, for worn volume and dissipation.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub distance: f64,
 }
 
 /// A displacement in the surface.

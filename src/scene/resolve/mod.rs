@@ -8,6 +8,7 @@ mod load_points;
 mod materials;
 mod orientations;
 mod placements;
+mod rolling;
 mod steps;
 
 use serde::de::DeserializeOwned;
@@ -99,6 +100,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let ground = laws::Ground { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
+    rolling::check(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");

@@ -51,6 +51,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     if keys.cycles.is_some() {
         cycles_alone(r, &key, &keys);
     }
+    let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, (&keys, rolling), laws));
     let points = keys.history.as_ref().map(|history| {
         history_alone(r, &key, &keys);
         load_points::read(r, &format!("{key}.history"), history).unwrap_or_default()
@@ -58,7 +59,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     if r.mistakes.len() != before {
         return vec![(i, None)];
     }
-    let plain = plain(&keys, i, laws);
+    let plain = Step { rolling, ..plain(&keys, i, laws) };
     let Some(points) = points else { return vec![(i, Some(plain))] };
     let count = points.len();
     let steps: Vec<Step> = (points.iter().enumerate())
@@ -108,12 +109,13 @@ fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
             },
         }),
         row: None,
+        rolling: None,
     }
 }
 
 /// A history stands in the place of every other control.
 fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    let others = controls(keys).into_iter().flatten().chain([("cycles", keys.cycles.is_some())]);
+    let others = controls(keys).into_iter().flatten().chain([("cycles", keys.cycles.is_some()), ("rolling", keys.rolling.is_some())]);
     for (name, _) in others.filter(|(_, there)| *there) {
         let message = format!("`{name}` stands besides `history`, which prescribes the loads of its step");
         r.wrong(
@@ -216,12 +218,12 @@ enum Load {
     Gone,
 }
 
-/// The same of the loads of [`CARRIED`]; cycles move by themselves.
+/// The same of the loads of [`CARRIED`]; cycles and rolling move by themselves.
 fn named(step: &Step) -> [Load; 2] {
     let tangential = match step.tangential {
         Some(Tangential::Force(force)) if force != [0.0; 2] => Load::There,
         Some(_) => Load::Gone,
-        None if step.cycles.is_some() => Load::Gone,
+        None if step.cycles.is_some() || step.rolling.is_some() => Load::Gone,
         None => Load::Unnamed,
     };
     let spin = match step.spin {

@@ -1,0 +1,79 @@
+//! Steady rolling.
+
+use super::Resolver;
+use super::laws::Laws;
+use crate::friction::FrictionLaw;
+use crate::history::step::Rolling;
+use crate::scene::keys::step::{Rolling as Keys, Step as StepKeys};
+use crate::scene::plan::{BodySpec, FrameSpec};
+
+/// A direction this near to an axis (in quarter turns) is along it.
+const ALONG: f64 = 1e-9;
+
+/// The rolling of the step at `key`.
+pub(super) fn resolve(
+    r: &mut Resolver,
+    key: &str,
+    (step, rolling): (&StepKeys, Keys),
+    laws: Option<&Laws>,
+) -> Option<Rolling> {
+    let before = r.mistakes.len();
+    let others = [
+        ("shift", step.shift.is_some()),
+        ("tangential_force", step.tangential_force.is_some()),
+        ("twist", step.twist.is_some()),
+        ("spin_moment", step.spin_moment.is_some()),
+        ("cycles", step.cycles.is_some()),
+    ];
+    for (name, _) in others.iter().filter(|(_, there)| *there) {
+        let message = format!("`{name}` stands besides `rolling`, whose tractions follow from the creepages");
+        r.wrong(&format!("{key}.{name}"), message, "besides `rolling`", "remove one of the two");
+    }
+    if !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None)) {
+        let message = "rolling without friction has no tangential tractions: this step has none";
+        let mend = "add a [friction] law and leave out `friction = false`, or remove `rolling`";
+        r.wrong(&format!("{key}.rolling"), message, "needs friction", mend);
+    }
+    if rolling.distance < 0.0 {
+        let message = format!("the rolled distance is {}", rolling.distance);
+        r.wrong(&format!("{key}.rolling.distance"), message, "negative", "turn `direction` instead");
+    }
+    let turns = rolling.direction / 90.0;
+    if (turns - turns.round()).abs() > ALONG {
+        let message = format!("the direction of rolling is {} degrees from the frame's x", rolling.direction);
+        let mend = "roll along 0, 90, 180 or 270 degrees, and turn the frame by frame.azimuth";
+        r.wrong(&format!("{key}.rolling.direction"), message, "between the rows of cells", mend);
+    }
+    (r.mistakes.len() == before).then(|| Rolling {
+        quarter_turns: turns.round().rem_euclid(4.0) as u8,
+        creepage: rolling.creepage,
+        spin: rolling.spin,
+        distance: rolling.distance,
+    })
+}
+
+/// Whether frame and bodies can roll.
+pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Option<BodySpec>; 2]) {
+    let keys = (0..r.list_length("steps")).map(|i| format!("steps.{i}.rolling"));
+    let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();
+    let Some(key) = rolling.first() else { return };
+    if let Some(FrameSpec::Mesh { .. }) = frame {
+        let message = "rolling needs cells in rows along its direction, the frame follows a mesh";
+        r.wrong(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        if body.as_ref().is_some_and(|body| body.fe().is_some()) {
+            let message =
+                format!("in steady rolling every material point passes the same way, but body{} is meshed", number + 1);
+            r.wrong(key, message, "needs half-spaces", "make the body a half-space or rigid");
+        }
+    }
+    let periodic = matches!(frame, Some(FrameSpec::Grid { periodic, .. }) if *periodic != [false; 2]);
+    for key in rolling.iter().map(|key| format!("{key}.spin")).filter(|_| periodic) {
+        let spin = r.document.get(&key).map(|node| node.to_json());
+        if spin.is_some_and(|spin| spin.as_f64() != Some(0.0)) {
+            let message = "spin grows with the distance from the centre, but the frame repeats itself";
+            r.wrong(&key, message, "with a periodic frame", "remove it, or frame.periodic");
+        }
+    }
+}
