@@ -62,6 +62,9 @@ impl SlipReference {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
             Self::OtherEnd { stuck, .. } => Self::OtherEnd { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
+            Self::Upstream(upstream) => {
+                Self::Upstream(Upstream { from: upstream.from.clone(), creep: vec![0.0; 2 * n] })
+            }
         }
     }
 }

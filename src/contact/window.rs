@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::increment::{End, Increment, Iterate, SlipReference};
+use super::increment::{End, Increment, Iterate, SlipReference, Upstream};
 use super::scales::Scales;
 use crate::linalg::operator::Flexibility;
 
@@ -136,6 +136,15 @@ impl Part {
     }
 }
 
+/// Rolling on a window of the frame's own cells: what comes from outside enters there.
+fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
+    let mut place = vec![None; window.frame[0] * window.frame[1]];
+    window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
+    let mut from: Vec<usize> = (0..window.n()).collect();
+    window.pairs(|cell, of_frame| from[cell] = place[upstream.from[of_frame]].unwrap_or(cell));
+    Upstream { from, creep: window.restrict(&upstream.creep) }
+}
+
 /// What is prescribed at an end, on a window.
 fn on_window(end: &End, window: &Window) -> Option<End> {
     let reference = match &end.reference {
@@ -145,7 +154,10 @@ fn on_window(end: &End, window: &Window) -> Option<End> {
             window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
             SlipReference::OtherEnd { stuck: picked, at: window.restrict(at) }
         }
-        SlipReference::OtherEnd { .. } => return None,
+        SlipReference::Upstream(upstream) if window.factor == 1 => {
+            SlipReference::Upstream(upstream_on(upstream, window))
+        }
+        SlipReference::OtherEnd { .. } | SlipReference::Upstream(_) => return None,
     };
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);

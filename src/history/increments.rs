@@ -204,7 +204,7 @@ impl Run<'_> {
         let mut record = entry(&step.name, number, approach, &values);
         if let Some(rolling) = &step.rolling {
             self.per_distance(rolling, &mut fields.slip);
-            record.rolling = Some(self.roll(step, (rolling, number), &it, checks.dissipation));
+            record.rolling = Some(self.roll(step, (rolling, number), &it)?);
         } else {
             self.state.dissipation += checks.dissipation;
         }

@@ -30,9 +30,21 @@ impl Rolling {
         for cell in 0..n {
             let mut at = [cell / ny, cell % ny];
             at[axis] = match (sense > 0.0, at[axis]) {
-                (true, i) if i == last => if grid.periodic[axis] { 0 } else { i },
+                (true, i) if i == last => {
+                    if grid.periodic[axis] {
+                        0
+                    } else {
+                        i
+                    }
+                }
                 (true, i) => i + 1,
-                (false, 0) => if grid.periodic[axis] { last } else { 0 },
+                (false, 0) => {
+                    if grid.periodic[axis] {
+                        last
+                    } else {
+                        0
+                    }
+                }
                 (false, i) => i - 1,
             };
             from.push(at[0] * ny + at[1]);
@@ -40,11 +52,8 @@ impl Rolling {
             // Along the direction of rolling and to its left.
             let (along, left) = if axis == 0 { (sense * x, sense * y) } else { (sense * y, -sense * x) };
             let along = along + 0.5 * passage;
-            let slip = [
-                self.creepage[0] - self.spin * left,
-                self.creepage[1] + self.spin * along,
-            ]
-            .map(|slip| share * slip * passage * sense);
+            let slip = [self.creepage[0] - self.spin * left, self.creepage[1] + self.spin * along]
+                .map(|slip| share * slip * passage * sense);
             (creep[cell], creep[n + cell]) = if axis == 0 { (slip[0], slip[1]) } else { (-slip[1], slip[0]) };
         }
         Ok(Upstream { from, creep })
@@ -57,29 +66,35 @@ impl Run<'_> {
         rolling.upstream(&self.prepared.model.frame, number as f64 / step.increments as f64)
     }
 
-    /// Adds what an increment of a rolling step dissipates and wears over its part of the distance; `it` and `dissipation`: of the
-    /// passage of one cell.
+    /// Adds what increment `number` of a rolling step dissipates and wears over its part of the distance.
     ///
-    /// The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
+    /// Over the passage of a cell the tractions are the mean of those at its ends: friction then dissipates just the work of the
+    /// creepages. The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
     pub(super) fn roll(
         &mut self,
         step: &Step,
         (rolling, number): (&Rolling, usize),
         it: &Iterate,
-        dissipation: f64,
-    ) -> RollingRecord {
+    ) -> Result<RollingRecord> {
+        let from = self.upstream(step, rolling, number)?.from;
         let frame = &self.prepared.model.frame;
-        let (count, passage) = (step.increments as f64, rolling.passage(frame));
-        let passages = rolling.distance / count / passage;
-        let worn: f64 = it.wear_rate.iter().zip(&frame.areas).map(|(depth, area)| depth * area).sum();
+        let (n, count) = (from.len(), step.increments as f64);
+        let passages = rolling.distance / count / rolling.passage(frame);
+        let mean =
+            |plane: usize, i: usize| 0.5 * (it.tractions[plane * n + i] + it.tractions[plane * n + from[i]]);
+        let (mut dissipation, mut worn) = (0.0, 0.0);
+        for (i, area) in frame.areas.iter().enumerate() {
+            dissipation -= area * (mean(0, i) * it.slip[i] + mean(1, i) * it.slip[n + i]);
+            worn += area * mean(2, i) * it.wear_path[i];
+        }
         self.state.rolled_off += worn * passages;
         self.state.dissipation += dissipation * passages;
         let share = number as f64 / count;
-        RollingRecord {
+        Ok(RollingRecord {
             creepage: rolling.creepage.map(|creepage| share * creepage),
             spin: share * rolling.spin,
             distance: share * rolling.distance,
-        }
+        })
     }
 
     /// The slip of the passage of a cell as that per rolled distance.
@@ -115,7 +130,10 @@ mod tests {
                 let ahead = [x + 0.5 * c, y + 0.5 * s];
                 let inside = ahead.iter().all(|a| a.abs() < 1.0);
                 let wanted = if inside { ahead } else { [x, y] };
-                assert!((fx - wanted[0]).abs() < 1e-15 && (fy - wanted[1]).abs() < 1e-15, "{quarter_turns} {cell}");
+                assert!(
+                    (fx - wanted[0]).abs() < 1e-15 && (fy - wanted[1]).abs() < 1e-15,
+                    "{quarter_turns} {cell}"
+                );
             }
         }
     }

@@ -86,23 +86,24 @@ fn increments_are_a_creep_curve() {
 }
 
 fn ball(stiffness: &Stiffness, cells: usize) -> Model {
-    let mut model = half_spaces(stiffness, Some(stiffness), (0.35, cells), sphere(10.0));
+    let mut model = half_spaces(stiffness, Some(stiffness), (0.3, cells), sphere(10.0));
     model.friction = FrictionLaw::Coulomb { mu: MU };
     model
 }
 
 /// Truth: catalogue case `kalker-circle` (Kalker 1990, table E.3, three digits), 2.5 %: Q = G a² C11 ξ, and so on, on body 1 the
-/// opposite of the forces on the other body. The creepages are a hundredth of those of full sliding, which lowers the forces by 0.5 %.
+/// opposite of the forces on the other body. The creepages are a hundredth of those of full sliding, which lowers the forces by 0.5 %; tractions and
+/// slips that stand half a cell apart move the couplings C23 by C22 h / 4a, 0.9 % here.
 #[test]
 fn kalker_circle() {
     let (load, e) = (300.0, 210e3);
     for (nu, [c11, c22, c23, c33]) in [
         (0.0, [3.4, 3.4, 1.33, f64::NAN]),
         (0.25, [4.12, 3.67, 1.47, 1.19]),
-        (0.499999, [5.2, 3.98, 1.63, f64::NAN]),
+        (0.4999, [5.2, 3.98, 1.63, f64::NAN]),
     ] {
         let material = Stiffness::isotropic(e, nu).expect("admissible");
-        let model = ball(&material, 64);
+        let model = ball(&material, 200);
         let g = e / (2.0 * (1.0 + nu));
         let modulus = e / (2.0 * (1.0 - nu * nu));
         let a = (0.75 * load * 10.0 / modulus).cbrt();
@@ -113,7 +114,10 @@ fn kalker_circle() {
             (record.tangential_force, record.moment[2])
         };
         let check = |found: f64, expected: f64, name: &str| {
-            assert!(expected.is_nan() || relative(found, expected) < 2.5e-2, "nu {nu} {name}: {found} {expected}");
+            assert!(
+                expected.is_nan() || relative(found, expected) < 2.5e-2,
+                "nu {nu} {name}: {found} {expected}"
+            );
         };
         let (force, _) = last([small, 0.0], 0.0);
         check(force[0] / (g * a * a * small), c11, "C11");
@@ -177,9 +181,9 @@ fn mirrored_rolling_on_cfrp() {
     assert!(left.stick_area > 0.0 && left.stick_area < left.contact_area);
 }
 
-/// Truth: in a steady state the elastic energy stays as it is, so friction dissipates the work of the creepages per rolled distance
-/// (to the order of the cells: 3 % here); with an energy law the worn volume is k times the dissipation, to rounding, and the gap
-/// stays as it is.
+/// Truth: in a steady state the elastic energy stays as it is, so friction dissipates the work of the creepages over the rolled
+/// distance, to rounding; with an energy law the worn volume is k times the dissipation (to 1e-2: where stick ends, tractions turn
+/// within a cell), and the gap stays as it is.
 #[test]
 fn wear_per_rolled_distance() {
     let mut model = ball(&steel(), 48);
@@ -193,9 +197,9 @@ fn wear_per_rolled_distance() {
     let force = record.tangential_force;
     let work = (force[0] * creepage[0] + force[1] * creepage[1] + record.moment[2] * spin) * distance;
     let dissipated = record.dissipation - before.dissipation;
-    assert!(relative(dissipated, work) < 3e-2, "{dissipated} {work}");
+    assert!(relative(dissipated, work) < 1e-9, "{dissipated} {work}");
     let worn = record.worn_volume - before.worn_volume;
-    assert!(relative(worn, k * dissipated) < 1e-10, "{worn} {}", k * dissipated);
+    assert!(relative(worn, k * dissipated) < 1e-2, "{worn} {}", k * dissipated);
     assert_eq!(record.max_wear_depth, before.max_wear_depth);
     let rolled = record.rolling.expect("rolling");
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));

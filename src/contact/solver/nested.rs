@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::super::increment::{Increment, Iterate, SlipReference};
+use super::super::increment::{Increment, Iterate};
 use super::super::window::{Part, Window};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
 use crate::linalg::operator::Flexibility;
@@ -44,10 +44,7 @@ pub fn on_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
 
 /// Whether the increment is worth it.
 pub(super) fn suits(problem: &Increment, options: &SolverOptions) -> bool {
-    let known = |reference: &SlipReference| {
-        matches!(reference, SlipReference::Previous(_) | SlipReference::OtherEnd { .. })
-    };
-    on_windows(problem.flexibility.grid(), options) && problem.ends.iter().all(|end| known(&end.reference))
+    on_windows(problem.flexibility.grid(), options)
 }
 
 /// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.

@@ -63,8 +63,10 @@ pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Optio
     }
     for (number, body) in bodies.iter().enumerate() {
         if body.as_ref().is_some_and(|body| body.fe().is_some()) {
-            let message =
-                format!("in steady rolling every material point passes the same way, but body{} is meshed", number + 1);
+            let message = format!(
+                "in steady rolling every material point passes the same way, but body{} is meshed",
+                number + 1
+            );
             r.wrong(key, message, "needs half-spaces", "make the body a half-space or rigid");
         }
     }

@@ -10,9 +10,10 @@
 //! β <= 1: Hüeber, Stadler and Wohlmuth 2008.
 
 mod preconditioner;
+mod rolling;
 mod tangent;
 
-use super::super::increment::{Increment, Iterate};
+use super::super::increment::{Increment, Iterate, SlipReference};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
@@ -82,7 +83,9 @@ impl Solver for Newton {
         problem.evaluate(it);
         let given =
             Given { flexibility: SinglePrecision(problem.flexibility), nothing: vec![0.0; 3 * problem.n()] };
-        Solve { problem, options, report, krylov: Gmres::default(), given, start: it.clone() }.run(it, watch)
+        let rolls = problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
+        let solve = Solve { problem, options, report, krylov: Gmres::default(), given, start: it.clone() };
+        if rolls { solve.roll(it, watch) } else { solve.run(it, watch) }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, LU};
 
-use super::super::super::increment::Increment;
+use super::super::super::increment::{Increment, SlipReference, Upstream};
 use super::tangent::{Active, State, across};
 
 /// Buffers of the inverse on the cells in contact.
@@ -12,17 +12,22 @@ pub(super) struct Inverse {
     gap: Vec<f64>,
     /// Physical tractions, `[3, N]`.
     tractions: Vec<f64>,
+    /// Cells that stick, `[N]`.
+    stuck: Vec<bool>,
 }
 
 impl Inverse {
     pub fn new(n: usize) -> Self {
-        Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n] }
+        Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n], stuck: vec![false; n] }
     }
 
     /// Unknown tractions `x` that cause about the gradients in `rows`.
     pub fn apply(&mut self, problem: &Increment, active: &[Active], rows: &[f64], x: &mut [f64]) {
         for end in 0..problem.ends.len() {
             self.spread(problem, active, rows, end);
+            if let SlipReference::Upstream(upstream) = &problem.ends[end].reference {
+                self.from_ahead(upstream);
+            }
             if !problem.flexibility.precondition(&self.gap, &mut self.tractions) {
                 // By the diagonal, which the rows are scaled with.
                 x.copy_from_slice(rows);
@@ -32,16 +37,38 @@ impl Inverse {
         }
     }
 
+    /// Displacements of the cells that stick from their differences to the cells ahead, none moving in front of them.
+    fn from_ahead(&mut self, upstream: &Upstream) {
+        let n = self.stuck.len();
+        let steps = upstream.from.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
+        let ahead_is_later = steps.sum::<isize>() > 0;
+        let mut add = |cell: usize| {
+            let from = upstream.from[cell];
+            let known = if ahead_is_later { from > cell } else { from < cell };
+            if known && self.stuck[cell] && self.stuck[from] {
+                self.gap[cell] += self.gap[from];
+                self.gap[n + cell] += self.gap[n + from];
+            }
+        };
+        if ahead_is_later { (0..n).rev().for_each(&mut add) } else { (0..n).for_each(&mut add) }
+    }
+
     fn spread(&mut self, problem: &Increment, active: &[Active], rows: &[f64], end: usize) {
         let n = problem.n();
         let hat = problem.hat();
         self.gap.fill(0.0);
+        self.stuck.fill(false);
+        let rolls = rolls(problem, end);
         for active in active.iter().filter(|active| active.end == end) {
             let (cell, first) = (active.cell, active.first);
             self.gap[2 * n + cell] = rows[first] / problem.scales.c_normal[cell];
             let hatted = match active.state {
                 State::Bare => continue,
-                State::Stick => [rows[first + 1], rows[first + 2]],
+                State::Stick => {
+                    self.stuck[cell] = true;
+                    [rows[first + 1], rows[first + 2]]
+                }
+                State::Slip { .. } if rolls => continue,
                 State::Slip { along, turning } => across(along).map(|e| e * rows[first + 1] * share(turning)),
             };
             if let Some(hat) = &hat {
@@ -53,7 +80,7 @@ impl Inverse {
 
     fn gather(&self, problem: &Increment, active: &[Active], (rows, x): (&[f64], &mut [f64]), end: usize) {
         let n = problem.n();
-        let hat = problem.hat();
+        let (hat, rolls) = (problem.hat(), rolls(problem, end));
         for active in active.iter().filter(|active| active.end == end) {
             let (cell, first) = (active.cell, active.first);
             x[first] = self.tractions[2 * n + cell];
@@ -66,11 +93,17 @@ impl Inverse {
                     let left = across(along);
                     let elastic = left[0] * q[0] + left[1] * q[1];
                     let alone = rows[first + 1] / (1.0 + turning);
-                    x[first + 1] = share(turning) * elastic + (1.0 - share(turning)) * alone;
+                    let share = if rolls { 0.0 } else { share(turning) };
+                    x[first + 1] = share * elastic + (1.0 - share) * alone;
                 }
             }
         }
     }
+}
+
+/// Whether slip is measured from cell to cell.
+fn rolls(problem: &Increment, end: usize) -> bool {
+    matches!(problem.ends[end].reference, SlipReference::Upstream(_))
 }
 
 /// Share of the elastic answer in that of a slipping cell, the rest being the turning of its traction.

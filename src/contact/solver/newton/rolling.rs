@@ -1,0 +1,66 @@
+//! Newton steps for steady rolling, one after the other.
+//!
+//! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
+//! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
+
+use super::super::super::increment::Iterate;
+use super::super::{SolveReport, Stop, Watch};
+use super::Solve;
+
+/// Steps in a row that need not lower the residual.
+const PATIENCE: usize = 5;
+
+/// Share of a step after so many.
+const SHORTER: f64 = 0.5;
+
+/// Steps before the method gives up.
+const MOST: usize = 60;
+
+impl Solve<'_, '_> {
+    /// Solves from the evaluated state in `it`, which holds the best one afterwards.
+    pub(super) fn roll(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
+        let mut trial = it.clone();
+        let (mut best, mut least) = (it.clone(), f64::INFINITY);
+        let mut in_vain = 0;
+        for step in 0.. {
+            let residual = self.problem.natural_residual(it);
+            self.report.residual = residual;
+            if residual.is_nan() || residual <= self.options.tolerance {
+                self.report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
+                return self.report;
+            }
+            in_vain += 1;
+            if residual < least {
+                best.clone_from(it);
+                (least, in_vain) = (residual, 0);
+            }
+            if step >= MOST.min(self.options.max_iterations) {
+                break;
+            }
+            if watch(self.report.iterations, residual) {
+                self.report.stop = Stop::Interrupted;
+                break;
+            }
+            self.step(it, &mut trial);
+            if in_vain > PATIENCE {
+                shorten(it, &mut trial);
+                self.problem.evaluate(&mut trial);
+                self.report.applications += self.problem.applications();
+            }
+            std::mem::swap(it, &mut trial);
+        }
+        it.clone_from(&best);
+        self.report.residual = least;
+        self.report
+    }
+}
+
+/// `trial` a part of the way from `it`: tractions stay admissible, since what is admissible is convex.
+fn shorten(it: &Iterate, trial: &mut Iterate) {
+    let between = |from: &f64, to: &mut f64| *to = from + SHORTER * (*to - from);
+    it.hatted.iter().zip(&mut trial.hatted).for_each(|(from, to)| between(from, to));
+    let motions = it.rigid.iter().flatten().zip(trial.rigid.iter_mut().flatten());
+    motions.for_each(|(from, to)| between(from, to));
+    let floating = it.floating.iter().flatten().zip(trial.floating.iter_mut().flatten());
+    floating.for_each(|(from, to)| between(from, to));
+}
