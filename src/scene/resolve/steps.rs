@@ -115,7 +115,10 @@ fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
 
 /// A history stands in the place of every other control.
 fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    let others = controls(keys).into_iter().flatten().chain([("cycles", keys.cycles.is_some()), ("rolling", keys.rolling.is_some())]);
+    let others = controls(keys)
+        .into_iter()
+        .flatten()
+        .chain([("cycles", keys.cycles.is_some()), ("rolling", keys.rolling.is_some())]);
     for (name, _) in others.filter(|(_, there)| *there) {
         let message = format!("`{name}` stands besides `history`, which prescribes the loads of its step");
         r.wrong(

@@ -26,7 +26,7 @@ impl Inverse {
         for end in 0..problem.ends.len() {
             self.spread(problem, active, rows, end);
             if let SlipReference::Upstream(upstream) = &problem.ends[end].reference {
-                self.from_ahead(upstream);
+                self.sum_from_ahead(upstream);
             }
             if !problem.flexibility.precondition(&self.gap, &mut self.tractions) {
                 // By the diagonal, which the rows are scaled with.
@@ -38,7 +38,7 @@ impl Inverse {
     }
 
     /// Displacements of the cells that stick from their differences to the cells ahead, none moving in front of them.
-    fn from_ahead(&mut self, upstream: &Upstream) {
+    fn sum_from_ahead(&mut self, upstream: &Upstream) {
         let n = self.stuck.len();
         let steps = upstream.from.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
         let ahead_is_later = steps.sum::<isize>() > 0;
