@@ -218,10 +218,10 @@ const TABLE: &[Row] = &[
     // What a later version may do.
     ("kind = \"half-space\"", "kind = \"be\"", 0, &["body1.kind", "not available in this version"]),
     (
-        "approach = 0.02",
-        "approach = 0.02\nrolling = { distance = 0.1 }",
+        "cells = [16, 16]",
+        "cells = [16, 16]\ngrow = true",
         1,
-        &["steps.0.rolling", "not available in this version"],
+        &["frame.grow", "not available in this version"],
     ),
     (
         "cells = [16, 16]",
