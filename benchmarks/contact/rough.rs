@@ -52,9 +52,10 @@ impl Default for Rough {
 const SLOPE: f64 = 0.1;
 
 impl Rough {
-    /// Force on the frame of unit area at which about CONTACT of it touches (Persson: area = 1.6 p / (E* slope)).
+    /// Force on the frame of unit area at which about CONTACT of it touches: area = 2.7 p / (E* slope) with these few waves (1.6 for
+    /// a surface of very many, after Persson).
     pub fn force(&self, reduced: f64) -> f64 {
-        CONTACT * reduced * SLOPE / 1.6
+        CONTACT * reduced * SLOPE / 2.7
     }
 
     /// Heights above the deepest point at the centres of `n` x `n` cells, first index along x.
