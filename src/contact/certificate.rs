@@ -83,8 +83,17 @@ pub enum TangentialGap {
     Leave,
 }
 
+/// Whether the operator is compared with direct sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DirectSums {
+    /// In some of the loaded cells.
+    Some,
+    /// It was, or will be, in another increment.
+    None,
+}
+
 /// Evaluates the state afresh and checks it.
-pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap) -> StateChecks {
+pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: DirectSums) -> StateChecks {
     problem.evaluate(it);
     if problem.normal_only() && gap == TangentialGap::Complete {
         fill_tangential(problem, it);
@@ -95,7 +104,7 @@ pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap) -> State
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
-    checks.operator_defect = operator_defect(problem, it);
+    checks.operator_defect = if sums == DirectSums::Some { operator_defect(problem, it) } else { None };
     let mut p_max: f64 = 0.0;
     let mut normal = 0.0;
     let mut tangential = 0.0;

@@ -255,7 +255,7 @@ fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
             continue;
         }
         let z = [planes[i] - y[0], planes[n + i] - y[1]];
-        let norm = z[0].hypot(z[1]);
+        let norm = (z[0] * z[0] + z[1] * z[1]).sqrt();
         let area = areas[i];
         if norm <= p {
             result.potential += 0.5 * area * norm * norm;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::contact::certificate::{self, StateChecks, TangentialGap};
+use crate::contact::certificate::{self, DirectSums, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
 use crate::contact::{End, Increment, Iterate, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
@@ -112,7 +112,10 @@ pub(super) fn solve_and_check(
         [report.iterations, report.applications] = spent;
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap() || !options.skip;
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Leave };
-        let checks = certificate::check(problem, it, gap);
+        // The operator is the same in all increments of a step.
+        let ends = stage.from == 0.0 || stage.to == 1.0;
+        let sums = if ends { DirectSums::Some } else { DirectSums::None };
+        let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete(it)?;
         if overlapping.is_empty() || report.stop == Stop::Interrupted {
             return Ok((report, checks));
