@@ -41,11 +41,6 @@ pub trait Flexibility: Send + Sync {
         false
     }
 
-    /// Whether the operator has approximate inverses.
-    fn has_inverse(&self) -> bool {
-        false
-    }
-
     /// As [`Self::precondition_normal`] for all components, both `[3, N]` by planes.
     fn precondition(&self, _gap: &[f64], _tractions: &mut [f64]) -> bool {
         false
@@ -183,10 +178,6 @@ impl Flexibility for SumFlexibility {
     /// By the first part that can: flexibilities of bodies differ little more than by a factor.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
-    }
-
-    fn has_inverse(&self) -> bool {
-        self.parts.iter().any(|part| part.has_inverse())
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {

@@ -87,10 +87,6 @@ impl Flexibility for SubsetFlexibility {
         self.within(1, (normal_gap, pressure), product)
     }
 
-    fn has_inverse(&self) -> bool {
-        self.whole.has_inverse()
-    }
-
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
         self.within(3, (gap, tractions), product)

@@ -264,10 +264,6 @@ impl Flexibility for FftFlexibility {
         Some((sum * self.factor as f64).into())
     }
 
-    fn has_inverse(&self) -> bool {
-        true
-    }
-
     fn grid(&self) -> Option<[usize; 2]> {
         Some(self.convolution.cells)
     }

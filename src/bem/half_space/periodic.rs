@@ -160,10 +160,6 @@ impl Flexibility for PeriodicFlexibility {
         true
     }
 
-    fn has_inverse(&self) -> bool {
-        true
-    }
-
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
         let make = || full_inverse(Convolution::padded(cells, cells), self.spacing, &self.admittance);

@@ -321,7 +321,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
         if self.free.is_empty() {
             return None;
         }
-        let (n, m) = (self.problem.n(), self.free.len());
+        let m = self.free.len();
         let total: f64 = self.problem.areas.iter().sum();
         let (mut columns, mut constraints) = (Vec::with_capacity(m), Vec::with_capacity(m));
         for k in 0..m {
@@ -355,7 +355,6 @@ impl<'s, 'p> Tangent<'s, 'p> {
             columns.push(solved);
             constraints.push(work);
         }
-        debug_assert!(n > 0);
         Bordered::new(columns, constraints)
     }
 }
