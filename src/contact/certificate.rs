@@ -1,6 +1,6 @@
 //! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
-use super::increment::{Increment, Iterate};
+use super::{Increment, Iterate};
 
 /// Independent checks of a state; all are relative and all are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

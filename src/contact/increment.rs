@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::balance::{Balance, Cells, FLOATING};
+use super::balance::{Cells, FLOATING};
+use super::control::{End, NormalControl, SlipReference, TangentialControl};
+use super::iterate::Iterate;
 use super::scales::{Hat, Scales};
 use crate::error::Result;
 use crate::friction::FrictionEllipse;
@@ -11,77 +13,6 @@ use crate::wear::WearIntensity;
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
 const STICK_MARGIN: f64 = 1e-6;
-
-/// Normal control of an end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum NormalControl {
-    /// The normal rigid motion is given.
-    Approach,
-    /// The normal force is given (N, compression positive); the approach is found.
-    Force(f64),
-}
-
-/// Tangential control of an end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TangentialControl {
-    /// The tangential rigid motion is given.
-    Shift,
-    /// The tangential force on body 2 along local (x, y) is given; the shift is found.
-    Force([f64; 2]),
-}
-
-/// Where the slip of an end is measured from.
-#[derive(Debug, Clone)]
-pub enum SlipReference {
-    /// Tangential gaps `[2, N]` at the end of the previous increment.
-    Previous(Vec<f64>),
-    /// The other end of the stroke, except in cells that stick through the whole cycle, which keep the
-    /// tangential gap they stuck at.
-    OtherEnd {
-        /// Cells that stick through the cycle.
-        stuck: Vec<bool>,
-        /// Their tangential gaps, `[2, N]`.
-        at: Vec<f64>,
-    },
-    /// The cell that the material comes from, in steady rolling.
-    Upstream(Upstream),
-}
-
-/// Steady rolling: tractions stand still while the material passes from cell to cell.
-#[derive(Debug, Clone)]
-pub struct Upstream {
-    /// The cell that the material of each cell comes from, `[N]`; itself where it enters the frame.
-    pub from: Vec<usize>,
-    /// Slip of rigid bodies over the passage of a cell, `[2, N]`, mm.
-    pub creep: Vec<f64>,
-}
-
-impl SlipReference {
-    /// The same for changes of a state on `n` cells: what is constant in it is zero.
-    pub(super) fn homogeneous(&self, n: usize) -> Self {
-        match self {
-            Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
-            Self::OtherEnd { stuck, .. } => Self::OtherEnd { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
-            Self::Upstream(upstream) => {
-                Self::Upstream(Upstream { from: upstream.from.clone(), creep: vec![0.0; 2 * n] })
-            }
-        }
-    }
-}
-
-/// One end of an increment: what is prescribed there.
-#[derive(Debug, Clone)]
-pub struct End {
-    /// Normal control.
-    pub normal: NormalControl,
-    /// Tangential control.
-    pub tangential: TangentialControl,
-    /// The rigid motions that a balance finds, in place of the forces of both controls; `None` where the controls say
-    /// all, forces along the common axes of a level frame included.
-    pub balance: Option<Balance>,
-    /// Where its slip is measured from.
-    pub reference: SlipReference,
-}
 
 /// The equations of one increment.
 pub struct Increment<'a> {
@@ -110,51 +41,6 @@ pub struct Increment<'a> {
     pub skip: bool,
     /// Its one or two ends.
     pub ends: Vec<End>,
-}
-
-/// Tractions and what follows from them; the buffers are made once and reused.
-#[derive(Debug, Clone)]
-pub struct Iterate {
-    /// Hatted tractions, per end `[3, N]`.
-    pub hatted: Vec<f64>,
-    /// Rigid motion of body 2 along the frame's (x, y, n), per end.
-    pub rigid: Vec<[f64; 3]>,
-    /// Amount of each further motion, per end; zero beyond their number.
-    pub floating: Vec<[f64; FLOATING]>,
-    /// Physical tractions, per end `[3, N]`, MPa.
-    pub tractions: Vec<f64>,
-    /// S P, per end `[3, N]`, mm (tangential planes are not computed without friction).
-    pub elastic: Vec<f64>,
-    /// Gap with rigid motion and wear, per end `[3, N]`, mm.
-    pub gap: Vec<f64>,
-    /// Slip, per end `[2, N]`, mm.
-    pub slip: Vec<f64>,
-    /// |Δg|_i of each end, `[N]` per end, mm/MPa: depth worn per pressure, the diagonal that wear adds to S_nn.
-    pub wear_path: Vec<f64>,
-    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `repeats`).
-    pub wear_rate: Vec<f64>,
-    /// Hatted slip and normal gap, per end `[3, N]`.
-    pub gradient: Vec<f64>,
-}
-
-impl Iterate {
-    /// Zero tractions with given rigid motions, one per end.
-    pub fn new(n: usize, rigid: Vec<[f64; 3]>) -> Self {
-        let ends = rigid.len();
-        let zeros = || vec![0.0; 3 * n * ends];
-        Self {
-            hatted: zeros(),
-            rigid,
-            floating: vec![[0.0; FLOATING]; ends],
-            tractions: zeros(),
-            elastic: zeros(),
-            gap: zeros(),
-            slip: vec![0.0; 2 * n * ends],
-            wear_path: vec![0.0; n * ends],
-            wear_rate: vec![0.0; n],
-            gradient: zeros(),
-        }
-    }
 }
 
 impl Increment<'_> {
@@ -415,77 +301,4 @@ impl Increment<'_> {
             && p > 0.0
             && it.hatted[base + i].hypot(it.hatted[base + n + i]) < p * (1.0 - STICK_MARGIN)
     }
-
-    /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
-    /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
-    /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
-    pub fn natural_residual(&self, it: &Iterate) -> f64 {
-        let [normal, tangential] = self.residuals(it);
-        worse(normal, tangential)
-    }
-
-    /// The normal and the tangential part of [`Increment::natural_residual`].
-    pub fn residuals(&self, it: &Iterate) -> [f64; 2] {
-        let n = self.n();
-        let mut parts = [0.0_f64; 2];
-        let mut p_max: f64 = 0.0;
-        for end in 0..self.ends.len() {
-            let base = end * 3 * n;
-            for i in 0..n {
-                let p = it.hatted[base + 2 * n + i];
-                let wear = self.repeats * it.wear_path[end * n + i];
-                let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
-                let star = p - c * it.gap[base + 2 * n + i];
-                let rho = if star > 0.0 { star } else { 0.0 * star };
-                parts[0] = worse(parts[0], (p - rho).abs());
-                p_max = worse(p_max, p);
-                if self.friction.is_some() {
-                    let c = self.scales.c_tangential[i];
-                    let q = [it.hatted[base + i], it.hatted[base + n + i]];
-                    let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
-                    let norm = star[0].hypot(star[1]);
-                    let scale = if norm > rho { rho / norm } else { 1.0 };
-                    parts[1] = worse(parts[1], (q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
-                }
-            }
-        }
-        for part in &mut parts {
-            // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
-            *part = if *part == 0.0 { 0.0 } else { *part / p_max };
-        }
-        (0..self.ends.len()).fold(parts, |[normal, tangential], end| {
-            let [force, shear] = self.force_residuals(it, end);
-            [worse(normal, force), worse(tangential, shear)]
-        })
-    }
-
-    /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
-    fn force_residuals(&self, it: &Iterate, end: usize) -> [f64; 2] {
-        let n = self.n();
-        if let Some(balance) = &self.ends[end].balance {
-            return [0.0, balance.residual(self.areas, &it.hatted[end * 3 * n..(end + 1) * 3 * n])];
-        }
-        let sum = |plane: usize| -> f64 {
-            let start = end * 3 * n + plane * n;
-            it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()
-        };
-        let normal = sum(2);
-        let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
-        let mut residuals = [0.0; 2];
-        if let NormalControl::Force(wanted) = self.ends[end].normal {
-            residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
-        }
-        if let TangentialControl::Force(wanted) = self.ends[end].tangential {
-            let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
-            // Against what friction can carry: a force below that of a tiny coefficient must be met as well.
-            let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
-            residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
-        }
-        residuals
-    }
-}
-
-/// The larger of two numbers, NaN if either is (unlike `f64::max`, which hides it).
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -9,13 +9,18 @@
 
 pub mod balance;
 pub mod certificate;
-pub mod increment;
+mod control;
+mod increment;
+mod iterate;
 pub mod projection;
+mod residual;
 pub mod scales;
 pub mod solver;
 mod window;
 
 pub use balance::{Balance, Wanted};
-pub use increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl, Upstream};
+pub use control::{End, NormalControl, SlipReference, TangentialControl, Upstream};
+pub use increment::Increment;
+pub use iterate::Iterate;
 pub use scales::Scales;
 pub use solver::{Method, SolverOptions};

@@ -5,8 +5,8 @@
 //! tractions carry it. So force control costs no more operator applications than displacement control.
 
 use super::balance::{self, Balance, FLOATING, From};
-use super::increment::{Increment, NormalControl, TangentialControl};
 use super::scales::Hat;
+use super::{Increment, NormalControl, TangentialControl};
 
 /// Whether the prescribed forces could be carried.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,8 +6,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::increment::{End, Increment, Iterate, SlipReference, Upstream};
 use super::scales::Scales;
+use super::{End, Increment, Iterate, SlipReference, Upstream};
 use crate::linalg::operator::Flexibility;
 
 /// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.

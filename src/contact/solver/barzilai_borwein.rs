@@ -2,8 +2,8 @@
 //! (docs/theory-contact.md): alternately s·s / s·y and s·y / y·y, clipped to [1, 1000] / λ_max; nonmonotone, the best
 //! state is kept.
 
-use super::super::increment::{Increment, Iterate};
 use super::super::projection::StepSizes;
+use super::super::{Increment, Iterate};
 use super::projected::{StepRule, iterate, spectral_bounds};
 use super::{SolveReport, Solver, SolverOptions, Watch};
 

@@ -9,8 +9,8 @@
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
 //! conjugate gradient techniques"; with a preconditioner: Vollebregt 2014.
 
-use super::super::increment::{Increment, Iterate, NormalControl, TangentialControl};
 use super::super::projection::{Motions, StepSizes, project};
+use super::super::{Increment, Iterate, NormalControl, TangentialControl};
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 
 /// Iterations without a new best residual after which another method has to go on.

@@ -11,7 +11,7 @@ mod uzawa;
 pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
-use super::increment::{Increment, Iterate};
+use super::{Increment, Iterate};
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use newton::Newton;

@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use super::super::increment::{Increment, Iterate};
 use super::super::window::{Part, Window};
+use super::super::{Increment, Iterate};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
 use crate::linalg::operator::Flexibility;
 

@@ -4,8 +4,8 @@
 //! q - r_t M² Δg_t on |q|_μ <= p, which in hatted variables is a clip to the disc of radius p. Steps
 //! r = 1.8 / λ_max, constant; the rate is 1 - O(h/L), so it is slow on fine frames.
 
-use super::super::increment::{Increment, Iterate};
 use super::super::projection::StepSizes;
+use super::super::{Increment, Iterate};
 use super::projected::{StepRule, iterate, spectral_bounds};
 use super::{SolveReport, Solver, SolverOptions, Watch};
 

@@ -13,7 +13,7 @@ mod preconditioner;
 mod rolling;
 mod tangent;
 
-use super::super::increment::{Increment, Iterate, SlipReference};
+use super::super::{Increment, Iterate, SlipReference};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, LU};
 
-use super::super::super::increment::{Increment, SlipReference, Upstream};
+use super::super::super::{Increment, SlipReference, Upstream};
 use super::tangent::{Active, State, across};
 
 /// Buffers of the inverse on the cells in contact.

@@ -4,7 +4,7 @@
 //! Rows are multiplied by the local stiffness c, so that all are tractions.
 
 use super::super::super::balance::{COMPONENTS, Motion};
-use super::super::super::increment::{End, Increment, Iterate, NormalControl, TangentialControl};
+use super::super::super::{End, Increment, Iterate, NormalControl, TangentialControl};
 use super::preconditioner::{Bordered, Inverse};
 use crate::linalg::gmres::LinearSystem;
 use crate::linalg::operator::SinglePrecision;

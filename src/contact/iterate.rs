@@ -1,0 +1,48 @@
+//! The state of an increment that is being solved.
+
+use super::balance::FLOATING;
+
+/// Tractions and what follows from them; the buffers are made once and reused.
+#[derive(Debug, Clone)]
+pub struct Iterate {
+    /// Hatted tractions, per end `[3, N]`.
+    pub hatted: Vec<f64>,
+    /// Rigid motion of body 2 along the frame's (x, y, n), per end.
+    pub rigid: Vec<[f64; 3]>,
+    /// Amount of each further motion, per end; zero beyond their number.
+    pub floating: Vec<[f64; FLOATING]>,
+    /// Physical tractions, per end `[3, N]`, MPa.
+    pub tractions: Vec<f64>,
+    /// S P, per end `[3, N]`, mm (tangential planes are not computed without friction).
+    pub elastic: Vec<f64>,
+    /// Gap with rigid motion and wear, per end `[3, N]`, mm.
+    pub gap: Vec<f64>,
+    /// Slip, per end `[2, N]`, mm.
+    pub slip: Vec<f64>,
+    /// |Δg|_i of each end, `[N]` per end, mm/MPa: depth worn per pressure, the diagonal that wear adds to S_nn.
+    pub wear_path: Vec<f64>,
+    /// Depth worn by the slip of one pass through the ends, `[N]`, mm (not yet times `repeats`).
+    pub wear_rate: Vec<f64>,
+    /// Hatted slip and normal gap, per end `[3, N]`.
+    pub gradient: Vec<f64>,
+}
+
+impl Iterate {
+    /// Zero tractions with given rigid motions, one per end.
+    pub fn new(n: usize, rigid: Vec<[f64; 3]>) -> Self {
+        let ends = rigid.len();
+        let zeros = || vec![0.0; 3 * n * ends];
+        Self {
+            hatted: zeros(),
+            rigid,
+            floating: vec![[0.0; FLOATING]; ends],
+            tractions: zeros(),
+            elastic: zeros(),
+            gap: zeros(),
+            slip: vec![0.0; 2 * n * ends],
+            wear_path: vec![0.0; n * ends],
+            wear_rate: vec![0.0; n],
+            gradient: zeros(),
+        }
+    }
+}

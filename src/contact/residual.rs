@@ -1,0 +1,80 @@
+//! How far a state is from solving an increment.
+
+use super::control::{NormalControl, TangentialControl};
+use super::increment::Increment;
+use super::iterate::Iterate;
+
+impl Increment<'_> {
+    /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
+    /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
+    /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
+    pub fn natural_residual(&self, it: &Iterate) -> f64 {
+        let [normal, tangential] = self.residuals(it);
+        worse(normal, tangential)
+    }
+
+    /// The normal and the tangential part of [`Increment::natural_residual`].
+    pub fn residuals(&self, it: &Iterate) -> [f64; 2] {
+        let n = self.n();
+        let mut parts = [0.0_f64; 2];
+        let mut p_max: f64 = 0.0;
+        for end in 0..self.ends.len() {
+            let base = end * 3 * n;
+            for i in 0..n {
+                let p = it.hatted[base + 2 * n + i];
+                let wear = self.repeats * it.wear_path[end * n + i];
+                let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
+                let star = p - c * it.gap[base + 2 * n + i];
+                let rho = if star > 0.0 { star } else { 0.0 * star };
+                parts[0] = worse(parts[0], (p - rho).abs());
+                p_max = worse(p_max, p);
+                if self.friction.is_some() {
+                    let c = self.scales.c_tangential[i];
+                    let q = [it.hatted[base + i], it.hatted[base + n + i]];
+                    let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
+                    let norm = star[0].hypot(star[1]);
+                    let scale = if norm > rho { rho / norm } else { 1.0 };
+                    parts[1] = worse(parts[1], (q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
+                }
+            }
+        }
+        for part in &mut parts {
+            // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
+            *part = if *part == 0.0 { 0.0 } else { *part / p_max };
+        }
+        (0..self.ends.len()).fold(parts, |[normal, tangential], end| {
+            let [force, shear] = self.force_residuals(it, end);
+            [worse(normal, force), worse(tangential, shear)]
+        })
+    }
+
+    /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
+    fn force_residuals(&self, it: &Iterate, end: usize) -> [f64; 2] {
+        let n = self.n();
+        if let Some(balance) = &self.ends[end].balance {
+            return [0.0, balance.residual(self.areas, &it.hatted[end * 3 * n..(end + 1) * 3 * n])];
+        }
+        let sum = |plane: usize| -> f64 {
+            let start = end * 3 * n + plane * n;
+            it.tractions[start..start + n].iter().zip(self.areas).map(|(t, a)| t * a).sum()
+        };
+        let normal = sum(2);
+        let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
+        let mut residuals = [0.0; 2];
+        if let NormalControl::Force(wanted) = self.ends[end].normal {
+            residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
+        }
+        if let TangentialControl::Force(wanted) = self.ends[end].tangential {
+            let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
+            // Against what friction can carry: a force below that of a tiny coefficient must be met as well.
+            let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
+            residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
+        }
+        residuals
+    }
+}
+
+/// The larger of two numbers, NaN if either is (unlike `f64::max`, which hides it).
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
