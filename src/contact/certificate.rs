@@ -44,9 +44,9 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     a.into_iter().chain(b).reduce(f64::max)
 }
 
-/// Kernels integrated for the direct sums of a state, but for two cells at least, and fifty at most.
-const DIRECT_KERNELS: usize = 4000;
-const DIRECT_CELLS: [usize; 2] = [2, 50];
+/// Kernels integrated for the direct sums of a state, but for one cell at least, and fifty at most.
+const DIRECT_KERNELS: usize = 2000;
+const DIRECT_CELLS: [usize; 2] = [1, 50];
 
 /// Compares S P with its direct summation in some of the loaded cells, evenly spread.
 fn operator_defect(problem: &Increment, it: &Iterate) -> Option<f64> {
@@ -95,7 +95,8 @@ pub enum DirectSums {
 /// Evaluates the state afresh and checks it.
 pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: DirectSums) -> StateChecks {
     problem.evaluate(it);
-    if problem.normal_only() && gap == TangentialGap::Complete {
+    // Of equal bodies, pressures move nothing in the surface.
+    if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
         fill_tangential(problem, it);
     }
     let n = problem.n();

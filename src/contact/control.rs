@@ -20,6 +20,15 @@ pub enum TangentialControl {
     Force([f64; 2]),
 }
 
+/// Whether pressures are to be found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pressures {
+    /// With everything else.
+    Unknown,
+    /// They are those of the state, and only what happens in the surface is asked for: of operators with a tangential part.
+    Given,
+}
+
 /// Where the slip of an end is measured from.
 #[derive(Debug, Clone)]
 pub enum SlipReference {

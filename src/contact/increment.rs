@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::balance::{Cells, FLOATING};
-use super::control::{End, NormalControl, SlipReference, TangentialControl};
+use super::control::{End, NormalControl, Pressures, SlipReference, TangentialControl};
 use super::iterate::Iterate;
 use super::scales::{Hat, Scales};
 use crate::error::Result;
 use crate::friction::FrictionEllipse;
-use crate::linalg::operator::Flexibility;
+use crate::linalg::operator::{Flexibility, TangentialFlexibility};
 use crate::wear::WearIntensity;
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
@@ -37,6 +37,8 @@ pub struct Increment<'a> {
     pub worn: &'a [f64],
     /// Number of times the slip of this increment happens (1, or the cycles of an implicit stage).
     pub repeats: f64,
+    /// Whether its pressures are unknown.
+    pub pressures: Pressures,
     /// Whether tangential components that nothing asks for are left out of the operator applications.
     pub skip: bool,
     /// Its one or two ends.
@@ -69,6 +71,11 @@ impl Increment<'_> {
     /// Whether only normal components are computed while iterating: nothing slips against friction or wears.
     pub fn normal_only(&self) -> bool {
         self.skip && self.friction.is_none() && self.wear.is_none()
+    }
+
+    /// The tangential part of the operator, if it is all that is asked for.
+    pub(super) fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
     /// The linear part of the equations with an operator that may be less exact, for changes of tractions and motions, the
@@ -169,6 +176,7 @@ impl Increment<'_> {
             let hatted = &it.hatted[planes.clone()];
             let tractions = &mut it.tractions[planes.clone()];
             tractions[2 * n..].copy_from_slice(&hatted[2 * n..]);
+            let elastic = &mut it.elastic[planes];
             match self.hat() {
                 Some(hat) => {
                     for i in 0..n {
@@ -176,11 +184,13 @@ impl Increment<'_> {
                         tractions[i] = q[0];
                         tractions[n + i] = q[1];
                     }
-                    self.flexibility.apply(tractions, &mut it.elastic[planes]);
+                    match self.tangential() {
+                        Some(part) => part.apply_tangential(&tractions[..2 * n], &mut elastic[..2 * n]),
+                        None => self.flexibility.apply(tractions, elastic),
+                    }
                 }
                 None => {
                     tractions[..2 * n].fill(0.0);
-                    let elastic = &mut it.elastic[planes];
                     if self.normal_only() {
                         self.flexibility.apply_normal(&tractions[2 * n..], &mut elastic[2 * n..]);
                     } else {

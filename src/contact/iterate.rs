@@ -45,4 +45,20 @@ impl Iterate {
             gradient: zeros(),
         }
     }
+
+    /// Cuts the hatted tractions to p >= 0 and |q̂| <= p.
+    pub(crate) fn cut(&mut self) {
+        let n = self.wear_rate.len();
+        for planes in self.hatted.chunks_exact_mut(3 * n) {
+            let (tangential, pressures) = planes.split_at_mut(2 * n);
+            let (first, second) = tangential.split_at_mut(n);
+            for ((a, b), p) in first.iter_mut().zip(second).zip(pressures) {
+                *p = p.max(0.0);
+                let size = (*a * *a + *b * *b).sqrt();
+                if size > *p {
+                    (*a, *b) = (*a * *p / size, *b * *p / size);
+                }
+            }
+        }
+    }
 }

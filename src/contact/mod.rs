@@ -19,7 +19,7 @@ pub mod solver;
 mod window;
 
 pub use balance::{Balance, Wanted};
-pub use control::{End, NormalControl, SlipReference, TangentialControl, Upstream};
+pub use control::{End, NormalControl, Pressures, SlipReference, TangentialControl, Upstream};
 pub use increment::Increment;
 pub use iterate::Iterate;
 pub use scales::Scales;

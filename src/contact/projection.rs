@@ -6,7 +6,7 @@
 
 use super::balance::{self, Balance, FLOATING, From};
 use super::scales::Hat;
-use super::{Increment, NormalControl, TangentialControl};
+use super::{End, Increment, NormalControl, Pressures, TangentialControl};
 
 /// Whether the prescribed forces could be carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,15 +70,18 @@ pub fn project(
             }
             continue;
         }
-        for j in 2 * n..3 * n {
-            new[j] = old[j] - steps.normal * g[j];
-        }
-        let pressures = &mut new[2 * n..];
-        if let NormalControl::Force(force) = end.normal {
-            let lift = lift_for_force(pressures, problem.areas, force);
+        let pressures = 2 * n..3 * n;
+        if problem.pressures == Pressures::Given {
+            new[pressures.clone()].copy_from_slice(&old[pressures]);
+        } else {
+            let lift = project_pressures(
+                problem,
+                end,
+                (&old[pressures.clone()], &g[pressures.clone()], steps.normal),
+                &mut new[pressures],
+            );
             rigid[k][2] -= lift / steps.normal;
         }
-        pressures.iter_mut().for_each(|p| *p = p.max(0.0));
         if let Some(hat) = problem.hat() {
             for j in 0..2 * n {
                 new[j] = old[j] - steps.tangential * g[j];
@@ -104,6 +107,22 @@ pub fn project(
         }
     }
     equilibrium
+}
+
+/// Pressures of a step of size `step`, cut at zero; under a prescribed force lifted to carry it, by what is returned.
+fn project_pressures(
+    problem: &Increment,
+    end: &End,
+    (old, gap, step): (&[f64], &[f64], f64),
+    new: &mut [f64],
+) -> f64 {
+    new.iter_mut().zip(old).zip(gap).for_each(|((new, old), gap)| *new = old - step * gap);
+    let lift = match end.normal {
+        NormalControl::Force(force) => lift_for_force(new, problem.areas, force),
+        NormalControl::Approach => 0.0,
+    };
+    new.iter_mut().for_each(|p| *p = p.max(0.0));
+    lift
 }
 
 /// Projects the tractions of an end on those that its balance wants, and moves its bodies by what makes them.

@@ -1,6 +1,6 @@
 //! How far a state is from solving an increment.
 
-use super::control::{NormalControl, TangentialControl};
+use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
 use super::iterate::Iterate;
 
@@ -16,17 +16,21 @@ impl Increment<'_> {
     /// The normal and the tangential part of [`Increment::natural_residual`].
     pub fn residuals(&self, it: &Iterate) -> [f64; 2] {
         let n = self.n();
+        let given = self.pressures == Pressures::Given;
         let mut parts = [0.0_f64; 2];
         let mut p_max: f64 = 0.0;
         for end in 0..self.ends.len() {
             let base = end * 3 * n;
             for i in 0..n {
                 let p = it.hatted[base + 2 * n + i];
-                let wear = self.repeats * it.wear_path[end * n + i];
-                let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
-                let star = p - c * it.gap[base + 2 * n + i];
-                let rho = if star > 0.0 { star } else { 0.0 * star };
-                parts[0] = worse(parts[0], (p - rho).abs());
+                let mut rho = p;
+                if !given {
+                    let wear = self.repeats * it.wear_path[end * n + i];
+                    let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
+                    let star = p - c * it.gap[base + 2 * n + i];
+                    rho = if star > 0.0 { star } else { 0.0 * star };
+                    parts[0] = worse(parts[0], (p - rho).abs());
+                }
                 p_max = worse(p_max, p);
                 if self.friction.is_some() {
                     let c = self.scales.c_tangential[i];
@@ -61,7 +65,7 @@ impl Increment<'_> {
         let normal = sum(2);
         let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
         let mut residuals = [0.0; 2];
-        if let NormalControl::Force(wanted) = self.ends[end].normal {
+        if let (NormalControl::Force(wanted), Pressures::Unknown) = (self.ends[end].normal, self.pressures) {
             residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
         }
         if let TangentialControl::Force(wanted) = self.ends[end].tangential {

@@ -134,6 +134,7 @@ fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {
 fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f64 {
     let n = areas.len();
     let mut v = start(2 * n);
+    let part = operator.tangential();
     let mut physical = vec![0.0; 3 * n];
     let mut image = vec![0.0; 3 * n];
     let mut lambda = 0.0;
@@ -144,7 +145,10 @@ fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f
             physical[i] = q[0];
             physical[n + i] = q[1];
         }
-        operator.apply(&physical, &mut image);
+        match part {
+            Some(part) => part.apply_tangential(&physical[..2 * n], &mut image[..2 * n]),
+            None => operator.apply(&physical, &mut image),
+        }
         for i in 0..n {
             let s = hat.slip([image[i], image[n + i]]);
             v[i] = s[0];

@@ -59,6 +59,42 @@ impl Window {
         means
     }
 
+    /// Writes a field on the window to the frame, plane by plane, bilinear between the centres of those cells that `count`; what
+    /// is not covered stays.
+    pub fn interpolate(&self, field: &[f64], count: &[bool], out: &mut [f64]) {
+        let (to, from) = (self.frame[0] * self.frame[1], self.n());
+        for ix in 0..self.cells[0] * self.factor {
+            for iy in 0..self.cells[1] * self.factor {
+                let (near, weights) = self.neighbours([ix, iy]);
+                let total: f64 = near.iter().zip(weights).filter(|(k, _)| count[**k]).map(|(_, w)| w).sum();
+                if total == 0.0 {
+                    continue;
+                }
+                let of_frame = (self.origin[0] + ix) * self.frame[1] + self.origin[1] + iy;
+                for (plane, out) in field.chunks_exact(from).zip(out.chunks_exact_mut(to)) {
+                    let known = near.iter().zip(weights).filter(|(k, _)| count[**k]);
+                    out[of_frame] = known.map(|(&k, w)| w * plane[k]).sum::<f64>() / total;
+                }
+            }
+        }
+    }
+
+    /// The four cells about a cell of the frame, counted from the window's first, and their weights in bilinear interpolation.
+    fn neighbours(&self, at: [usize; 2]) -> ([usize; 4], [f64; 4]) {
+        let along = [0, 1].map(|axis| {
+            let last = self.cells[axis] - 1;
+            let place = ((at[axis] as f64 + 0.5) / self.factor as f64 - 0.5).clamp(0.0, last as f64);
+            let first = (place as usize).min(last.saturating_sub(1));
+            (first, (first + 1).min(last), place - first as f64)
+        });
+        let [(x0, x1, u), (y0, y1, v)] = along;
+        let cell = |x: usize, y: usize| x * self.cells[1] + y;
+        (
+            [cell(x0, y0), cell(x0, y1), cell(x1, y0), cell(x1, y1)],
+            [(1.0 - u) * (1.0 - v), (1.0 - u) * v, u * (1.0 - v), u * v],
+        )
+    }
+
     /// Writes a field on the window to the frame, zero outside, plane by plane.
     pub fn prolong(&self, field: &[f64], out: &mut [f64]) {
         let (to, from) = (self.frame[0] * self.frame[1], self.n());
@@ -75,7 +111,7 @@ pub(super) struct Part {
     flexibility: Arc<dyn Flexibility>,
     scales: Arc<Scales>,
     areas: Vec<f64>,
-    initial_gap: Vec<f64>,
+    pub initial_gap: Vec<f64>,
     rigid_axes: Option<Vec<nalgebra::Matrix3<f64>>>,
     floating: Vec<Vec<f64>>,
     worn: Vec<f64>,

@@ -4,11 +4,12 @@ use std::time::Instant;
 
 use crate::contact::certificate::{self, DirectSums, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
-use crate::contact::{End, Increment, Iterate, SlipReference, TangentialControl};
+use crate::contact::{End, Increment, Iterate, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 
 use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
+use super::predictor::Predictor;
 use super::step::{IncrementRecord, Observer, Outcome, Row, Spin, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
@@ -46,6 +47,7 @@ pub(super) fn problem<'b>(
         scales: prepared.scales(),
         worn,
         repeats: laws.repeats,
+        pressures: Pressures::Unknown,
         skip: options.skip,
         ends,
     }
@@ -113,8 +115,7 @@ pub(super) fn solve_and_check(
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap() || !options.skip;
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Leave };
         // The operator is the same in all increments of a step.
-        let ends = stage.from == 0.0 || stage.to == 1.0;
-        let sums = if ends { DirectSums::Some } else { DirectSums::None };
+        let sums = if stage.to == 1.0 { DirectSums::Some } else { DirectSums::None };
         let checks = certificate::check(problem, it, gap, sums);
         let overlapping = problem.complete(it)?;
         if overlapping.is_empty() || report.stop == Stop::Interrupted {
@@ -155,10 +156,12 @@ impl Run<'_> {
         let start = Start { rigid: self.state.rigid, turn, force, moment };
         let path = Path::new(step, self.held, start, &self.prepared);
         self.held = path.end;
+        let mut predictor = Predictor::default();
         for number in 1..=step.increments {
-            let now = (self.state.rigid, self.prepared.turn(&self.state.floating));
+            let (rigid, floating) = predictor.motions(&self.state);
+            let now = (rigid, self.prepared.turn(&floating));
             let controls = path.at(number as f64 / step.increments as f64, now);
-            self.increment(step, number, &controls, observer)?;
+            self.increment(step, number, (&controls, &mut predictor), observer)?;
             if self.result.outcome != Outcome::Converged {
                 break;
             }
@@ -173,7 +176,7 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         number: usize,
-        controls: &Controls,
+        (controls, predictor): (&Controls, &mut Predictor),
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let clock = Instant::now();
@@ -189,9 +192,13 @@ impl Run<'_> {
         let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
-        it.floating = vec![self.prepared.turned(self.state.floating, controls.turn)];
+        let (_, floating) = predictor.motions(&self.state);
+        it.floating = vec![self.prepared.turned(floating, controls.turn)];
         if self.options.skip {
-            problem.hat_tractions(&self.state.tractions, &mut it.hatted);
+            predictor.start(&self.state, &problem, &mut it);
+            if step.rolling.is_none() {
+                predictor.note(&self.state);
+            }
         }
         let Row { index, count } = step.row.unwrap_or(Row { index: 0, count: 1 });
         let (number, count) = (index * step.increments + number, (count * step.increments) as f64);

@@ -9,6 +9,7 @@ mod control;
 mod cycles;
 mod increments;
 mod model;
+mod predictor;
 mod open;
 mod rolling;
 mod state;
@@ -18,15 +19,16 @@ use std::time::Instant;
 
 pub use model::Model;
 
-use crate::contact::SolverOptions;
 use crate::contact::solver::on_windows;
+use crate::contact::{Method, SolverOptions};
 use crate::error::Result;
 use crate::friction::FrictionLaw;
+use crate::linalg::operator::Flexibility;
 use crate::wear::WearLaw;
 use control::Held;
 use model::Prepared;
 use state::State;
-use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Step};
+use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt};
 
 /// What a run leaves.
 #[derive(Debug, Clone)]
@@ -76,7 +78,7 @@ pub fn run(
             &model.friction,
             &model.wear,
             steps,
-            (options, on_windows(model.flexibility.grid(), options)),
+            (options, OperatorSkips::of(model.flexibility.as_ref(), options)),
         ),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
@@ -103,12 +105,30 @@ pub fn run(
     Ok(run.result)
 }
 
-/// The skips of the contact stage that apply to these steps; `windows`: whether they are solved on windows of the frame.
+/// What the operator allows to skip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperatorSkips {
+    /// Whether steps are solved on windows of the frame.
+    pub windows: bool,
+    /// Whether pressures and tractions in the surface are found one after the other.
+    pub apart: bool,
+}
+
+impl OperatorSkips {
+    fn of(operator: &dyn Flexibility, options: &SolverOptions) -> Self {
+        Self {
+            windows: on_windows(operator.grid(), options),
+            apart: options.method == Method::Auto && operator.tangential().is_some(),
+        }
+    }
+}
+
+/// The skips of the contact stage that apply to these steps.
 pub fn skipped_by_contact(
     friction: &FrictionLaw,
     wear: &WearLaw,
     steps: &[Step],
-    (options, windows): (&SolverOptions, bool),
+    (options, operator): (&SolverOptions, OperatorSkips),
 ) -> Vec<Skipped> {
     if !options.skip {
         return Vec::new();
@@ -129,7 +149,17 @@ pub fn skipped_by_contact(
             why: "without friction and wear only pressures are unknown".to_owned(),
         });
     }
-    if windows {
+    let turned = steps
+        .iter()
+        .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
+    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.cycles.is_none();
+    if operator.apart && !frictionless && !turned && steps.iter().any(rubs) {
+        skipped.push(Skipped {
+            what: "normal components in products for tractions in the surface".to_owned(),
+            why: "neither moves the gap of the other: pressures are found first, by themselves".to_owned(),
+        });
+    }
+    if operator.windows {
         skipped.push(Skipped {
             what: "cells away from the contact in products with the flexibility".to_owned(),
             why: "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame"

@@ -16,6 +16,12 @@ pub trait Flexibility: Send + Sync {
     /// Number of cells N.
     fn n_cells(&self) -> usize;
 
+    /// Its tangential part, of an operator whose normal part and this one can be used each by itself: neither component moves
+    /// the gap of the other.
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        None
+    }
+
     /// `gap = S tractions`, both `[3, N]` by planes; overwrites `gap`. Does not allocate.
     fn apply(&self, tractions: &[f64], gap: &mut [f64]);
 
@@ -87,12 +93,49 @@ pub trait Flexibility: Send + Sync {
     }
 }
 
+/// S_tt of a [`Flexibility`] whose normal gap does not depend on tractions in the surface, nor they on pressures.
+pub trait TangentialFlexibility {
+    /// `gap = S_tt tractions`, both `[2, N]` by planes; overwrites `gap`. Does not allocate.
+    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]);
+
+    /// The same to about six digits.
+    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]);
+
+    /// `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Does not allocate but for the
+    /// first time.
+    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
+}
+
 /// An operator whose products need be right to about six digits only.
 pub struct SinglePrecision<'a>(pub &'a dyn Flexibility);
+
+impl SinglePrecision<'_> {
+    fn part(&self) -> &dyn TangentialFlexibility {
+        self.0.tangential().expect("it has one, or this would not be asked for it")
+    }
+}
+
+impl TangentialFlexibility for SinglePrecision<'_> {
+    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.part().apply_tangential_single(tractions, gap);
+    }
+
+    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.part().apply_tangential_single(tractions, gap);
+    }
+
+    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
+        self.part().precondition_tangential(gap, tractions);
+    }
+}
 
 impl Flexibility for SinglePrecision<'_> {
     fn n_cells(&self) -> usize {
         self.0.n_cells()
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        self.0.tangential().is_some().then_some(self)
     }
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {

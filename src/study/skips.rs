@@ -8,11 +8,12 @@ use super::prepare::{cross, options};
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
 use crate::body::{ElasticBody, Estimate};
+use crate::contact::Method;
 use crate::contact::solver::on_windows;
 use crate::coupling;
 use crate::frame::ContactFrame;
-use crate::history::skipped_by_contact;
 use crate::history::step::Skipped;
+use crate::history::{OperatorSkips, skipped_by_contact};
 use crate::results::fields::FieldKind;
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{BodySpec, Plan};
@@ -23,10 +24,10 @@ use crate::scene::plan::{BodySpec, Plan};
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.
 pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, Failure> {
     let mut skipped = Vec::new();
+    let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
+    let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
     if plan.solver.coupling == Coupling::Schur {
         let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodySpec::Rigid));
-        let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
-        let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
         skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
     }
     // Finite elements and the block path have no operator on a grid.
@@ -34,8 +35,12 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
         plan.solver.coupling == Coupling::Schur && plan.bodies.iter().all(|body| body.fe().is_none());
     let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
     let options = options(plan);
-    let windows = on_windows(grid, &options);
-    let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, windows));
+    let apart = options.method == Method::Auto
+        && grid.is_some()
+        && cross(plan) == CrossBlocks::SkipVanishing
+        && !couples(plan, frame, summed)?;
+    let operator = OperatorSkips { windows: on_windows(grid, &options), apart };
+    let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
     let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
     all.extend(candidates::skipped(frame));
     all.extend(skipped_fields(plan));

@@ -2,9 +2,11 @@
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::history::Model;
-use orthowear::history::step::{Outcome, Step};
+use orthowear::history::step::{Outcome, Spin, Step, Tangential, Tilt};
 
-use crate::common::{half_spaces, indent, press, relative, shift, solve_with, sphere_on_frp, steel};
+use crate::common::{
+    frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
+};
 
 /// Runs with windows and on the whole frame by `method`; compares forces, areas and tractions.
 fn same(model: &Model, steps: &[Step], method: Method) {
@@ -47,4 +49,64 @@ fn windows_grow_to_spots_that_touch_later() {
     let model = half_spaces(&steel(), None, (1.6, 64), spots);
     let steps = [indent(0.003), indent(0.008), press(40.0)].map(|step| Step { friction: false, ..step });
     same(&model, &steps, Method::ConjugateGradients);
+}
+
+/// A step to a given tangential force.
+fn pull(force: [f64; 2], increments: usize) -> Step {
+    Step { tangential: Some(Tangential::Force(force)), increments, ..step("pull") }
+}
+
+/// Truth: as above, for equal bodies, whose pressures are found before the tractions in the surface, those at first on coarser
+/// cells: partial slip there and back, by force and by shift, at a growing and a falling load, with an elliptic law.
+#[test]
+fn pressures_first_change_nothing() {
+    let mut model = half_spaces(&steel(), Some(&steel()), (0.8, 64), sphere(10.0));
+    model.friction = frp_friction(30.0);
+    let steps = [
+        Step { friction: false, ..press(800.0) },
+        pull([130.0, 30.0], 3),
+        pull([-60.0, 0.0], 2),
+        Step { increments: 2, ..press(1000.0) },
+        shift(-0.003, 20.0),
+        press(600.0),
+    ];
+    same(&model, &steps, Method::Newton);
+    let options = SolverOptions::default();
+    let [apart, whole] =
+        [true, false].map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
+    let told = |run: &orthowear::history::RunResult| {
+        run.skipped.iter().filter(|skip| skip.what.starts_with("normal components")).count()
+    };
+    assert_eq!([told(&apart), told(&whole)], [1, 0]);
+}
+
+/// Truth: as above. On the window of the first step the second one could not be in equilibrium: contact has to spread far beyond
+/// it before the moment, the spin moment or the force is carried.
+#[test]
+fn a_window_too_small_is_no_verdict() {
+    let tipping = |moment| Step { tilt: Some(Tilt::Moment(moment)), friction: false, ..press(100.0) };
+    let model = half_spaces(&steel(), None, (0.5, 64), sphere(10.0));
+    same(&model, &[tipping([0.0; 2]), tipping([0.0, 30.0])], Method::BarzilaiBorwein);
+    let mut model = half_spaces(&steel(), None, (0.5, 64), sphere(10.0));
+    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    let indented = indent(0.0005);
+    let pulled = Step { tangential: Some(Tangential::Force([250.0, 0.0])), ..indent(0.01) };
+    same(&model, &[indented, pulled], Method::BarzilaiBorwein);
+    let mut model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));
+    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    let spun = Step { spin: Some(Spin::Moment(50.0)), ..press(1000.0) };
+    same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
+}
+
+/// Truth: by hand. Where no force presses the bodies they just touch, whatever was before: the centres of the four cells in the
+/// middle, h / 2 off it along x and y, where the gap is h² / 4R.
+#[test]
+fn bodies_without_load_just_touch() {
+    let model = half_spaces(&steel(), Some(&steel()), (0.5, 64), sphere(10.0));
+    for steps in [vec![press(0.0)], vec![press(100.0), press(0.0)], vec![indent(0.003), press(0.0)]] {
+        let run = solve_with(&model, &steps, &SolverOptions::default());
+        let last = run.records.last().expect("a step");
+        let touch = (1.0_f64 / 64.0).powi(2) / 40.0;
+        assert!((last.approach - touch).abs() < 1e-15 && last.contact_area == 0.0, "{}", last.approach);
+    }
 }

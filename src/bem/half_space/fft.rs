@@ -10,12 +10,12 @@ use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::kernel_table::{Component, KernelTable, OffsetPlane};
-use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::{full_inverse, normal_inverse};
+use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
+use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::memory;
-use crate::linalg::operator::Flexibility;
+use crate::linalg::operator::{Flexibility, TangentialFlexibility};
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub enum CrossBlocks {
 const KEPT: usize = 6;
 
 /// A kept operator serves up to this part more cells than asked for.
-const SPARE: usize = 5;
+const SPARE: usize = 16;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
@@ -55,8 +55,10 @@ pub struct FftFlexibility {
     admittance: Arc<Admittance>,
     normal_inverse: OnceLock<Filter>,
     full_inverse: OnceLock<Filter>,
-    /// The operator itself in single precision.
+    tangential_inverse: OnceLock<Filter>,
+    /// The operator itself in single precision, and the tangential part of an uncoupled one.
     single: OnceLock<Filter>,
+    tangential_single: OnceLock<Filter>,
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller: Mutex<Vec<Arc<FftFlexibility>>>,
 }
@@ -101,7 +103,9 @@ impl FftFlexibility {
             admittance,
             normal_inverse: OnceLock::new(),
             full_inverse: OnceLock::new(),
+            tangential_inverse: OnceLock::new(),
             single: OnceLock::new(),
+            tangential_single: OnceLock::new(),
             smaller: Mutex::new(Vec::new()),
         }
     }
@@ -138,12 +142,22 @@ impl FftFlexibility {
     /// The operator in single precision.
     fn single(&self) -> &Filter {
         self.single.get_or_init(|| {
-            let parts = if self.coupled { Parts::Coupled } else { Parts::Uncoupled };
+            let parts = self.parts();
             let (px, count) = (self.convolution.padded[0], parts.planes() - 1);
             let columns = self.normal().chunks_exact(px).zip(self.rest().chunks_exact(count * px));
             let symbol: Vec<f64> = columns.flat_map(|(nn, rest)| nn.iter().chain(rest)).copied().collect();
             Filter::new(Convolution::new(self.convolution.cells), parts, &symbol)
         })
+    }
+
+    /// What a product of all components multiplies.
+    fn parts(&self) -> Parts {
+        if self.coupled { Parts::Coupled } else { Parts::Uncoupled }
+    }
+
+    /// The approximate inverse of some components.
+    fn inverse(&self, parts: Parts) -> Filter {
+        inverse_of(parts, Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance)
     }
 
     /// The P planes of one k_y.
@@ -279,7 +293,7 @@ impl Flexibility for FftFlexibility {
             operator.factor == factor
                 && (0..2).all(|axis| {
                     at_least[axis] <= cells[axis]
-                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE + 4
+                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE + 2
                 })
         };
         let operator = match kept.iter().position(suits) {
@@ -300,10 +314,32 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        let make =
-            || full_inverse(Convolution::periodic(self.convolution.cells), self.spacing, &self.admittance);
-        self.full_inverse.get_or_init(make).apply(gap, tractions);
+        self.full_inverse.get_or_init(|| self.inverse(self.parts())).apply(gap, tractions);
         true
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        (!self.coupled).then_some(self)
+    }
+}
+
+impl TangentialFlexibility for FftFlexibility {
+    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
+        let buffers = buffers.get_or_insert_with(|| self.convolution.buffers(3));
+        let rest = self.rest();
+        self.convolution.apply::<2>(tractions, gap, buffers, |ky, columns| {
+            multiply_tangential(self.columns(rest, ky), columns);
+        });
+    }
+
+    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        let make = || Filter::new(Convolution::new(self.convolution.cells), Parts::Tangential, self.rest());
+        self.tangential_single.get_or_init(make).apply(tractions, gap);
+    }
+
+    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
+        self.tangential_inverse.get_or_init(|| self.inverse(Parts::Tangential)).apply(gap, tractions);
     }
 }
 

@@ -7,13 +7,15 @@ use std::sync::Mutex;
 use nalgebra::Complex;
 
 use super::fft_plan::{Buffers, Convolution};
-use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_uncoupled};
+use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
 
 /// What a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Parts {
     /// One component by nn.
     Normal,
+    /// Two components, those in the surface.
+    Tangential,
     /// Three components, the normal one by itself.
     Uncoupled,
     /// Three components.
@@ -23,13 +25,18 @@ pub(super) enum Parts {
 impl Parts {
     /// Number of components.
     fn components(self) -> usize {
-        if self == Self::Normal { 1 } else { 3 }
+        match self {
+            Self::Normal => 1,
+            Self::Tangential => 2,
+            Self::Uncoupled | Self::Coupled => 3,
+        }
     }
 
-    /// Number of planes of a symbol, nn first.
+    /// Number of planes of a symbol, nn first where it is one.
     pub(super) fn planes(self) -> usize {
         match self {
             Self::Normal => 1,
+            Self::Tangential => UNCOUPLED,
             Self::Uncoupled => 1 + UNCOUPLED,
             Self::Coupled => 1 + COUPLED,
         }
@@ -72,6 +79,12 @@ impl Filter {
                     column.iter_mut().zip(row(ky)).for_each(|(value, factor)| *value *= *factor);
                 };
                 self.convolution.apply_scaled::<1>(input, output, (&mut buffers, scales), multiply);
+            }
+            Parts::Tangential => {
+                let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 2]| {
+                    multiply_tangential(split(row(ky), px), columns);
+                };
+                self.convolution.apply_scaled::<2>(input, output, (&mut buffers, scales), multiply);
             }
             Parts::Uncoupled => {
                 let multiply = |ky: usize, columns: [&mut [Complex<f32>]; 3]| {

@@ -98,9 +98,6 @@ impl KernelTable {
             rows.iter_mut().zip(plane.values.chunks_exact_mut(width)).for_each(|(row, part)| row.push(part));
         }
         rows.par_iter_mut().enumerate().for_each(|(dx, row)| {
-            if interrupt::wished() {
-                return;
-            }
             let mut values = [0.0; EVEN.len() + ODD.len()];
             let values = &mut values[..count];
             for column in if dx == 0 { ny - 1 } else { 0 }..width {

@@ -18,11 +18,11 @@ use nalgebra::{Complex, Matrix3};
 use super::admittance::Admittance;
 use super::fft::{CrossBlocks, check};
 use super::fft_plan::{Buffers, Convolution, fast_size};
-use super::filter::Filter;
+use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::periodic_symbol::{PLANES, closed, open_along};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::{full_inverse, normal_inverse};
+use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::operator::Flexibility;
@@ -162,7 +162,8 @@ impl Flexibility for PeriodicFlexibility {
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make = || full_inverse(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        let make =
+            || inverse_of(Parts::Coupled, Convolution::padded(cells, cells), self.spacing, &self.admittance);
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }

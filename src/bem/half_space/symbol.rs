@@ -30,12 +30,19 @@ pub(super) fn multiply_uncoupled<T: Real>(
     rest: [&[T]; UNCOUPLED],
     [x, y, n]: [&mut [Complex<T>]; 3],
 ) {
-    let [xx, yy, xy_re, xy_im] = rest;
+    multiply_tangential(rest, [x, y]);
+    n.iter_mut().zip(nn).for_each(|(value, factor)| *value = *value * *factor);
+}
+
+/// The tangential part of that.
+pub(super) fn multiply_tangential<T: Real>(
+    [xx, yy, xy_re, xy_im]: [&[T]; UNCOUPLED],
+    [x, y]: [&mut [Complex<T>]; 2],
+) {
     for i in 0..x.len() {
         let (a, b) = (x[i], y[i]);
         let xy = Complex::new(xy_re[i], xy_im[i]);
         x[i] = a * xx[i] + xy * b;
         y[i] = xy.conj() * a + b * yy[i];
-        n[i] = n[i] * nn[i];
     }
 }

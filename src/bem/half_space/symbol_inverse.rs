@@ -66,25 +66,32 @@ pub(super) fn normal_inverse(
     Filter::new(convolution, Parts::Normal, &symbol)
 }
 
-/// As [`normal_inverse`] for all components: κ W⁻¹.
-pub(super) fn full_inverse(
+/// As [`normal_inverse`] for the other components, or all: κ W⁻¹.
+pub(super) fn inverse_of(
+    parts: Parts,
     convolution: Convolution<f32>,
     spacing: [f64; 2],
     admittance: &Admittance,
 ) -> Filter {
     let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
     let weight = 1.0 / (px * py) as f64;
-    let mut symbol = vec![0.0; Parts::Coupled.planes() * px * convolution.half_spectrum()];
-    for (ky, planes) in symbol.chunks_exact_mut(Parts::Coupled.planes() * px).enumerate() {
+    let first = usize::from(parts == Parts::Tangential);
+    let count = parts.planes();
+    let mut symbol = vec![0.0; count * px * convolution.half_spectrum()];
+    for (ky, planes) in symbol.chunks_exact_mut(count * px).enumerate() {
         for kx in 0..px {
             let w = inverse(&hermitian(&admittance.at(wavenumbers.at(kx, ky)))) * Complex::from(weight);
             let (xy, xn, yn) = (w[(0, 1)], w[(0, 2)], w[(1, 2)]);
             let diagonal = [2, 0, 1].map(|k| w[(k, k)].re);
             let values = diagonal.into_iter().chain([xy, xn, yn].into_iter().flat_map(|z| [z.re, z.im]));
-            values.enumerate().for_each(|(plane, value)| planes[plane * px + kx] = value);
+            values
+                .skip(first)
+                .take(count)
+                .enumerate()
+                .for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
     }
-    Filter::new(convolution, Parts::Coupled, &symbol)
+    Filter::new(convolution, parts, &symbol)
 }
 
 /// Inverse of a Hermitian matrix; zero if it has none.

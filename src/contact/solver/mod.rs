@@ -6,12 +6,13 @@ mod nested;
 mod newton;
 mod projected;
 mod report;
+mod split;
 mod uzawa;
 
 pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
-use super::{Increment, Iterate};
+use super::{Increment, Iterate, NormalControl};
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use newton::Newton;
@@ -96,11 +97,43 @@ pub fn solve(
     options: &SolverOptions,
     watch: &mut Watch,
 ) -> SolveReport {
+    let report = if split::suits(problem, options) {
+        split::solve(problem, it, options, watch, &mut solve_nested)
+    } else {
+        solve_nested(problem, it, options, watch)
+    };
+    if report.converged() {
+        touch(problem, it);
+    }
+    report
+}
+
+/// Where no force presses the bodies and none is left, they just touch: any distance would be in equilibrium.
+fn touch(problem: &Increment, it: &mut Iterate) {
+    let n = problem.n();
+    for (end, spec) in problem.ends.iter().enumerate() {
+        let free = spec.normal == NormalControl::Force(0.0) && spec.balance.is_none();
+        let planes = end * 3 * n..(end + 1) * 3 * n;
+        if free && problem.rigid_axes.is_none() && it.hatted[planes.clone()].iter().all(|t| *t == 0.0) {
+            problem.evaluate(it);
+            let least = it.gap[planes][2 * n..].iter().copied().fold(f64::INFINITY, f64::min);
+            it.rigid[end][2] -= least;
+        }
+    }
+}
+
+/// Solves from coarse to fine cells and on windows, where that is worth it.
+fn solve_nested(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
     if !nested::suits(problem, options) {
         return solve_whole(problem, it, options, watch);
     }
     let (report, done) = nested::solve(problem, it, options, watch, &mut solve_whole);
-    if done {
+    if done || report.stop == Stop::Interrupted {
         return report;
     }
     let max_iterations = options.max_iterations.saturating_sub(report.iterations);

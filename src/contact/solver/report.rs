@@ -51,6 +51,23 @@ impl Default for SolveReport {
 }
 
 impl SolveReport {
+    /// Whether it met its tolerance.
+    pub(super) fn converged(&self) -> bool {
+        self.stop == Stop::Converged
+    }
+
+    /// This report with that of what was solved next to it.
+    pub(super) fn and(self, next: Self) -> Self {
+        let method = if self.method == next.method {
+            self.method
+        } else {
+            format!("{}, {}", self.method, next.method)
+        };
+        let iterations = self.iterations + next.iterations;
+        let applications = self.applications + next.applications;
+        Self { iterations, applications, method, ..next }
+    }
+
     /// This report with that of the solver `name`, which went on after it.
     pub(super) fn then(self, name: &str, next: Self) -> Self {
         let method = if self.method.is_empty() {

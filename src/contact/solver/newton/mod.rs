@@ -36,8 +36,12 @@ const LOOSEST: f64 = 0.05;
 const TIGHTEST: f64 = 1e-3;
 const SHARE: f64 = 0.1;
 
-/// A linear residual this much below the tolerance ends the last step.
-const ENOUGH: f64 = 0.1;
+/// A linear residual this much below the tolerance ends the last step, if it is not below what single precision gives.
+const ENOUGH: f64 = 0.3;
+const LAST: f64 = 1e-6;
+
+/// Natural residual below which the states of most cells are the last ones.
+const NEARLY: f64 = 1e-3;
 
 /// Steps in a row that may end above the best residual, by this factor at most: cells change sides.
 const EXCUSED: usize = 1;
@@ -48,6 +52,14 @@ const FAR: f64 = 1.0;
 
 /// Newton steps that fail before the method gives up.
 const FAILURES: usize = 8;
+
+/// Relative residual of the linear system of a step from a natural residual: in proportion to it, but all that is left if that is
+/// within reach of single precision.
+fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
+    let enough = ENOUGH * wanted / residual;
+    let usual = (SHARE * residual).clamp(TIGHTEST, LOOSEST);
+    if enough > LAST && residual < NEARLY { enough } else { usual }
+}
 
 /// A solve in progress.
 struct Solve<'s, 'p> {
@@ -108,7 +120,7 @@ impl Solve<'_, '_> {
                 self.report.stop = Stop::Interrupted;
                 return self.report;
             }
-            if residual > near {
+            if residual > near && (first || failures > 0) {
                 if self.approach(it, NEAR, usize::MAX, watch) {
                     return self.report;
                 }
@@ -172,9 +184,7 @@ impl Solve<'_, '_> {
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;
         let options = KrylovOptions {
-            tolerance: (SHARE * residual)
-                .clamp(TIGHTEST, LOOSEST)
-                .max(ENOUGH * self.options.tolerance / residual),
+            tolerance: linear_tolerance(residual, self.options.tolerance),
             products: PRODUCTS,
             restart: RESTART,
         };

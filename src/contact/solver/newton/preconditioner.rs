@@ -28,13 +28,23 @@ impl Inverse {
             if let SlipReference::Upstream(upstream) = &problem.ends[end].reference {
                 self.sum_from_ahead(upstream);
             }
-            if !problem.flexibility.precondition(&self.gap, &mut self.tractions) {
+            if !self.invert(problem) {
                 // By the diagonal, which the rows are scaled with.
                 x.copy_from_slice(rows);
                 return;
             }
             self.gather(problem, active, (rows, x), end);
         }
+    }
+
+    /// Tractions from the gap; false if the operator has no inverse.
+    fn invert(&mut self, problem: &Increment) -> bool {
+        let Some(part) = problem.tangential() else {
+            return problem.flexibility.precondition(&self.gap, &mut self.tractions);
+        };
+        let n = problem.n();
+        part.precondition_tangential(&self.gap[..2 * n], &mut self.tractions[..2 * n]);
+        true
     }
 
     /// Displacements of the cells that stick from their differences to the cells ahead, none moving in front of them.
@@ -61,15 +71,17 @@ impl Inverse {
         let rolls = rolls(problem, end);
         for active in active.iter().filter(|active| active.end == end) {
             let (cell, first) = (active.cell, active.first);
-            self.gap[2 * n + cell] = rows[first] / problem.scales.c_normal[cell];
+            if let Some(k) = active.pressure {
+                self.gap[2 * n + cell] = rows[k] / problem.scales.c_normal[cell];
+            }
             let hatted = match active.state {
                 State::Bare => continue,
                 State::Stick => {
                     self.stuck[cell] = true;
-                    [rows[first + 1], rows[first + 2]]
+                    [rows[first], rows[first + 1]]
                 }
                 State::Slip { .. } if rolls => continue,
-                State::Slip { along, turning } => across(along).map(|e| e * rows[first + 1] * share(turning)),
+                State::Slip { along, turning } => across(along).map(|e| e * rows[first] * share(turning)),
             };
             if let Some(hat) = &hat {
                 let gap = hat.unslip(hatted.map(|row| row / problem.scales.c_tangential[cell]));
@@ -83,18 +95,20 @@ impl Inverse {
         let (hat, rolls) = (problem.hat(), rolls(problem, end));
         for active in active.iter().filter(|active| active.end == end) {
             let (cell, first) = (active.cell, active.first);
-            x[first] = self.tractions[2 * n + cell];
+            if let Some(k) = active.pressure {
+                x[k] = self.tractions[2 * n + cell];
+            }
             let Some(hat) = &hat else { continue };
             let q = hat.untraction([self.tractions[cell], self.tractions[n + cell]]);
             match active.state {
                 State::Bare => {}
-                State::Stick => (x[first + 1], x[first + 2]) = (q[0], q[1]),
+                State::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
                 State::Slip { along, turning } => {
                     let left = across(along);
                     let elastic = left[0] * q[0] + left[1] * q[1];
-                    let alone = rows[first + 1] / (1.0 + turning);
+                    let alone = rows[first] / (1.0 + turning);
                     let share = if rolls { 0.0 } else { share(turning) };
-                    x[first + 1] = share * elastic + (1.0 - share) * alone;
+                    x[first] = share * elastic + (1.0 - share) * alone;
                 }
             }
         }

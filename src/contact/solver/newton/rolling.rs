@@ -3,8 +3,9 @@
 //! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
 //! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
 
-use super::super::super::Iterate;
-use super::super::{SolveReport, Stop, Watch};
+use super::super::super::{Increment, Iterate};
+use super::super::split::without_friction;
+use super::super::{SolveReport, Stop, Watch, solve_whole};
 use super::Solve;
 
 /// Steps in a row that need not lower the residual.
@@ -19,6 +20,9 @@ const MOST: usize = 60;
 impl Solve<'_, '_> {
     /// Solves from the evaluated state in `it`, which holds the best one afterwards.
     pub(super) fn roll(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
+        if self.problem.friction.is_some() && it.hatted.iter().all(|traction| *traction == 0.0) {
+            self.press(it, watch);
+        }
         let mut trial = it.clone();
         let (mut best, mut least) = (it.clone(), f64::INFINITY);
         let mut in_vain = 0;
@@ -52,6 +56,16 @@ impl Solve<'_, '_> {
         it.clone_from(&best);
         self.report.residual = least;
         self.report
+    }
+
+    /// The pressures without friction, to begin with.
+    fn press(&mut self, it: &mut Iterate, watch: &mut Watch) {
+        // Nothing is worn off while a state is steady.
+        let pressed = Increment { wear: None, ..without_friction(self.problem) };
+        let report = solve_whole(&pressed, it, self.options, watch);
+        self.report.iterations += report.iterations;
+        self.report.applications += report.applications + self.problem.applications();
+        self.problem.evaluate(it);
     }
 }
 

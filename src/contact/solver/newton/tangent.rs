@@ -4,7 +4,7 @@
 //! Rows are multiplied by the local stiffness c, so that all are tractions.
 
 use super::super::super::balance::{COMPONENTS, Motion};
-use super::super::super::{End, Increment, Iterate, NormalControl, TangentialControl};
+use super::super::super::{Increment, Iterate, NormalControl, Pressures, TangentialControl};
 use super::preconditioner::{Bordered, Inverse};
 use crate::linalg::gmres::LinearSystem;
 use crate::linalg::operator::SinglePrecision;
@@ -33,8 +33,10 @@ pub(super) enum State {
 pub(super) struct Active {
     pub end: usize,
     pub cell: usize,
-    /// Where its unknowns begin: pressure first.
+    /// Where its tangential unknowns begin.
     pub first: usize,
+    /// Where its pressure is, if it is unknown.
+    pub pressure: Option<usize>,
     pub state: State,
 }
 
@@ -90,16 +92,19 @@ impl<'s, 'p> Tangent<'s, 'p> {
         for end in 0..ends {
             for cell in 0..n {
                 if let Some(state) = state(problem, it, end, cell) {
-                    active.push(Active { end, cell, first: tractions, state });
+                    let first = tractions;
                     tractions += match state {
-                        State::Bare => 1,
-                        State::Slip { .. } => 2,
-                        State::Stick => 3,
+                        State::Bare => 0,
+                        State::Slip { .. } => 1,
+                        State::Stick => 2,
                     };
+                    let pressure = (problem.pressures == Pressures::Unknown).then_some(tractions);
+                    tractions += usize::from(pressure.is_some());
+                    active.push(Active { end, cell, first, pressure, state });
                 }
             }
         }
-        let free: Vec<Free> = (0..ends).flat_map(|end| free_motions(&problem.ends[end], end)).collect();
+        let free: Vec<Free> = (0..ends).flat_map(|end| free_motions(problem, end)).collect();
         let stiffness = problem.scales.c_normal.iter().sum::<f64>() / n as f64;
         let mut change = Iterate::new(n, vec![[0.0; 3]; ends]);
         change.wear_path.fill(0.0);
@@ -159,13 +164,13 @@ impl<'s, 'p> Tangent<'s, 'p> {
         self.change.hatted.fill(0.0);
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            let p = x[active.first];
+            let p = active.pressure.map_or(0.0, |k| x[k]);
             self.change.hatted[base + 2 * n] = p;
             let q = match active.state {
                 State::Bare => [0.0; 2],
-                State::Stick => [x[active.first + 1], x[active.first + 2]],
+                State::Stick => [x[active.first], x[active.first + 1]],
                 State::Slip { along, .. } => {
-                    let (e, s) = (along, x[active.first + 1]);
+                    let (e, s) = (along, x[active.first]);
                     let left = across(e);
                     [p * e[0] + s * left[0], p * e[1] + s * left[1]]
                 }
@@ -185,18 +190,20 @@ impl<'s, 'p> Tangent<'s, 'p> {
         let gradient = &self.change.gradient;
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            rows[active.first] = self.problem.scales.c_normal[active.cell] * gradient[base + 2 * n];
+            if let Some(k) = active.pressure {
+                rows[k] = self.problem.scales.c_normal[active.cell] * gradient[base + 2 * n];
+            }
             let slip = [gradient[base], gradient[base + n]];
             match active.state {
                 State::Bare => {}
                 State::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    (rows[active.first + 1], rows[active.first + 2]) = (c * slip[0], c * slip[1]);
+                    (rows[active.first], rows[active.first + 1]) = (c * slip[0], c * slip[1]);
                 }
                 State::Slip { along, turning } => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    let sideways = x.get(active.first + 1).copied().unwrap_or(0.0);
-                    rows[active.first + 1] = turning * sideways + c * product(across(along), slip);
+                    let sideways = x.get(active.first).copied().unwrap_or(0.0);
+                    rows[active.first] = turning * sideways + c * product(across(along), slip);
                 }
             }
         }
@@ -233,18 +240,20 @@ impl<'s, 'p> Tangent<'s, 'p> {
         rhs.iter_mut().for_each(|row| *row = -*row);
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            rhs[active.first] -= self.problem.scales.c_normal[active.cell] * it.gradient[base + 2 * n];
+            if let Some(k) = active.pressure {
+                rhs[k] -= self.problem.scales.c_normal[active.cell] * it.gradient[base + 2 * n];
+            }
             match active.state {
                 State::Bare => {}
                 State::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    rhs[active.first + 1] -= c * it.gradient[base];
-                    rhs[active.first + 2] -= c * it.gradient[base + n];
+                    rhs[active.first] -= c * it.gradient[base];
+                    rhs[active.first + 1] -= c * it.gradient[base + n];
                 }
                 State::Slip { along, turning } => {
                     // -e⊥·q̂ / β, and nothing of the gradient: it is in the direction of slip.
                     let q = [it.hatted[base], it.hatted[base + n]];
-                    rhs[active.first + 1] -= (1.0 + turning) * product(across(along), q);
+                    rhs[active.first] -= (1.0 + turning) * product(across(along), q);
                 }
             }
         }
@@ -273,6 +282,9 @@ impl<'s, 'p> Tangent<'s, 'p> {
     fn known(&mut self, it: &Iterate) {
         let n = self.problem.n();
         self.change.hatted.iter_mut().zip(&it.hatted).for_each(|(change, traction)| *change = -traction);
+        if self.problem.pressures == Pressures::Given {
+            self.change.hatted.chunks_exact_mut(3 * n).for_each(|planes| planes[2 * n..].fill(0.0));
+        }
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
             let p = it.hatted[base + 2 * n];
@@ -295,7 +307,6 @@ impl<'s, 'p> Tangent<'s, 'p> {
 
     /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
     pub fn advance(&mut self, x: &[f64], it: &mut Iterate) {
-        let n = self.problem.n();
         self.known(it);
         it.hatted.iter_mut().zip(&self.change.hatted).for_each(|(traction, change)| *traction += change);
         self.spread(x);
@@ -303,17 +314,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
             add_motion(it, free.end, &free.motion, amount * self.motion_unit);
         }
-        for planes in it.hatted.chunks_exact_mut(3 * n) {
-            for cell in 0..n {
-                let p = planes[2 * n + cell].max(0.0);
-                planes[2 * n + cell] = p;
-                let norm = planes[cell].hypot(planes[n + cell]);
-                if norm > p {
-                    planes[cell] *= p / norm;
-                    planes[n + cell] *= p / norm;
-                }
-            }
-        }
+        it.cut();
     }
 
     /// What the preconditioner needs of the free motions.
@@ -331,22 +332,25 @@ impl<'s, 'p> Tangent<'s, 'p> {
                 let [x, y, normal] = self.column(&free, active.cell);
                 let (c, share) =
                     (self.problem.scales.c_normal[active.cell], self.problem.areas[active.cell] / total);
-                rows[active.first] = c * normal * self.motion_unit;
-                work[active.first] = share * normal;
+                if let Some(k) = active.pressure {
+                    (rows[k], work[k]) = (c * normal * self.motion_unit, share * normal);
+                }
                 let (first, tangential) = (active.first, [x, y]);
                 match active.state {
                     State::Bare => {}
                     State::Stick => {
                         let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
-                        (rows[first + 1], rows[first + 2]) = (c * x, c * y);
-                        (work[first + 1], work[first + 2]) = (share * x, share * y);
+                        (rows[first], rows[first + 1]) = (c * x, c * y);
+                        (work[first], work[first + 1]) = (share * x, share * y);
                     }
                     State::Slip { along, .. } => {
                         let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
                         let left = across(along);
-                        rows[first + 1] = c * product(left, tangential);
-                        work[first] += share * product(along, tangential);
-                        work[first + 1] = share * product(left, tangential);
+                        rows[first] = c * product(left, tangential);
+                        work[first] = share * product(left, tangential);
+                        if let Some(k) = active.pressure {
+                            work[k] += share * product(along, tangential);
+                        }
                     }
                 }
             }
@@ -383,8 +387,10 @@ fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<S
     let base = end * 3 * n + cell;
     let p = it.hatted[base + 2 * n];
     let wear = problem.repeats * it.wear_path[end * n + cell];
-    let stiffness = 1.0 / (1.0 / problem.scales.c_normal[cell] + wear);
-    let radius = p - stiffness * it.gap[base + 2 * n];
+    let radius = match problem.pressures {
+        Pressures::Given => p,
+        Pressures::Unknown => p - it.gap[base + 2 * n] / (1.0 / problem.scales.c_normal[cell] + wear),
+    };
     if radius <= 0.0 {
         return None;
     }
@@ -402,7 +408,8 @@ fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<S
 }
 
 /// The motions that the controls of an end leave free.
-fn free_motions(end: &End, index: usize) -> Vec<Free> {
+fn free_motions(problem: &Increment, index: usize) -> Vec<Free> {
+    let end = &problem.ends[index];
     let unit = |component: usize| {
         let mut motion = [0.0; COMPONENTS];
         motion[component] = 1.0;
@@ -415,7 +422,7 @@ fn free_motions(end: &End, index: usize) -> Vec<Free> {
     if let TangentialControl::Force(force) = end.tangential {
         free.extend([0, 1].map(|axis| Free { end: index, motion: unit(axis), work: force[axis] }));
     }
-    if let NormalControl::Force(force) = end.normal {
+    if let (NormalControl::Force(force), Pressures::Unknown) = (end.normal, problem.pressures) {
         free.push(Free { end: index, motion: unit(2), work: force });
     }
     free

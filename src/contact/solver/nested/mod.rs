@@ -5,10 +5,13 @@
 //! contact in; a warm one over the rectangle of the contact before. The state on the window is judged on the whole frame: where
 //! bodies overlap outside the window, it grows.
 
+mod surface;
+
 use std::sync::Arc;
 
+use super::super::balance::FLOATING;
 use super::super::window::{Part, Window};
-use super::super::{Increment, Iterate};
+use super::super::{Increment, Iterate, Pressures};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
 use crate::linalg::operator::Flexibility;
 
@@ -71,6 +74,11 @@ struct Nested<'s, 'p, 'i> {
 
 impl Nested<'_, '_, '_> {
     fn run(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
+        if self.problem.pressures == Pressures::Given {
+            return self.in_contact(it, watch);
+        }
+        let start = Start::of(it);
+        let balanced = self.problem.ends.iter().any(|end| end.balance.is_some());
         let mut rectangle = match contact(it, self.frame) {
             Some(rectangle) => grown(rectangle, MARGIN, self.frame),
             None => self.coarse(it, watch)?,
@@ -81,27 +89,42 @@ impl Nested<'_, '_, '_> {
             self.problem.evaluate(it);
             self.report.applications += self.problem.applications();
             self.report.residual = self.problem.natural_residual(it);
-            if self.report.residual <= self.options.tolerance || self.report.stop != Stop::Converged {
-                return (self.report.stop != Stop::Iterations).then_some(());
+            let outside = overlapping(it, self.frame, &window);
+            match self.report.stop {
+                Stop::Converged if self.report.residual <= self.options.tolerance => return Some(()),
+                Stop::Converged => {}
+                // What is out of reach on the window may be within that of the frame.
+                Stop::GrossSliding | Stop::ContactLost if outside.is_some() || balanced => {
+                    start.restore(it);
+                    return None;
+                }
+                stop => return (stop != Stop::Iterations).then_some(()),
             }
-            let outside = overlapping(it, self.frame, &window)?;
+            let outside = outside?;
             rectangle = grown(union(rectangle, outside), MARGIN, self.frame);
         }
         None
     }
 
-    /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
-    fn coarse(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<Rectangle> {
+    /// How many times as long the sides of the coarsest cells are on which a rectangle is still seen.
+    fn coarsest(&self, rectangle: Rectangle) -> usize {
         let mut factor = 1;
         let halves = |factor: usize| {
-            self.frame.iter().all(|n| n.is_multiple_of(2 * factor) && n / (2 * factor) >= COARSEST)
+            let divides = self.frame.iter().all(|n| n.is_multiple_of(2 * factor));
+            divides && rectangle.iter().all(|[first, last]| (last - first) / (2 * factor) >= COARSEST)
         };
         while halves(factor) {
             factor *= 2;
         }
+        factor
+    }
+
+    /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
+    fn coarse(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<Rectangle> {
+        let mut rectangle = [[0, self.frame[0]], [0, self.frame[1]]];
+        let mut factor = self.coarsest(rectangle);
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..*self.options };
-        let mut rectangle = [[0, self.frame[0]], [0, self.frame[1]]];
         while factor > 1 {
             let window = self.window(rectangle, factor)?;
             // Only whether to stop matters here.
@@ -145,18 +168,40 @@ impl Nested<'_, '_, '_> {
     ) -> Option<()> {
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
+        self.on_part(&part, &mut state, options, watch);
+        part.give_back(&state, it);
+        Some(())
+    }
+
+    /// Solves a part from the `state` in it.
+    fn on_part(&mut self, part: &Part, state: &mut Iterate, options: &SolverOptions, watch: &mut Watch) {
         let max_iterations = self.options.max_iterations.saturating_sub(self.report.iterations);
         let options = SolverOptions { max_iterations, ..*options };
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
-        let report = (self.inner)(&part.problem(self.problem), &mut state, &options, &mut told);
-        part.give_back(&state, it);
+        let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);
         self.report = SolveReport {
             iterations: self.report.iterations + report.iterations,
             applications: self.report.applications + report.applications,
             ..report
         };
-        Some(())
+    }
+}
+
+/// What a solve starts from.
+struct Start {
+    hatted: Vec<f64>,
+    rigid: Vec<[f64; 3]>,
+    floating: Vec<[f64; FLOATING]>,
+}
+
+impl Start {
+    fn of(it: &Iterate) -> Self {
+        Self { hatted: it.hatted.clone(), rigid: it.rigid.clone(), floating: it.floating.clone() }
+    }
+
+    fn restore(self, it: &mut Iterate) {
+        (it.hatted, it.rigid, it.floating) = (self.hatted, self.rigid, self.floating);
     }
 }
 

@@ -1,0 +1,100 @@
+//! Tractions in the surface at given pressures: only the cells in contact count, and coarser cells find where slip spreads.
+//!
+//! What coarse cells lack is kept: their gap is corrected by the difference between the means of the fine gap and the gap of the
+//! mean tractions, and only the change that they find is taken over, as a share of the pressure (full approximation scheme).
+//!
+//! # Source
+//! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
+
+use super::super::super::Iterate;
+use super::super::super::window::{Part, Window};
+use super::super::{SolverOptions, Watch};
+use super::{Nested, Rectangle, contact};
+
+/// Natural residual on coarser cells.
+const TOLERANCE: f64 = 1e-3;
+
+impl Nested<'_, '_, '_> {
+    /// Solves on the cells in contact.
+    pub(super) fn in_contact(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
+        let rectangle = contact(it, self.frame)?;
+        let (window, operator) = self.window(rectangle, 1)?;
+        let part = Part::new(self.problem, window, operator)?;
+        let mut state = part.state(it);
+        let mut factor = self.coarsest(rectangle);
+        while factor > 1 {
+            self.correct((&part, &mut state), (rectangle, factor), it, watch)?;
+            factor /= 2;
+        }
+        self.on_part(&part, &mut state, self.options, watch);
+        part.give_back(&state, it);
+        Some(())
+    }
+
+    /// Changes the tractions on the cells in contact, and the motions, by what cells `factor` times as long find.
+    fn correct(
+        &mut self,
+        (part, state): (&Part, &mut Iterate),
+        (rectangle, factor): (Rectangle, usize),
+        it: &mut Iterate,
+        watch: &mut Watch,
+    ) -> Option<()> {
+        let n = self.problem.n();
+        let (window, operator) = self.window(rectangle, factor)?;
+        let mut coarse = Part::new(self.problem, window, operator)?;
+        part.give_back(state, it);
+        let mut change = coarse.state(it);
+        if change.hatted[..2 * window.n()].iter().any(|q| *q != 0.0) {
+            coarse.problem(self.problem).evaluate(&mut change);
+            part.problem(self.problem).evaluate(state);
+            self.report.applications += 2 * self.problem.applications();
+            add_defect((&part.window, state), (&mut coarse, &change));
+        }
+        let before = change.hatted.clone();
+        let options = SolverOptions { tolerance: TOLERANCE.max(self.options.tolerance), ..*self.options };
+        // Only whether to stop matters here.
+        let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
+        self.on_part(&coarse, &mut change, &options, &mut told);
+        if !self.report.converged() {
+            return Some(());
+        }
+        let cells = window.n();
+        for plane in 0..2 {
+            for cell in 0..cells {
+                let (k, p) = (plane * cells + cell, before[2 * cells + cell]);
+                change.hatted[k] = if p > 0.0 { (change.hatted[k] - before[k]) / p } else { 0.0 };
+            }
+        }
+        let mut shares = vec![0.0; 2 * n];
+        let pressed: Vec<bool> = before[2 * cells..].iter().map(|p| *p > 0.0).collect();
+        window.interpolate(&change.hatted[..2 * cells], &pressed, &mut shares);
+        let shares = part.window.restrict(&shares);
+        let fine = part.window.n();
+        for plane in 0..2 {
+            for cell in 0..fine {
+                state.hatted[plane * fine + cell] +=
+                    shares[plane * fine + cell] * state.hatted[2 * fine + cell];
+            }
+        }
+        state.rigid.clone_from(&change.rigid);
+        state.cut();
+        Some(())
+    }
+}
+
+/// Adds to the gap of coarser cells what it lacks of the means of the finer one, both evaluated.
+fn add_defect((fine, state): (&Window, &Iterate), (part, coarse): (&mut Part, &Iterate)) {
+    let (n, cells, window) = (fine.n(), part.window.n(), part.window);
+    let frame = window.frame[0] * window.frame[1];
+    let mut field = vec![0.0; frame];
+    fine.prolong(&vec![1.0; n], &mut field);
+    let covered = window.restrict(&field);
+    for plane in 0..2 {
+        fine.prolong(&state.elastic[plane * n..(plane + 1) * n], &mut field);
+        let means = window.restrict(&field);
+        for cell in (0..cells).filter(|&cell| covered[cell] > 0.0) {
+            let k = plane * cells + cell;
+            part.initial_gap[k] += means[cell] / covered[cell] - coarse.elastic[k];
+        }
+    }
+}
