@@ -21,8 +21,8 @@ use uzawa::Uzawa;
 /// Which solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Projected conjugate gradients where only pressures are unknown, Newton where the operator has a preconditioner, else
-    /// Barzilai-Borwein, which also goes on where one of those stops gaining.
+    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere, Barzilai-Borwein where one of those
+    /// stops gaining.
     #[default]
     Auto,
     /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.

@@ -39,7 +39,6 @@ impl Nested<'_, '_, '_> {
         it: &mut Iterate,
         watch: &mut Watch,
     ) -> Option<()> {
-        let n = self.problem.n();
         let (window, operator) = self.window(rectangle, factor)?;
         let mut coarse = Part::new(self.problem, window, operator)?;
         part.give_back(state, it);
@@ -58,28 +57,31 @@ impl Nested<'_, '_, '_> {
         if !self.report.converged() {
             return Some(());
         }
-        let cells = window.n();
-        for plane in 0..2 {
-            for cell in 0..cells {
-                let (k, p) = (plane * cells + cell, before[2 * cells + cell]);
-                change.hatted[k] = if p > 0.0 { (change.hatted[k] - before[k]) / p } else { 0.0 };
-            }
-        }
-        let mut shares = vec![0.0; 2 * n];
-        let pressed: Vec<bool> = before[2 * cells..].iter().map(|p| *p > 0.0).collect();
-        window.interpolate(&change.hatted[..2 * cells], &pressed, &mut shares);
-        let shares = part.window.restrict(&shares);
-        let fine = part.window.n();
-        for plane in 0..2 {
-            for cell in 0..fine {
-                state.hatted[plane * fine + cell] +=
-                    shares[plane * fine + cell] * state.hatted[2 * fine + cell];
-            }
-        }
+        add_change((&window, &before, &mut change), (&part.window, state));
         state.rigid.clone_from(&change.rigid);
-        state.cut();
         Some(())
     }
+}
+
+/// Adds the change of the tractions on coarser cells since `before`, as a share of the pressure, to those of finer ones.
+fn add_change(
+    (coarse, before, change): (&Window, &[f64], &mut Iterate),
+    (fine, state): (&Window, &mut Iterate),
+) {
+    let (cells, n) = (coarse.n(), fine.n());
+    let pressures = &before[2 * cells..];
+    for (k, change) in change.hatted[..2 * cells].iter_mut().enumerate() {
+        let p = pressures[k % cells];
+        *change = if p > 0.0 { (*change - before[k]) / p } else { 0.0 };
+    }
+    let pressed: Vec<bool> = pressures.iter().map(|p| *p > 0.0).collect();
+    let mut shares = vec![0.0; 2 * coarse.frame[0] * coarse.frame[1]];
+    coarse.interpolate(&change.hatted[..2 * cells], &pressed, &mut shares);
+    let (tangential, pressures) = state.hatted.split_at_mut(2 * n);
+    for (k, share) in fine.restrict(&shares).iter().enumerate() {
+        tangential[k] += share * pressures[k % n];
+    }
+    state.cut();
 }
 
 /// Adds to the gap of coarser cells what it lacks of the means of the finer one, both evaluated.
