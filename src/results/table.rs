@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::history::step::IncrementRecord;
 
 /// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
-pub const COLUMNS: [&str; 34] = [
+pub const COLUMNS: [&str; 39] = [
     "name",
     "increment",
     "approach",
@@ -36,11 +36,16 @@ pub const COLUMNS: [&str; 34] = [
     "max_cone_violation",
     "normal_gap_energy",
     "tangential_gap_energy",
+    "operator_defect",
     "energy_balance",
     "iterations",
     "operator_applications",
     "seconds",
     "converged",
+    "rolling_creepage_along",
+    "rolling_creepage_left",
+    "rolling_spin",
+    "rolling_distance",
 ];
 
 /// The table as text: a header, then one row per record; numbers read back to the same bits.
@@ -84,7 +89,6 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
         c.max_cone_violation,
         c.normal_gap_energy,
         c.tangential_gap_energy,
-        c.energy_balance,
     ];
     let mut cells = vec![quoted(&r.name), r.increment.to_string()];
     numbers(&mut cells, &before)?;
@@ -92,9 +96,13 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
     numbers(&mut cells, &wear)?;
     cells.push(r.cycles_done.to_string());
     numbers(&mut cells, &checks)?;
+    where_there(&mut cells, c.operator_defect.map(|defect| [defect]))?;
+    numbers(&mut cells, &[c.energy_balance])?;
     cells.extend([r.iterations.to_string(), r.operator_applications.to_string()]);
     numbers(&mut cells, &[r.seconds])?;
     cells.push(r.converged.to_string());
+    let rolling = r.rolling.map(|roll| [roll.creepage[0], roll.creepage[1], roll.spin, roll.distance]);
+    where_there(&mut cells, rolling)?;
     writeln!(text, "{}", cells.join(",")).expect("writing to a string does not fail");
     Ok(())
 }
@@ -113,6 +121,15 @@ fn numbers(cells: &mut Vec<String>, values: &[f64]) -> Result<()> {
     Ok(())
 }
 
+/// Numbers that not every entry has: empty cells where they are missing.
+fn where_there<const N: usize>(cells: &mut Vec<String>, values: Option<[f64; N]>) -> Result<()> {
+    let Some(values) = values else {
+        cells.extend([const { String::new() }; N]);
+        return Ok(());
+    };
+    numbers(cells, &values)
+}
+
 /// A name as a CSV cell (RFC 4180): quoted where it holds a comma, a quote or a line end.
 fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
@@ -125,6 +142,7 @@ fn quoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::history::step::RollingRecord;
 
     /// Truth: RFC 4180, and that shortest-digit text reads back to the same bits.
     #[test]
@@ -143,7 +161,32 @@ mod tests {
         let cells: Vec<&str> = rest.split(',').collect();
         assert_eq!(cells.len() + 2, COLUMNS.len());
         assert_eq!(cells[0].parse::<f64>().unwrap().to_bits(), (0.1_f64 + 0.2).to_bits());
-        assert_eq!(cells[cells.len() - 2].parse::<f64>().unwrap(), 1e-7);
+        let at = |name: &str| cells[COLUMNS.iter().position(|column| *column == name).unwrap() - 2];
+        assert_eq!(at("seconds").parse::<f64>().unwrap(), 1e-7);
+        assert!(
+            ["operator_defect", "rolling_spin", "rolling_distance"].iter().all(|name| at(name).is_empty())
+        );
+    }
+
+    /// Truth: docs/results.md: what only some entries have stands in its own columns.
+    #[test]
+    fn rolling_and_direct_sums_have_columns() {
+        let roll = RollingRecord { creepage: [1e-3, -2e-3], spin: 0.25, distance: 7.0 };
+        let mut record = IncrementRecord { rolling: Some(roll), ..Default::default() };
+        record.certificate.operator_defect = Some(3e-15);
+        let text = history_csv(&[record]).unwrap();
+        let cells: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
+        assert_eq!(cells.len(), COLUMNS.len());
+        for (name, value) in [
+            ("operator_defect", 3e-15),
+            ("rolling_creepage_along", 1e-3),
+            ("rolling_creepage_left", -2e-3),
+            ("rolling_spin", 0.25),
+            ("rolling_distance", 7.0),
+        ] {
+            let column = COLUMNS.iter().position(|column| *column == name).unwrap();
+            assert_eq!(cells[column].parse::<f64>().unwrap(), value, "{name}");
+        }
     }
 
     /// Truth: a number that is not finite is refused, named by its column.

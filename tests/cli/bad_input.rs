@@ -269,6 +269,43 @@ fn each_mistake_is_refused_with_its_key_and_line() {
     }
 }
 
+/// Truth: docs/scene.md: a body that repeats itself along x cannot turn about y, nor about n, and takes no moments: the gap would
+/// grow from period to period. It may turn about x, and by nothing.
+#[test]
+fn repeated_bodies_do_not_turn() {
+    let turned = |periodic: &str, control: &str| {
+        let scene = SOUND
+            .replace("cells = [16, 16]", &format!("cells = [16, 16]\nperiodic = {periodic}"))
+            .replace("approach = 0.02", &format!("approach = 0.02\n{control}"));
+        check(&scene, &[])
+    };
+    for (periodic, control) in [
+        ("[true, false]", "rotation = [0.0, 0.01]"),
+        ("[false, true]", "rotation = [0.01, 0.0]"),
+        ("[true, true]", "rotation = [0.01, 0.0]"),
+        ("[true, false]", "moment = [0.0, 1.0]"),
+        ("[false, true]", "twist = 0.01"),
+        ("[true, false]", "spin_moment = 1.0"),
+    ] {
+        let (code, text) = turned(periodic, control);
+        let key = format!("steps.0.{}", control.split(' ').next().unwrap());
+        assert_eq!(code, Some(2), "{periodic} {control}:\n{text}");
+        for word in [&key[..], "grow from period to period", "with frame.periodic"] {
+            assert!(text.contains(word), "{periodic} {control} lacks {word}:\n{text}");
+        }
+    }
+    for (periodic, control) in [
+        ("[true, false]", "rotation = [0.01, 0.0]"),
+        ("[false, true]", "rotation = [0.0, 0.01]"),
+        ("[true, true]", "rotation = [0.0, 0.0]"),
+        ("[true, true]", "twist = 0.0"),
+        ("[false, false]", "rotation = [0.01, 0.01]"),
+    ] {
+        let (code, text) = turned(periodic, control);
+        assert_eq!(code, Some(0), "{periodic} {control}:\n{text}");
+    }
+}
+
 /// Truth: independent mistakes do not hide one another.
 #[test]
 fn mistakes_are_reported_together() {

@@ -2,5 +2,7 @@
 
 mod green;
 mod hertz;
+mod incompressible;
+mod punches;
 mod roots;
 mod stroh;

@@ -7,28 +7,10 @@ mod periodic;
 
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{Side, SurfaceGreen};
-use orthowear::geometry::fibre_axes;
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::material::Stiffness;
 use serde_json::Value;
 
-fn steel() -> Stiffness {
-    Stiffness::isotropic(210e3, 0.3).expect("steel")
-}
-
-fn cfrp(tilt_degrees: f64) -> Stiffness {
-    let im7 = Orthotropic {
-        e1: 167230.0,
-        e2: 9544.0,
-        e3: 9544.0,
-        g12: 5292.0,
-        g13: 5292.0,
-        g23: 3483.0,
-        nu12: 0.272,
-        nu13: 0.272,
-        nu23: 0.369,
-    };
-    Stiffness::orthotropic(&im7).expect("CFRP").rotated(&fibre_axes(tilt_degrees.to_radians(), 0.0))
-}
+use crate::common::{im7 as cfrp, steel};
 
 fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
     SurfaceGreen::new(stiffness, side).expect("a converged Green's function")

@@ -6,7 +6,7 @@ mod candidates;
 mod catalogue;
 mod curved;
 mod curved_pairs;
-mod finite_block;
+pub mod finite_block;
 mod finite_elements;
 mod floating;
 mod grids;

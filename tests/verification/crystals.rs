@@ -32,20 +32,22 @@ pub fn topaz() -> Stiffness {
     voigt(&[&normal[..], &[(4, 4, 110.0), (5, 5, 135.0), (6, 6, 133.0)]].concat())
 }
 
-/// The CFRP of the published surface admittances: E = 140, 10, 9 GPa (MPa here), fibre along 1.
+/// The CFRP of the catalogue: E = 140, 10, 9 GPa (MPa here), fibre along 1.
+pub const CFRP: Orthotropic = Orthotropic {
+    e1: 140e3,
+    e2: 10e3,
+    e3: 9e3,
+    g12: 5.2e3,
+    g13: 4.8e3,
+    g23: 3.3e3,
+    nu12: 0.30,
+    nu13: 0.28,
+    nu23: 0.45,
+};
+
+/// Its stiffness.
 pub fn cfrp_of_tables() -> Stiffness {
-    let constants = Orthotropic {
-        e1: 140e3,
-        e2: 10e3,
-        e3: 9e3,
-        g12: 5.2e3,
-        g13: 4.8e3,
-        g23: 3.3e3,
-        nu12: 0.30,
-        nu13: 0.28,
-        nu23: 0.45,
-    };
-    Stiffness::orthotropic(&constants).expect("CFRP")
+    Stiffness::orthotropic(&CFRP).expect("CFRP")
 }
 
 /// Stiffness with the ratio E1 / E2, fibre along x.
@@ -64,4 +66,38 @@ pub fn with_ratio(ratio: f64) -> Stiffness {
         nu23: 0.3,
     };
     Stiffness::orthotropic(&constants).expect("an admissible material")
+}
+
+/// Steel with the anisotropy `e` of the catalogue's way to isotropy.
+pub fn nearly_isotropic(e: f64) -> Stiffness {
+    let (young, nu) = (210e3, 0.3);
+    let g = young / 2.6;
+    let constants = Orthotropic {
+        e1: young * (1.0 + e),
+        e2: young,
+        e3: young * (1.0 - e / 2.0),
+        g12: g,
+        g13: g,
+        g23: g * (1.0 + e / 3.0),
+        nu12: nu,
+        nu13: nu,
+        nu23: nu,
+    };
+    Stiffness::orthotropic(&constants).expect("an admissible material")
+}
+
+/// Diagonal of Re W along axis 1 of an orthotropic solid, in its axes (Ting 1996).
+pub fn admittance_along_1(stiffness: &Stiffness) -> [f64; 3] {
+    let c = stiffness.voigt();
+    let s = (c[(0, 0)] * c[(2, 2)]).sqrt();
+    let root = c[(4, 4)] * (s - c[(0, 2)]) / (c[(2, 2)] * (c[(0, 2)] + 2.0 * c[(4, 4)] + s));
+    let l11 = (c[(0, 2)] + s) * root.sqrt();
+    [1.0 / l11, 1.0 / (c[(3, 3)] * c[(5, 5)]).sqrt(), (c[(0, 0)] / c[(2, 2)]).sqrt() / l11]
+}
+
+/// Indentation modulus of a transversely isotropic solid with its axis along the normal (Elliott 1949).
+pub fn modulus_along_the_axis(stiffness: &Stiffness) -> f64 {
+    let c = stiffness.voigt();
+    let (c11, c33, c13, c44) = (c[(0, 0)], c[(2, 2)], c[(0, 2)], c[(3, 3)]);
+    2.0 * ((c11 * c33 - c13 * c13) / c11 / (1.0 / c44 + 2.0 / (c13 + (c11 * c33).sqrt()))).sqrt()
 }

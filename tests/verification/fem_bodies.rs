@@ -5,8 +5,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use orthowear::element::ElementKind::{self, Hex8, Tet4};
 use orthowear::fem::{FeSpec, HexFormulation, Support};
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
+
+use super::crystals::cfrp_of_tables;
 
 /// All components.
 pub const ALL: [bool; 3] = [true; 3];
@@ -54,22 +56,11 @@ pub fn clamp(group: &str) -> Support {
 
 /// Orthotropic material of the catalogue, rotated by Rz(20) Ry(35) Rx(10).
 pub fn rotated_orthotropic() -> Stiffness {
-    let constants = Orthotropic {
-        e1: 140e3,
-        e2: 10e3,
-        e3: 9e3,
-        g12: 5.2e3,
-        g13: 4.8e3,
-        g23: 3.3e3,
-        nu12: 0.30,
-        nu13: 0.28,
-        nu23: 0.45,
-    };
     let turn = |axis: Vector3<f64>, degrees: f64| {
         nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), degrees.to_radians())
     };
     let q = turn(Vector3::z(), 20.0) * turn(Vector3::y(), 35.0) * turn(Vector3::x(), 10.0);
-    Stiffness::orthotropic(&constants).unwrap().rotated(q.matrix())
+    cfrp_of_tables().rotated(q.matrix())
 }
 
 /// Steel.

@@ -6,32 +6,15 @@ use nalgebra::{Matrix3, Vector3};
 use orthowear::element::ElementKind::Hex8;
 use orthowear::fem::{FeModel, FeSpec, HexFormulation, Regions, Support, check_materials};
 use orthowear::geometry::fibre_axes;
-use orthowear::material::{
-    ElementAxes, Orientation, Orthotropic, Placed, Placement, Ply, Stiffness, Winding, WoundLayer,
-};
+use orthowear::material::{ElementAxes, Orientation, Placed, Placement, Ply, Winding, WoundLayer};
 use orthowear::mesh::Mesh;
 
+use super::crystals::{CFRP, cfrp_of_tables};
 use super::fem_bodies::{clamp, largest_difference, spec};
 use super::fem_meshes::{block, rough};
 
-const CFRP: Orthotropic = Orthotropic {
-    e1: 140e3,
-    e2: 10e3,
-    e3: 9e3,
-    g12: 5.2e3,
-    g13: 4.8e3,
-    g23: 3.3e3,
-    nu12: 0.30,
-    nu13: 0.28,
-    nu23: 0.45,
-};
-
-fn cfrp() -> Stiffness {
-    Stiffness::orthotropic(&CFRP).unwrap()
-}
-
 fn placed(orientation: Orientation) -> Placed {
-    Placed { name: "cfrp".into(), stiffness: cfrp(), orientation }
+    Placed { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
 }
 
 fn single(orientation: Orientation) -> Placement {
@@ -40,7 +23,7 @@ fn single(orientation: Orientation) -> Placement {
 
 /// A body of one placement without loads.
 fn body(mesh: Mesh, placement: Placement, supports: Vec<Support>) -> FeSpec {
-    let mut body = spec(mesh, cfrp(), HexFormulation::Enhanced, supports);
+    let mut body = spec(mesh, cfrp_of_tables(), HexFormulation::Enhanced, supports);
     body.regions = vec![(None, placement)];
     body
 }
@@ -64,7 +47,7 @@ fn one_direction_is_the_same_in_every_way() {
     let (tilt, azimuth) = (0.0f64, 0.35f64);
     let axes = fibre_axes(tilt, azimuth);
     let mesh = block(Hex8, [3, 2, 2], [1.0; 3], rough);
-    let truth = cfrp().rotated(&axes);
+    let truth = cfrp_of_tables().rotated(&axes);
     let mut only_first = ElementAxes::new("the test");
     mesh.volume_cells()
         .for_each(|c| only_first.add(mesh.tag(c), axes.column(0).into_owned().into(), None).unwrap());

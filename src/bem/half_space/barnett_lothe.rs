@@ -139,11 +139,14 @@ impl Sums {
     fn add(&mut self, contractions: &Contractions, count: usize, offset: f64) {
         for j in 0..count {
             let at = contractions.turned(PI * (j as f64 + offset) / count as f64);
-            let t_inverse = at.t.try_inverse().expect("C(ν, ν) is positive definite with the stiffness");
-            let n1 = -t_inverse * at.r.transpose();
-            self.n1 += n1;
-            self.t_inverse += t_inverse;
-            self.minus_n3 += at.q + at.r * n1;
+            // Not by the explicit inverse: next to incompressible Q and R T⁻¹ Rᵀ are both of the order of λ and cancel to
+            // μ; an error δ of the inverse enters as R δ Rᵀ, (λ / μ)³ roundings in all, that of the factor as λ / μ.
+            let factor = at.t.cholesky().expect("C(ν, ν) is positive definite with the stiffness");
+            let lower = factor.l();
+            let y = lower.solve_lower_triangular(&at.r.transpose()).expect("a factor's diagonal is positive");
+            self.n1 -= lower.tr_solve_lower_triangular(&y).expect("a factor's diagonal is positive");
+            self.t_inverse += factor.inverse();
+            self.minus_n3 += at.q - y.tr_mul(&y);
         }
         self.count += count;
     }

@@ -18,14 +18,14 @@ fn normal_force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> f64 {
     force_and_peak(lower, frame).0
 }
 
-/// Normal force and peak pressure at an approach of 0.02 mm.
-fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f64) {
+/// A steel half-space with the gap of a sphere of 50 mm over `lower`, without friction.
+pub fn under_a_sphere(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Model {
     let mut upper = HalfSpaceBody::new(&steel(), Side::Upper, frame).expect("a half-space");
     let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
     let distance = surface_distance(&gap, frame, lower, &upper).expect("an admissible gap");
     let coupled = couple(lower, &mut upper, frame, Coupling::Schur, SkipVanishing).expect("coupled bodies");
     let initial_gap = coupled.initial_gap(&distance);
-    let model = Model {
+    Model {
         frame: frame.clone(),
         flexibility: coupled.flexibility,
         initial_gap,
@@ -33,14 +33,23 @@ fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f6
         friction: FrictionLaw::None,
         wear: WearLaw::None,
         wear_share: 1.0,
-    };
+    }
+}
+
+/// Normal force and peak pressure at an approach of 0.02 mm.
+fn force_and_peak(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> (f64, f64) {
+    let model = under_a_sphere(lower, frame);
     let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).expect("a run");
     assert!(result.records[0].converged);
     (result.records[0].normal_force, result.records[0].peak_pressure)
 }
 
 /// A block of half-size and depth `size`, clamped at its base, with the frame's cells for elements at the contact.
-fn block(stiffness: &Stiffness, (size, outer, deep): (f64, usize, usize), frame: &ContactFrame) -> FeBody {
+pub fn block(
+    stiffness: &Stiffness,
+    (size, outer, deep): (f64, usize, usize),
+    frame: &ContactFrame,
+) -> FeBody {
     let cells = frame.grid.expect("a grid frame").cells;
     let graded = GradedBlock {
         half_width: [size; 2],

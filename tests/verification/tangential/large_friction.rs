@@ -1,12 +1,16 @@
 //! Coefficients of friction from 0 to 2: a certified answer or a loud refusal.
 
 use orthowear::contact::SolverOptions;
+use orthowear::frame::ContactFrame;
 use orthowear::friction::{FrictionEllipse, FrictionLaw};
 use orthowear::history::step::{Normal, Outcome, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 
-use crate::common::{half_spaces, indent, press, relative, shift, solve, sphere, sphere_on_frp, steel, step};
+use crate::common::{
+    half_spaces, im7, indent, press, relative, shift, solve, sphere, sphere_on_frp, steel, step,
+};
+use crate::coupling::finite_block::{block, under_a_sphere};
 use crate::observed::{audit, follow, pull};
 
 const COEFFICIENTS: [f64; 7] = [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0];
@@ -81,5 +85,29 @@ fn uncoupled_bodies_have_an_answer_for_every_coefficient() {
             "mu {mu}: {}",
             result.records[1].shift[0]
         );
+    }
+}
+
+/// Truth: `str-friction-large` on a finite-element block of CFRP with tilted fibres (12 mm, clamped at its base) under steel, pressed in
+/// two increments and sheared: the laws hold cell by cell (1e-6) wherever a state is said to have converged; mu = 0 is the
+/// frictionless answer to 1e-10, mu = 1e-12 to 1e-7. Up to mu = 0.5 there is an answer.
+#[test]
+fn any_coefficient_on_finite_elements() {
+    let frame = ContactFrame::grid([1.2; 2], [12; 2], [0.0; 2], 0.0).expect("a grid");
+    let mut model = under_a_sphere(&mut block(&im7(30.0), (6.0, 4, 6), &frame), &frame);
+    let pressed = Step { normal: Some(Normal::Approach(0.02)), increments: 2, ..step("press") };
+    let steps = [pressed, shift(0.008, 45.0)];
+    let frictionless = solve(&model, &steps[..1]).records[1].normal_force;
+    let n = model.frame.n_cells();
+    for mu in COEFFICIENTS {
+        model.friction = FrictionLaw::Coulomb { mu };
+        let result = audited(&model, mu, &steps);
+        assert!(mu > 0.5 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
+        if mu <= 1e-12 {
+            let found = result.records[1].normal_force;
+            let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
+            assert!(relative(found, frictionless) < tolerance, "mu {mu}: {found} {frictionless}");
+        }
+        assert!(mu > 0.0 || result.state.tractions[..2 * n].iter().all(|q| *q == 0.0));
     }
 }

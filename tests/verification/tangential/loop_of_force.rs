@@ -121,3 +121,23 @@ fn loops_with_lateral_contraction() {
     assert!(relative(work, 0.09671688831) < 3e-2, "{work}");
     assert!(relative(result.records[start].shift[0], 0.002692017759) < 3e-2);
 }
+
+/// Truth: the same between +-D0 (z = 1), 3 %: the verge of sliding, so that the force ends within 3 % of mu P too.
+#[test]
+fn loops_to_the_verge_of_sliding_with_lateral_contraction() {
+    let model = spheres(0.3);
+    let (_, slide, _) = scales(0.3);
+    assert!(relative(slide, 0.005889129) < 1e-6, "{slide}");
+    let to = |end: f64| shift(slide, if end > 0.0 { 0.0 } else { 180.0 });
+    let (result, _) = loops(&model, &to, 1);
+    let (start, cycle) = (QUARTER, 4 * QUARTER);
+    let work = area(&result, start, start + cycle);
+    assert!(relative(work, 1.413391) < 3e-2, "{work}");
+    assert!(relative(result.records[start].tangential_force[0], MU * LOAD) < 3e-2);
+    // On the way back the force vanishes at D0 - 2 D0 (1 - 2^(-2/3)); between two increments of D0 / 40.
+    let back = &result.records[start..=start + 2 * QUARTER];
+    let crossing = back.windows(2).find(|pair| pair[1].tangential_force[0] <= 0.0).expect("the force turns");
+    let [(x0, q0), (x1, q1)] = [0, 1].map(|k| (crossing[k].shift[0], crossing[k].tangential_force[0]));
+    let at_zero = x0 + (x1 - x0) * q0 / (q0 - q1);
+    assert!((at_zero - 0.001530709).abs() < 3e-2 * slide, "{at_zero}");
+}

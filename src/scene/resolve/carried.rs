@@ -1,0 +1,99 @@
+//! Loads that only friction carries: a tangential force and a spin moment.
+
+use super::Resolver;
+use super::laws::Laws;
+use super::load_points::LoadPoint;
+use super::steps::Numbered;
+use crate::friction::FrictionLaw;
+use crate::history::step::{Spin, Step, Tangential};
+use crate::scene::keys::step::Step as Keys;
+
+/// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.
+const CARRIED: [(&str, &str, &str); 2] =
+    [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
+
+/// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
+pub(super) fn prescribed(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
+    let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
+    let loaded = [
+        keys.tangential_force.is_some_and(|q| q != [0.0; 2]),
+        keys.spin_moment.is_some_and(|moment| moment != 0.0) && level,
+    ];
+    for ((what, load, motion), _) in CARRIED.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
+    {
+        let message = format!("nothing can carry a {what}: this step has no friction");
+        let mend = format!("add a [friction] law and leave out `friction = false`, or prescribe `{motion}`");
+        r.wrong(&format!("{key}.{load}"), message, "needs friction", mend);
+    }
+}
+
+/// What a step says of a load that only friction carries.
+enum Load {
+    /// Nothing.
+    Unnamed,
+    /// It is there.
+    There,
+    /// It is zero, or its motion is prescribed instead.
+    Gone,
+}
+
+/// The same of the loads of [`CARRIED`]; cycles and rolling move by themselves.
+fn named(step: &Step) -> [Load; 2] {
+    let tangential = match step.tangential {
+        Some(Tangential::Force(force)) if force != [0.0; 2] => Load::There,
+        Some(_) => Load::Gone,
+        None if step.cycles.is_some() || step.rolling.is_some() => Load::Gone,
+        None => Load::Unnamed,
+    };
+    let spin = match step.spin {
+        Some(Spin::Moment(moment)) if moment != 0.0 => Load::There,
+        Some(_) => Load::Gone,
+        None => Load::Unnamed,
+    };
+    [tangential, spin]
+}
+
+/// Reports load points whose load only friction carries, in a step without.
+pub(super) fn of_points(r: &mut Resolver, key: &str, (points, steps): (&[LoadPoint], &[Step]), level: bool) {
+    for (kind, (what, load, _)) in CARRIED.iter().enumerate().take(if level { 2 } else { 1 }) {
+        let loaded = points.iter().zip(steps).find(|(_, step)| matches!(named(step)[kind], Load::There));
+        if let Some((point, _)) = loaded {
+            let message =
+                format!("line {}: nothing can carry a {what}: this step has no friction", point.line);
+            let mend =
+                format!("add a [friction] law and leave out `friction = false`, or leave `{load}` out");
+            r.wrong(&format!("{key}.history.file"), message, "needs friction", mend);
+        }
+    }
+}
+
+/// A load that an earlier step left in force needs friction too, until a motion replaces it.
+pub(super) fn held(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, level: bool) {
+    let Some(laws) = laws else { return };
+    let kinds = if level { 2 } else { 1 };
+    for (kind, (what, load, motion)) in CARRIED.iter().enumerate().take(kinds) {
+        let mut holder: Option<&Step> = None;
+        for (i, step) in steps {
+            // A step that is wrong itself may prescribe anything.
+            let Some(step) = step else {
+                holder = None;
+                continue;
+            };
+            let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
+            match (&named(step)[kind], holder) {
+                (Load::There, _) => holder = Some(step),
+                (Load::Gone, _) => holder = None,
+                (Load::Unnamed, Some(from)) if frictionless => {
+                    let message = format!("nothing carries the {what} held from step \"{}\"", from.name);
+                    let mend = format!(
+                        "leave out `friction = false`, or prescribe `{motion}` or a {load} of zero here"
+                    );
+                    let place = format!("steps.{i}.friction");
+                    let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
+                    r.wrong(&place, message, "no friction", mend);
+                }
+                (Load::Unnamed, _) => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Half-spaces next to incompressible: closed forms.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use orthowear::bem::half_space::barnett_lothe::BarnettLothe;
+use orthowear::bem::half_space::{Side, SurfaceGreen};
+use orthowear::material::{Orthotropic, Stiffness};
+use std::f64::consts::PI;
+
+use super::green::about_y;
+use crate::crystals::{admittance_along_1, modulus_along_the_axis};
+
+fn green(stiffness: &Stiffness, side: Side) -> SurfaceGreen {
+    SurfaceGreen::new(stiffness, side).expect("a converged Green's function")
+}
+
+/// Truth: case `str-near-incompressible`: Re W = ((1 - nu) (m m + n n) + t t) / G and Im W = (1 - 2 nu) / 2 G between m and n (Ting
+/// 1996), in every direction, on both sides; the coupling of normal and tangential components vanishes with 1 - 2 nu.
+/// Tolerance: the entries of the stiffness are rounded to 1e-16 lambda, which is lambda / mu of that in G; ten times as much.
+#[test]
+fn isotropic_half_spaces_up_to_incompressible() {
+    let young = 210e3;
+    for nu in [0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999] {
+        let stiffness = Stiffness::isotropic(young, nu).expect("admissible");
+        let shear = young / (2.0 * (1.0 + nu));
+        let tolerance = 1e-15 * (10.0 + 2.0 * nu / (1.0 - 2.0 * nu));
+        for side in [Side::Lower, Side::Upper] {
+            let green = green(&stiffness, side);
+            for k in 0..16 {
+                let (sin, cos) = (0.1 + 2.0 * PI * f64::from(k) / 16.0).sin_cos();
+                let (m, t, n) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0), Vector3::z());
+                let along = m * m.transpose() + n * n.transpose();
+                let re = (along * (1.0 - nu) + t * t.transpose()) / shear;
+                let found = green.symbol(sin.atan2(cos));
+                let error = (found.map(|w| w.re) - re).amax() * shear;
+                assert!(error < tolerance, "nu {nu}: {error:e}");
+                let coupling: Matrix3<f64> = n * m.transpose() - m * n.transpose();
+                let im = coupling * (0.5 * (1.0 - 2.0 * nu) * side.outward() / shear);
+                let error = (found.map(|w| w.im) - im).amax() * shear;
+                assert!(error < tolerance, "nu {nu}, {side:?}: {error:e}");
+            }
+        }
+    }
+}
+
+/// Rubber with fibres along axis 1 whose volume changes by `compressible` of what it would with Poisson's ratios of zero.
+fn fibres_in_rubber(compressible: f64) -> Stiffness {
+    let (e1, e2) = (50e3, 10e3);
+    let (nu12, nu23) = (0.5 * (1.0 - compressible), 1.0 - e2 / (2.0 * e1) - compressible);
+    let g23 = e2 / (2.0 * (1.0 + nu23));
+    let constants = Orthotropic { e1, e2, e3: e2, g12: 4e3, g13: 4e3, g23, nu12, nu13: nu12, nu23 };
+    Stiffness::orthotropic(&constants).expect("admissible")
+}
+
+/// Truth: closed forms of Ting (1996) along the fibre and across it and of Elliott (1949) with the fibre along the normal, and the
+/// identities of Barnett and Lothe in cuts at any angle, for a transversely isotropic material that is all but
+/// incompressible. Tolerance: 1e-15 of the largest stiffness over the least, and 1e-14.
+#[test]
+fn fibres_in_rubber_up_to_incompressible() {
+    for compressible in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        let stiffness = fibres_in_rubber(compressible);
+        let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
+        let tolerance = 1e-14 + 1e-15 * eigenvalues.max() / eigenvalues.min();
+        let quarter = stiffness.rotated(Rotation3::from_axis_angle(&Vector3::z_axis(), -PI / 2.0).matrix());
+        let green_of = green(&stiffness, Side::Upper);
+        for (angle, closed) in [
+            (0.0, admittance_along_1(&stiffness)),
+            (PI / 2.0, {
+                let [along, across, normal] = admittance_along_1(&quarter);
+                [across, along, normal]
+            }),
+        ] {
+            let found = green_of.symbol(angle);
+            for (i, value) in closed.iter().enumerate() {
+                let error = (found[(i, i)].re / value - 1.0).abs();
+                assert!(error < tolerance, "{compressible} {angle} {i}: {error:e}");
+            }
+        }
+        let upright = about_y(&stiffness, 90.0);
+        let error =
+            green(&upright, Side::Lower).symbol(0.4)[(2, 2)].re * modulus_along_the_axis(&upright) / 2.0;
+        assert!((error - 1.0).abs() < tolerance, "{compressible}: {error:e}");
+        for k in 0..12 {
+            let turned =
+                stiffness.rotated(Rotation3::from_euler_angles(0.4 * f64::from(k), -0.7, 1.1).matrix());
+            let BarnettLothe { s, h, l } =
+                BarnettLothe::new(&turned, Side::Lower, 0.3).expect("converged tensors");
+            assert!((h * l - s * s - Matrix3::identity()).amax() < tolerance);
+            assert!((l * s + s.transpose() * l).amax() < tolerance * l.amax());
+            assert!((s * h + h * s.transpose()).amax() < tolerance * h.amax());
+        }
+    }
+}
