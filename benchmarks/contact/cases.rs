@@ -19,11 +19,14 @@ pub enum Case {
     Roughness,
     /// (e) Two cycles of 40 increments of (b).
     Cycles,
+    /// (f) The spheres of (b) in steady rolling with creepage along and across, about half of the contact slipping.
+    Rolling,
 }
 
 impl Case {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Hertz, Self::PartialSlip, Self::Fibres, Self::Roughness, Self::Cycles];
+    pub const ALL: [Self; 6] =
+        [Self::Hertz, Self::PartialSlip, Self::Fibres, Self::Roughness, Self::Cycles, Self::Rolling];
 
     /// Its letter on the command line and in the tables.
     pub fn letter(self) -> char {
@@ -33,7 +36,13 @@ impl Case {
             Self::Fibres => 'c',
             Self::Roughness => 'd',
             Self::Cycles => 'e',
+            Self::Rolling => 'f',
         }
+    }
+
+    /// Cells along the frame that it is run on unless others are asked for.
+    pub fn cells(self) -> &'static [usize] {
+        if self == Self::Rolling { &[64, 128, 256] } else { &[64, 128, 256, 512, 1024] }
     }
 
     /// Increments that the case is made of; seconds are shown for each of them where there are many.
@@ -53,6 +62,7 @@ impl Case {
             Self::Hertz | Self::Roughness => number(&last["approach"]),
             Self::PartialSlip => number(&last["shift"][0]),
             Self::Fibres => number(&last["normal_force"]),
+            Self::Rolling => number(&last["tangential_force"][0]),
             Self::Cycles => number(&last["dissipation"]),
         }
     }
@@ -69,7 +79,7 @@ impl Case {
     pub fn write(self, folder: &Path, n: usize, method: &str) -> Outcome<()> {
         let mut scene = match self {
             Self::Hertz => bodies("rigid", 2.0 * hertz_radius(STEEL / (1.0 - NU * NU)), n),
-            Self::PartialSlip | Self::Cycles => {
+            Self::PartialSlip | Self::Cycles | Self::Rolling => {
                 bodies("steel", 1.25 * hertz_radius(STEEL / (1.0 - NU * NU) / 2.0), n)
             }
             Self::Fibres => fibres(n),
@@ -111,6 +121,14 @@ impl Case {
                     text += &pull(&format!("forth {cycle}"), 0.875, 20);
                 }
                 text
+            }
+            Self::Rolling => {
+                let full = MU * hertz_radius(STEEL / (1.0 - NU * NU) / 2.0) / RADIUS;
+                let (along, across) = (0.4 * full, 0.2 * full);
+                format!(
+                    "{coulomb}{press}[[steps]]\nname = \"roll\"\nrolling = {{ creepage = [{along:?}, {across:?}], \
+                     distance = 1.0 }}\n"
+                )
             }
             Self::Fibres => {
                 "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n[[steps]]\nname = \"both\"\n\

@@ -20,7 +20,8 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 /// What the command line asks for.
 struct Settings {
     cases: Vec<Case>,
-    cells: Vec<usize>,
+    /// Cells along the frame; those of the case where none are asked for.
+    cells: Option<Vec<usize>>,
     threads: Vec<usize>,
     repeats: usize,
     /// A case is not taken further when a run takes longer than this.
@@ -32,7 +33,7 @@ impl Settings {
     fn new(words: &[String]) -> Outcome<Self> {
         let mut settings = Self {
             cases: Case::ALL.to_vec(),
-            cells: vec![64, 128, 256, 512, 1024],
+            cells: None,
             threads: vec![1, 2],
             repeats: 3,
             limit: 60.0,
@@ -46,7 +47,7 @@ impl Settings {
                 words.next();
             }
             match (word.as_str(), numbers.as_slice()) {
-                ("--cells", [_, ..]) => settings.cells = numbers,
+                ("--cells", [_, ..]) => settings.cells = Some(numbers),
                 ("--threads", [_, ..]) => settings.threads = numbers,
                 ("--repeats", [count]) if *count > 0 => settings.repeats = *count,
                 ("--limit", [seconds]) => settings.limit = *seconds as f64,
@@ -56,7 +57,7 @@ impl Settings {
                 }
                 (other, _) => {
                     return Err(format!(
-                        "{other}: allowed are letters of abcde, --cells N .., --threads N .., --repeats N, --limit SECONDS, --uzawa"
+                        "{other}: allowed are letters of abcdef, --cells N .., --threads N .., --repeats N, --limit SECONDS, --uzawa"
                     )
                     .into());
                 }
@@ -83,15 +84,18 @@ fn main() -> Outcome<()> {
          | over its transforms | 1 thread / threads |"
     );
     println!("|{}", "---|".repeat(13));
+    let mut growth = Vec::new();
     for &case in &settings.cases {
         let runs = measure_case(&program, case, &settings)?;
         let finest = runs.last().map_or(f64::NAN, |(.., run)| run.quantity);
+        growth.extend(growth_of(case, &runs));
         for (n, threads, run) in &runs {
             let wanted = case.exact().unwrap_or(finest);
             let single = runs.iter().find(|(m, t, _)| m == n && *t == 1).map(|(.., run)| run.total);
             println!("{}", row(case, (*n, *threads), run, (wanted, single)));
         }
     }
+    println!("\n{}", growth.join("\n"));
     print!("\n# load at the end: {}", load());
     Ok(())
 }
@@ -106,7 +110,8 @@ fn measure_case(
     settings: &Settings,
 ) -> Outcome<Vec<(usize, usize, Run)>> {
     let mut runs = Vec::new();
-    for &n in &settings.cells {
+    let cells = settings.cells.as_deref().unwrap_or(case.cells());
+    for &n in cells {
         let mut longest: f64 = 0.0;
         for &threads in &settings.threads {
             let some: Outcome<Vec<Run>> =
@@ -121,6 +126,25 @@ fn measure_case(
         }
     }
     Ok(runs)
+}
+
+/// How the seconds of a case grow with the number N of cells on one thread: the exponent between neighbouring frames and over all.
+fn growth_of(case: Case, runs: &[(usize, usize, Run)]) -> Option<String> {
+    let seconds: Vec<(f64, f64)> = runs
+        .iter()
+        .filter(|(_, threads, _)| *threads == 1)
+        .map(|(n, _, run)| ((n * n) as f64, run.total))
+        .collect();
+    let exponent = |a: &(f64, f64), b: &(f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
+    let (first, last) = (seconds.first()?, seconds.last().filter(|_| seconds.len() > 1)?);
+    let each: Vec<String> =
+        seconds.windows(2).map(|pair| format!("{:.2}", exponent(&pair[0], &pair[1]))).collect();
+    let letter = case.letter();
+    Some(format!(
+        "growth of {letter} with the cells: N^{:.2} over all, {}",
+        exponent(first, last),
+        each.join(", ")
+    ))
 }
 
 fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f64, Option<f64>)) -> String {
@@ -149,7 +173,8 @@ fn row(case: Case, (n, threads): (usize, usize), run: &Run, (wanted, single): (f
 fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
     println!("| cells | method | s | applications | residual | normal force |");
     println!("|{}", "---|".repeat(6));
-    for &n in settings.cells.iter().filter(|n| **n <= 128) {
+    let cells = settings.cells.as_deref().unwrap_or(Case::Fibres.cells());
+    for &n in cells.iter().filter(|n| **n <= 128) {
         for method in ["auto", "bb", "uzawa"] {
             let run = measure::run(program, Case::Fibres, n, settings.threads[0], method)?;
             println!(

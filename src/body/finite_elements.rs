@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
 use super::partial::PartialFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
@@ -179,11 +178,9 @@ impl ElasticBody for FeBody {
         let nodal = Arc::get_mut(&mut self.condensed)
             .expect("only its flexibility shares the body, and is taken once")
             .take_flexibility();
-        let Some(cells) = &self.candidates else {
-            return Ok(Some(Box::new(CondensedFlexibility::new(self.map.clone(), |i, j| nodal.at(i, j))?)));
-        };
+        let cells = self.candidates.clone().unwrap_or_else(|| vec![true; self.map.n_cells()]);
         let body = self.condensed.clone();
-        Ok(Some(Box::new(PartialFlexibility::new(self.map.clone(), cells.clone(), body, &nodal)?)))
+        Ok(Some(Box::new(PartialFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {

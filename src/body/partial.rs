@@ -1,7 +1,7 @@
 //! Flexibility on the frame of a condensed body, formed on the cells that may come into contact and grown when contact
 //! comes to others.
 //!
-//! Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
+//! All of them, where contact may be anywhere. Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
 //! solve for each dof that they bring.
 
 use std::sync::{Arc, RwLock, RwLockReadGuard};
@@ -42,6 +42,21 @@ impl PartialFlexibility {
     ) -> Result<Self> {
         let flexibility = CondensedFlexibility::new(whole.restrict(&cells), |i, j| nodal.at(i, j))?;
         Ok(Self { whole, body, formed: RwLock::new(Formed { cells, flexibility }) })
+    }
+
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes; without the
+    /// body's sign, which the gap has once more.
+    fn forces(&self, tractions: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
+        self.whole.apply_transpose(tractions, &mut forces);
+        forces
+    }
+
+    /// Gaps in all cells, `[3, N]` by planes, by displacements of those nodes.
+    fn gap(&self, displacement: &[f64]) -> Vec<f64> {
+        let mut gap = vec![0.0; 3 * self.n_cells()];
+        self.whole.apply(displacement, &mut gap);
+        gap
     }
 
     fn formed(&self) -> RwLockReadGuard<'_, Formed> {
@@ -101,22 +116,21 @@ impl Flexibility for PartialFlexibility {
     }
 
     fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
-        let (n, nodes) = (self.n_cells(), self.whole.nodes());
-        let mut forces = vec![0.0; 3 * nodes.len()];
-        self.whole.apply_transpose(tractions, &mut forces);
-        let displacement = self.body.solve_at(nodes, &forces)?;
-        let free = self.body.free_displacement();
-        let elastic = |&node: &usize| {
-            let (whole, own) = (displacement[node], free[node]);
-            [whole[0] - own[0], whole[1] - own[1], whole[2] - own[2]]
-        };
-        let nodal: Vec<f64> = nodes.iter().flat_map(elastic).collect();
-        let mut all = vec![0.0; 3 * n];
-        self.whole.apply(&nodal, &mut all);
+        let n = self.n_cells();
+        let all = self.gap(&self.body.displacement_by(self.whole.nodes(), &self.forces(tractions))?);
         for cell in self.unformed() {
             (0..3).for_each(|plane| gap[plane * n + cell] += all[plane * n + cell]);
         }
         Ok(())
+    }
+
+    /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. `None` where
+    /// that would take a factorisation, or if it cannot be solved.
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let n = self.n_cells();
+        let afresh = self.body.displacement_afresh(self.whole.nodes(), &self.forces(tractions));
+        let gap = self.gap(&afresh.ok()??);
+        Some(cells.iter().map(|cell| [0, 1, 2].map(|plane| gap[plane * n + cell])).collect())
     }
 
     fn form(&self, cells: &[usize]) -> Result<()> {

@@ -4,6 +4,8 @@
 //! any back-substitution; its inverse is the flexibility of the contact nodes. Where L does not fit into the memory, the
 //! columns of F_cc are solved for by conjugate gradients.
 
+mod solve;
+
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -12,10 +14,12 @@ use super::cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
 use super::method::Method;
 use super::model::FeModel;
 use crate::error::Result;
-use crate::linalg::dense::{SymmetricDense, zeroed};
+use crate::linalg::dense::SymmetricDense;
 use crate::linalg::factor::{CholeskyFactor, SymmetricFactor};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
+
+use self::solve::solve_in_place;
 
 /// What condensing a body may use.
 #[derive(Debug, Clone, Copy)]
@@ -255,85 +259,6 @@ impl CondensedBody {
     /// Relative residual of the factorisation's check; of the solved columns, the largest, where there was none.
     pub fn residual(&self) -> f64 {
         self.residual
-    }
-
-    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
-    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution. A body that floats is
-    /// left where its mean motion is zero, without the share of the forces that would move it as a whole.
-    ///
-    /// # Errors
-    /// If memory for the workspace does not suffice.
-    ///
-    /// # Panics
-    /// If there are not 3 n_c forces.
-    pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        self.solve_at(&self.contact_nodes, contact_forces)
-    }
-
-    /// As [`Self::solve`], with forces `[3 n]` on any `n` nodes of the mesh.
-    ///
-    /// # Errors
-    /// As [`Self::solve`].
-    ///
-    /// # Panics
-    /// If there are not three forces per node.
-    pub fn solve_at(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
-        let mut rhs = self.model.load_vector();
-        for (force, &node) in forces.chunks_exact(3).zip(nodes) {
-            for (component, value) in force.iter().enumerate() {
-                if let Some(row) = self.model.free_dof(node, component) {
-                    rhs[row] += value;
-                }
-            }
-        }
-        solve_in_place(&self.model, self.solver()?, &mut rhs)?;
-        Ok(self.model.expand(&rhs))
-    }
-
-    /// Displacement of the nodes `at` by unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row
-    /// by row; zero for prescribed dofs. A solve for each.
-    ///
-    /// # Errors
-    /// If memory for the workspace does not suffice.
-    pub fn flexibility_rows(&self, loaded: &[usize], at: &[usize]) -> Result<Vec<f64>> {
-        let free = |node: usize, component: usize| self.model.free_dof(node, component);
-        let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
-        let targets: Vec<_> = at.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
-        let (n, solver) = (self.model.n_free(), self.solver()?);
-        let mut rows = zeroed(dofs.len() * targets.len())?;
-        let mut columns = zeroed(n * dofs.len().min(BATCH))?;
-        for (dofs, rows) in dofs.chunks(BATCH).zip(rows.chunks_mut((BATCH * targets.len()).max(1))) {
-            let columns = &mut columns[..n * dofs.len()];
-            columns.fill(0.0);
-            for (column, dof) in columns.chunks_exact_mut(n).zip(dofs) {
-                dof.iter().for_each(|&row| column[row] = 1.0);
-            }
-            match self.model.floating() {
-                None => solver.solve_in_place(columns, dofs.len())?,
-                Some(_) => columns
-                    .chunks_exact_mut(n)
-                    .try_for_each(|column| solve_in_place(&self.model, solver, column))?,
-            }
-            for (row, column) in rows.chunks_exact_mut(targets.len()).zip(columns.chunks_exact(n)) {
-                row.iter_mut()
-                    .zip(&targets)
-                    .for_each(|(value, dof)| *value = dof.map_or(0.0, |dof| column[dof]));
-            }
-        }
-        Ok(rows)
-    }
-}
-
-/// Right-hand sides that are solved together.
-const BATCH: usize = 24;
-
-/// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
-/// inverse.
-fn solve_in_place(model: &FeModel, solver: &dyn SymmetricFactor, rhs: &mut [f64]) -> Result<()> {
-    match model.floating() {
-        Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
-        None => solver.solve_in_place(rhs, 1),
     }
 }
 

@@ -58,6 +58,11 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
+    /// As [`Self::direct`] in some cells, `[cells.len()]`, without what [`Self::apply`] makes use of; `None` if any has no such sum.
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        cells.iter().map(|&cell| self.direct(cell, tractions)).collect()
+    }
+
     /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
     fn grid(&self) -> Option<[usize; 2]> {
         None
@@ -225,6 +230,15 @@ impl Flexibility for SumFlexibility {
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         self.parts.iter().any(|part| part.precondition(gap, tractions))
+    }
+
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let mut sum = vec![[0.0; 3]; cells.len()];
+        for part in &self.parts {
+            let gaps = part.direct_in(cells, tractions)?;
+            sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
+        }
+        Some(sum)
     }
 
     fn unformed(&self) -> Vec<usize> {

@@ -81,6 +81,16 @@ impl Flexibility for SubsetFlexibility {
         self.whole.couples_normal_tangential()
     }
 
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let mut whole = vec![0.0; 3 * n];
+        for (i, traction) in tractions.iter().enumerate() {
+            whole[i / m * n + self.places[i % m]] = *traction;
+        }
+        let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
+        self.whole.direct_in(&places, &whole)
+    }
+
     /// The part of the inverse of the whole: still symmetric and positive definite.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);

@@ -76,10 +76,13 @@ impl Place {
     }
 }
 
-/// The numbers of the steps without their seconds.
+/// The numbers of the steps without their seconds, and without the check that is made only where the factor is at hand.
 fn steps(summary: &Value) -> Value {
     let mut steps = summary["steps"].clone();
-    steps.as_array_mut().unwrap().iter_mut().for_each(|step| step["seconds"] = Value::Null);
+    for step in steps.as_array_mut().unwrap() {
+        step["seconds"] = Value::Null;
+        step["certificate"].as_object_mut().unwrap().remove("operator_defect");
+    }
     steps
 }
 
@@ -134,6 +137,9 @@ fn a_second_run_skips_the_factorisation() {
     for other in [&first, &second, &rebuilt, &fields, &restored] {
         assert_eq!(steps(other), steps(&bare));
     }
+    // The body is solved afresh where its factor is at hand: no factorisation is made for that alone.
+    let defect = |summary: &Value| summary["steps"][0]["certificate"]["operator_defect"].as_f64();
+    assert!(defect(&bare).is_some_and(|defect| defect < 1e-11) && defect(&second).is_none(), "{bare}");
     place.run(&["--set", "body1.fibre.tilt=20.0"]);
     assert_eq!(place.entries().len(), 3);
 }

@@ -127,7 +127,8 @@ fn hertz_elliptic() {
 }
 
 /// Cattaneo-Mindlin, nu = 0 (then exact): equal spheres, R 10, P 1000, mu 0.3, E 210 GPa. The shift for
-/// Q = 0.3 and 0.9 mu P by the closed form with nu = 0, to 5e-3 at 40 cells per diameter; p unchanged by Q to 1e-8.
+/// Q = 0.3 and 0.9 mu P by the closed form with nu = 0, to 5e-3 at 40 cells per diameter; p unchanged by Q to 1e-8; the traction
+/// in the middle to 1e-2 of mu p0.
 #[test]
 fn cattaneo_mindlin() {
     let (e, radius, load, mu) = (210e3_f64, 10.0, 1000.0, 0.3);
@@ -152,6 +153,11 @@ fn cattaneo_mindlin() {
         assert!(relative(after.approach, before.approach) < 1e-8);
         let stick = (after.stick_area / std::f64::consts::PI).sqrt();
         let c = a * (1.0_f64 - share).cbrt();
+        // In the middle q = mu p0 (1 - c / a), where both are smooth.
+        let (n, middle) = (model.frame.n_cells(), 25 * 50 + 25);
+        let peak = 3.0 * load / (2.0 * std::f64::consts::PI * a * a);
+        let q = -result.state.tractions[middle];
+        assert!(n == 2500 && (q - mu * peak * (1.0 - c / a)).abs() < 1e-2 * mu * peak, "{q}");
         assert!((stick - c).abs() < 2.5 * a / 50.0, "c {stick} {c}");
     }
 }

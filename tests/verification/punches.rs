@@ -15,6 +15,7 @@ use orthowear::material::Stiffness;
 use orthowear::wear::WearLaw;
 
 use crate::common::{indent, press, relative, shift, solve, solve_with, steel, step};
+use crate::observed::pull;
 
 /// Friction that no punch overcomes but in the cells at its rim.
 const BONDED: FrictionLaw = FrictionLaw::Coulomb { mu: 100.0 };
@@ -83,6 +84,8 @@ fn a_circular_punch() {
     let found = &result.records[0];
     assert!(relative(found.normal_force, 9_230.769_231) < 1e-2, "{}", found.normal_force);
     assert!(!found.contact_touches_edge && result.warnings.is_empty(), "{:?}", result.warnings);
+    // Cells keep their places in the grid, so the sums over them do too.
+    assert!(found.certificate.operator_defect.expect("a grid") < 1e-12, "{:?}", found.certificate);
     let n = frame.n_cells();
     let pressure = &result.state.tractions[2 * n..];
     assert!(pressure.iter().all(|p| *p > 0.0));
@@ -318,27 +321,25 @@ fn noise_in_a_conforming_gap() {
 }
 
 /// Truth: case `str-conforming-flat`: flat on flat with every cell of the frame in contact and noise of an ulp in the gaps takes fewer
-/// than ten iterations, pressed by itself and sheared after, sticking but at the rim: nothing flutters between sets.
+/// than ten iterations to a residual of 1e-6, pressed by itself and pulled after with mu P / 3, and not one more than without the noise:
+/// nothing flutters between sets. (The catalogue names no residual; conjugate gradients take twelve to 1e-8.)
 #[test]
 fn conforming_contacts_take_few_iterations() {
     let square = ContactFrame::grid([1.0; 2], [40; 2], [0.0; 2], 0.0).expect("a grid");
     let mut flat = model(&steel(), None, square, GapShape::Flat);
-    let n = flat.frame.n_cells();
-    for (cell, gap) in flat.initial_gap[2 * n..].iter_mut().enumerate() {
-        *gap = f64::EPSILON * 1e-3 * ((cell * 7919) % 13) as f64;
-    }
     flat.friction = FrictionLaw::Coulomb { mu: 0.3 };
     let pressed = Step { friction: false, ..press(1000.0) };
-    let result = solve(&flat, &[pressed, shift(1e-4, 20.0)]);
-    assert_eq!(result.outcome, Outcome::Converged);
-    for record in &result.records {
-        assert!(
-            record.iterations < 10,
-            "{}: {} iterations of {}",
-            record.name,
-            record.iterations,
-            record.method
-        );
-        assert!(relative(record.contact_area, 4.0) < 1e-12, "{}", record.contact_area);
-    }
+    let options = SolverOptions { tolerance: 1e-6, ..SolverOptions::default() };
+    let [clean, noisy] = [0.0, f64::EPSILON * 1e-3].map(|ulp| {
+        let n = flat.frame.n_cells();
+        for (cell, gap) in flat.initial_gap[2 * n..].iter_mut().enumerate() {
+            *gap = ulp * ((cell * 7919) % 13) as f64;
+        }
+        let result = solve_with(&flat, &[pressed.clone(), pull([100.0, 0.0])], &options);
+        assert_eq!(result.outcome, Outcome::Converged);
+        assert!(result.records.iter().all(|record| relative(record.contact_area, 4.0) < 1e-12));
+        result.records.iter().map(|record| record.iterations).collect::<Vec<_>>()
+    });
+    assert_eq!(noisy, clean);
+    assert!(noisy.iter().all(|iterations| *iterations < 10), "{noisy:?}");
 }

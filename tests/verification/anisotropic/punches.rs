@@ -5,13 +5,14 @@ use std::f64::consts::PI;
 use orthowear::frame::{GapShape, Outline};
 use orthowear::history::step::Outcome;
 
-use crate::common::{press, relative, solve};
+use crate::common::{press, relative, solve, steel};
 use crate::crystals::cfrp_of_tables;
 use crate::punches::{frame, model};
 
 /// Truth: case `aniso-punch-circular-elliptic`, CFRP with the fibre along x, F = 100 N, a disc of radius 2 and an ellipse of 3 by 1,
 /// long along and across the fibre: approach to 1e-2; where the singular edge is far, at less than 0.8 of the way to it,
-/// the pressure F / (2 pi a b sqrt(1 - x²/a² - y²/b²)), which no anisotropy changes, to 1e-2.
+/// the pressure of steel under the same punch to 1e-2, as no anisotropy changes it, and F / (2 pi a b sqrt(1 - x²/a² - y²/b²)) to
+/// 2.5e-2, the error of an edge of cells.
 #[test]
 fn discs_and_ellipses_on_cfrp() {
     let force = 100.0;
@@ -24,16 +25,21 @@ fn discs_and_ellipses_on_cfrp() {
         let cells = (40.0 * a / b) as usize * 3 / 2;
         let punch = model(&cfrp_of_tables(), None, frame(&outline, a, cells), GapShape::Flat);
         let result = solve(&punch, &[press(force)]);
-        assert_eq!(result.outcome, Outcome::Converged);
+        let isotropic = solve(&model(&steel(), None, punch.frame.clone(), GapShape::Flat), &[press(force)]);
+        assert!([&result, &isotropic].iter().all(|run| run.outcome == Outcome::Converged));
         let found = &result.records[0];
         assert!(relative(found.approach, approach) < 1e-2, "{a} {angle}: {}", found.approach);
         let n = punch.frame.n_cells();
         let (sin, cos) = f64::sin_cos(angle);
-        for (center, pressure) in punch.frame.centers.iter().zip(&result.state.tractions[2 * n..]) {
+        for (cell, center) in punch.frame.centers.iter().enumerate() {
+            let [pressure, on_steel] = [&result, &isotropic].map(|run| run.state.tractions[2 * n + cell]);
             let (x, y) = (cos * center.x + sin * center.y, cos * center.y - sin * center.x);
             let share = (x / a).hypot(y / b);
             let wanted = force / (2.0 * PI * a * b * (1.0 - share * share).max(0.0).sqrt());
-            assert!(share > 0.8 || relative(*pressure, wanted) < 1e-2, "{x} {y}: {pressure} {wanted}");
+            if share < 0.8 {
+                assert!(relative(pressure, on_steel) < 1e-2, "{x} {y}: {pressure} {on_steel}");
+                assert!(relative(pressure, wanted) < 2.5e-2, "{x} {y}: {pressure} {wanted}");
+            }
         }
     }
 }

@@ -19,6 +19,25 @@ fn within(radius: f64) -> ContactFrame {
     frame
 }
 
+/// Truth: eliminating a body is algebra: its condensed flexibility gives what the whole body gives that is solved for the same
+/// tractions, its loads aside; half-spaces what the sums over their cells give. 1e-11: rounding of solves with the factor.
+#[test]
+fn operators_agree_with_bodies_solved_afresh() {
+    let frame = frame();
+    let n = frame.n_cells();
+    let tractions = random(3 * n);
+    let cells: Vec<usize> = (0..n).step_by(3).collect();
+    for (name, mut pair) in pairs(&frame) {
+        let coupled = tied(&mut pair, &frame, Coupling::Schur);
+        let gap = gaps(&coupled, &tractions);
+        let afresh = coupled.flexibility.direct_in(&cells, &tractions).expect("a factor at hand, or a grid");
+        let some = |plane: usize| cells.iter().map(move |cell| plane * n + cell);
+        let expected: Vec<f64> = (0..3).flat_map(some).map(|i| gap[i]).collect();
+        let found: Vec<f64> = (0..3).flat_map(|plane| afresh.iter().map(move |gap| gap[plane])).collect();
+        assert!(difference(&found, &expected) < 1e-11, "{name}: {:e}", difference(&found, &expected));
+    }
+}
+
 /// Truth: the operator of all cells. With tractions on candidates only, the completed gap is the whole one; once all cells
 /// are formed, in two portions, so is the operator. 1e-11: rounding of solves with the factor.
 #[test]

@@ -2,6 +2,7 @@
 
 use super::bricks::{spec, support};
 use crate::common::{Silent, im7, indent, steel};
+use nalgebra::Matrix3;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
 use orthowear::contact::SolverOptions;
@@ -9,6 +10,7 @@ use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::{Model, run};
+use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
 use orthowear::mesh::structured::{self, GradedBlock, Solids};
 use orthowear::wear::WearLaw;
@@ -97,6 +99,59 @@ fn local_quantities_converge_faster() {
     let modulus = 1.0 / ((1.0 - 0.33 * 0.33) / 70e3 + 0.91 / 210e3);
     let hertz = (6.0 * force * modulus * modulus / (std::f64::consts::PI.powi(3) * 2500.0)).cbrt();
     assert!((peak / hertz - 1.0).abs() < 0.01, "{peak} {hertz}");
+}
+
+/// S made stiffer by a part of itself, as by an entry of a cache that is not the body's.
+struct Spoilt(Box<dyn Flexibility>, f64);
+
+impl Spoilt {
+    fn scale(&self, gap: &mut [f64]) {
+        gap.iter_mut().for_each(|g| *g *= 1.0 - self.1);
+    }
+}
+
+impl Flexibility for Spoilt {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply(tractions, gap);
+        self.scale(gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+        self.scale(normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_in(cells, tractions)
+    }
+}
+
+/// Truth: definition of the certificate's `operator_defect`: rounding where the flexibility is that of the body (1e-11), and what it
+/// is off where it is not; with friction and without.
+#[test]
+fn the_certificate_solves_the_body_afresh() {
+    let frame = ContactFrame::grid([1.2; 2], [8; 2], [0.0; 2], 0.0).unwrap();
+    for (friction, spoilt) in [
+        (FrictionLaw::None, 0.0),
+        (FrictionLaw::Coulomb { mu: 0.3 }, 0.0),
+        (FrictionLaw::None, 1e-5),
+        (FrictionLaw::Coulomb { mu: 0.3 }, 1e-5),
+    ] {
+        let mut model = under_a_sphere(&mut block(&im7(30.0), (6.0, 2, 4), &frame), &frame);
+        model.friction = friction;
+        model.flexibility = Box::new(Spoilt(model.flexibility, spoilt));
+        let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).expect("a run");
+        let found = result.records[0].certificate.operator_defect.expect("the factor is at hand");
+        assert!((found - spoilt).abs() < 1e-11 + 1e-3 * spoilt, "{friction:?} {spoilt:e}: {found:e}");
+    }
 }
 
 /// Prints the table of docs/theory-coupling.md.

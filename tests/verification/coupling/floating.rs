@@ -179,6 +179,8 @@ fn a_floating_block_on_another() {
         let result = run(&model, &[step("rest")], &TIGHT, &mut Silent).expect("a run");
         assert_eq!(result.outcome, Outcome::Converged);
         let record = &result.records[0];
+        let defect = record.certificate.operator_defect.expect("factors at hand");
+        assert!(defect < 1e-10, "{defect:e}");
         let n = frame.n_cells();
         for pressure in &result.state.tractions[2 * n..] {
             assert!((pressure / p - 1.0).abs() < 1e-9, "{pressure}");

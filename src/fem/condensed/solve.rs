@@ -1,0 +1,143 @@
+//! Displacements of a condensed body: back-substitutions with what solves its equations.
+
+use super::CondensedBody;
+use crate::error::Result;
+use crate::fem::model::FeModel;
+use crate::linalg::dense::zeroed;
+use crate::linalg::factor::SymmetricFactor;
+
+impl CondensedBody {
+    /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
+    /// `[3 n_c]`, N, global axes, in the order of [`Self::flexibility`]. One back-substitution. A body that floats is
+    /// left where its mean motion is zero, without the share of the forces that would move it as a whole.
+    ///
+    /// # Errors
+    /// If memory for the workspace does not suffice.
+    ///
+    /// # Panics
+    /// If there are not 3 n_c forces.
+    pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+        self.solve_at(&self.contact_nodes, contact_forces)
+    }
+
+    /// As [`Self::solve`], with forces `[3 n]` on any `n` nodes of the mesh.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    ///
+    /// # Panics
+    /// If there are not three forces per node.
+    pub fn solve_at(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+        assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
+        let mut rhs = self.model.load_vector();
+        self.add_forces(nodes, forces, &mut rhs);
+        solve_in_place(&self.model, self.solver()?, &mut rhs)?;
+        Ok(self.model.expand(&rhs))
+    }
+
+    /// Displacement of nodes by forces on them alone, both `[3 n]`, N, mm, global axes; zero for prescribed dofs. One
+    /// back-substitution.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn displacement_by(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<f64>> {
+        let mut rhs = self.right_hand_side(nodes, forces);
+        solve_in_place(&self.model, self.solver()?, &mut rhs)?;
+        Ok(self.at_nodes(nodes, &rhs))
+    }
+
+    /// As [`Self::displacement_by`], corrected once by the residual of the assembled equations, so that it is as right as they
+    /// are; `None` if what solves them is not at hand (the flexibility came from a cache, and nothing else needed it).
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn displacement_afresh(&self, nodes: &[usize], forces: &[f64]) -> Result<Option<Vec<f64>>> {
+        let Some(solver) = self.solver.get() else { return Ok(None) };
+        let mut rhs = self.right_hand_side(nodes, forces);
+        let refined = |rhs: &mut [f64]| -> Result<()> {
+            let mut residual = zeroed(rhs.len())?;
+            let forces = rhs.to_vec();
+            solver.solve_in_place(rhs, 1)?;
+            self.model.stiffness().multiply(rhs, &mut residual);
+            residual.iter_mut().zip(&forces).for_each(|(r, f)| *r = f - *r);
+            solver.solve_in_place(&mut residual, 1)?;
+            rhs.iter_mut().zip(&residual).for_each(|(u, correction)| *u += correction);
+            Ok(())
+        };
+        match self.model.floating() {
+            Some(floating) => floating.solve(&mut rhs, refined)?,
+            None => refined(&mut rhs)?,
+        }
+        Ok(Some(self.at_nodes(nodes, &rhs)))
+    }
+
+    /// Forces on the free dofs, `[n_free]`, by those on nodes.
+    fn right_hand_side(&self, nodes: &[usize], forces: &[f64]) -> Vec<f64> {
+        assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
+        let mut rhs = vec![0.0; self.model.n_free()];
+        self.add_forces(nodes, forces, &mut rhs);
+        rhs
+    }
+
+    fn add_forces(&self, nodes: &[usize], forces: &[f64], rhs: &mut [f64]) {
+        for (force, &node) in forces.chunks_exact(3).zip(nodes) {
+            for (component, value) in force.iter().enumerate() {
+                if let Some(row) = self.model.free_dof(node, component) {
+                    rhs[row] += value;
+                }
+            }
+        }
+    }
+
+    /// Displacement `[3 n]` of nodes, of that of the free dofs.
+    fn at_nodes(&self, nodes: &[usize], displacement: &[f64]) -> Vec<f64> {
+        let free = |node: usize, component: usize| self.model.free_dof(node, component);
+        let dofs = nodes.iter().flat_map(|&node| (0..3).map(move |component| free(node, component)));
+        dofs.map(|dof| dof.map_or(0.0, |row| displacement[row])).collect()
+    }
+
+    /// Displacement of the nodes `at` by unit forces on the nodes `loaded`, global axes, mm/N, `[3 n_loaded, 3 n_at]` row
+    /// by row; zero for prescribed dofs. A solve for each.
+    ///
+    /// # Errors
+    /// If memory for the workspace does not suffice.
+    pub fn flexibility_rows(&self, loaded: &[usize], at: &[usize]) -> Result<Vec<f64>> {
+        let free = |node: usize, component: usize| self.model.free_dof(node, component);
+        let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
+        let targets: Vec<_> = at.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
+        let (n, solver) = (self.model.n_free(), self.solver()?);
+        let mut rows = zeroed(dofs.len() * targets.len())?;
+        let mut columns = zeroed(n * dofs.len().min(BATCH))?;
+        for (dofs, rows) in dofs.chunks(BATCH).zip(rows.chunks_mut((BATCH * targets.len()).max(1))) {
+            let columns = &mut columns[..n * dofs.len()];
+            columns.fill(0.0);
+            for (column, dof) in columns.chunks_exact_mut(n).zip(dofs) {
+                dof.iter().for_each(|&row| column[row] = 1.0);
+            }
+            match self.model.floating() {
+                None => solver.solve_in_place(columns, dofs.len())?,
+                Some(_) => columns
+                    .chunks_exact_mut(n)
+                    .try_for_each(|column| solve_in_place(&self.model, solver, column))?,
+            }
+            for (row, column) in rows.chunks_exact_mut(targets.len()).zip(columns.chunks_exact(n)) {
+                row.iter_mut()
+                    .zip(&targets)
+                    .for_each(|(value, dof)| *value = dof.map_or(0.0, |dof| column[dof]));
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Right-hand sides that are solved together.
+const BATCH: usize = 24;
+
+/// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
+/// inverse.
+pub(super) fn solve_in_place(model: &FeModel, solver: &dyn SymmetricFactor, rhs: &mut [f64]) -> Result<()> {
+    match model.floating() {
+        Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
+        None => solver.solve_in_place(rhs, 1),
+    }
+}
