@@ -4,6 +4,7 @@
 //! All of them, where contact may be anywhere. Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
 //! solve for each dof that they bring.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock, RwLockReadGuard};
 
 use nalgebra::Matrix3;
@@ -26,6 +27,14 @@ pub struct PartialFlexibility {
 struct Formed {
     cells: Vec<bool>,
     flexibility: CondensedFlexibility,
+    /// Whether it was compared with the body solved afresh.
+    compared: AtomicBool,
+}
+
+impl Formed {
+    fn new(cells: Vec<bool>, flexibility: CondensedFlexibility) -> RwLock<Self> {
+        RwLock::new(Self { cells, flexibility, compared: AtomicBool::new(false) })
+    }
 }
 
 impl PartialFlexibility {
@@ -41,7 +50,7 @@ impl PartialFlexibility {
         nodal: &SymmetricDense,
     ) -> Result<Self> {
         let flexibility = CondensedFlexibility::new(whole.restrict(&cells), |i, j| nodal.at(i, j))?;
-        Ok(Self { whole, body, formed: RwLock::new(Formed { cells, flexibility }) })
+        Ok(Self { whole, body, formed: Formed::new(cells, flexibility) })
     }
 
     /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes; without the
@@ -124,10 +133,14 @@ impl Flexibility for PartialFlexibility {
         Ok(())
     }
 
-    /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. `None` where
-    /// that would take a factorisation, or if it cannot be solved.
+    /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. Once for the rows that
+    /// are formed, since it costs as much as many products and they stay as they are; `None` after that, where it would
+    /// take a factorisation, or if the body cannot be solved.
     fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let n = self.n_cells();
+        if self.formed().compared.swap(true, Ordering::Relaxed) {
+            return None;
+        }
         let afresh = self.body.displacement_afresh(self.whole.nodes(), &self.forces(tractions));
         let gap = self.gap(&afresh.ok()??);
         Some(cells.iter().map(|cell| [0, 1, 2].map(|plane| gap[plane * n + cell])).collect())
@@ -141,7 +154,7 @@ impl Flexibility for PartialFlexibility {
             return Ok(());
         }
         let flexibility = grown(&formed.flexibility, &self.whole, &wanted, &self.body)?;
-        *formed = Formed { cells: wanted, flexibility };
+        *formed = Formed { cells: wanted, flexibility, compared: AtomicBool::new(false) };
         Ok(())
     }
 }
