@@ -142,6 +142,24 @@ pub(super) struct FarField {
     planes: Vec<Vec<Vec<f64>>>,
     /// Distance from which on 1, 2, ... terms suffice, descending.
     from: [f64; TERMS],
+    /// Parity of each component in y; `None` without one.
+    parity: Vec<Option<f64>>,
+}
+
+/// Share of the largest value below which a function misses its parity.
+const PARITY: f64 = 1e-14;
+
+/// 1 if functions at equidistant angles of a whole turn are even in the angle, -1 if they are odd.
+fn parity(terms: &[Vec<f64>], largest: &[f64]) -> Option<f64> {
+    let holds = |sign: f64| {
+        terms.iter().zip(largest).all(|(values, size)| {
+            let opposite = values[1..].iter().rev();
+            let pairs = values[1..].iter().zip(opposite);
+            let first = if sign < 0.0 { values[0].abs() } else { 0.0 };
+            first <= PARITY * size && pairs.into_iter().all(|(a, b)| (a - sign * b).abs() <= PARITY * size)
+        })
+    };
+    [1.0, -1.0].into_iter().find(|sign| holds(*sign))
 }
 
 impl FarField {
@@ -159,16 +177,22 @@ impl FarField {
             }
             plane.truncate(TERMS);
         }
+        let parity = planes.iter().map(|terms| parity(terms, &largest)).collect();
         let from = std::array::from_fn(|m| {
             let next = m + 1;
             (largest[next] / (ACCURACY * largest[0])).powf(0.5 / next as f64)
         });
-        Self { planes, from }
+        Self { planes, from, parity }
     }
 
     /// Distance from which on the expansion holds, mm.
     pub(super) fn reach(&self) -> f64 {
         self.from[TERMS - 1]
+    }
+
+    /// Sign of a component at (x, -y) against (x, y), where the half-spaces are symmetric so.
+    pub(super) fn mirrored(&self, component: Component) -> Option<f64> {
+        self.parity[component.index()]
     }
 
     /// The expansion of some components.

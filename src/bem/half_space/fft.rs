@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, OnceLock};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Complex, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::admittance::Admittance;
@@ -185,32 +185,47 @@ impl FftFlexibility {
     fn make_rest(&self, count: usize) -> Vec<f64> {
         let px = self.convolution.padded[0];
         let mut symbol = vec![0.0; count * px * self.convolution.half_spectrum()];
-        let diagonal = [vec![Component::Even(0)], vec![Component::Even(1)]];
-        let mixed = [3, 4, 5].map(|k| vec![Component::Even(k), Component::Odd(k - 3)]);
+        let mixed = |k: usize| vec![Component::Even(3 + k), Component::Odd(k)];
+        // Those of a group are tabulated together.
+        let groups =
+            [vec![vec![Component::Even(0)], vec![Component::Even(1)], mixed(0)], vec![mixed(1), mixed(2)]];
         let mut first = 0;
-        for components in diagonal.iter().chain(&mixed) {
-            if first == count {
-                break;
+        for group in &groups[..if count == COUPLED { 2 } else { 1 }] {
+            let planes = self.table.planes(self.convolution.cells, &group.concat());
+            let mut planes = planes.as_slice();
+            for components in group {
+                let parts = components.len();
+                let (of_these, others) = planes.split_at(parts);
+                planes = others;
+                let transformed = self
+                    .convolution
+                    .transform(|ix, row| of_these.iter().for_each(|plane| self.add_row(plane, ix, row)));
+                self.put((&mut symbol, count), &transformed, (first, parts));
+                first += parts;
             }
-            let planes = self.table.planes(self.convolution.cells, components);
-            let transformed = self
-                .convolution
-                .transform(|ix, row| planes.iter().for_each(|plane| self.add_row(plane, ix, row)));
-            let (weight, parts) = (self.weight(), components.len());
-            symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
-                |(planes, column)| {
-                    let planes = &mut planes[first * px..(first + parts) * px];
-                    for (ix, value) in column.iter().enumerate() {
-                        planes[ix] = value.re * weight;
-                        if parts == 2 {
-                            planes[px + ix] = value.im * weight;
-                        }
-                    }
-                },
-            );
-            first += parts;
         }
         symbol
+    }
+
+    /// Puts a transform into the planes of a symbol of `count`, from `first` on: its real and, of two `parts`, its imaginary part.
+    fn put(
+        &self,
+        (symbol, count): (&mut [f64], usize),
+        transformed: &[Complex<f64>],
+        (first, parts): (usize, usize),
+    ) {
+        let (px, weight) = (self.convolution.padded[0], self.weight());
+        symbol.par_chunks_exact_mut(count * px).zip(transformed.par_chunks_exact(px)).for_each(
+            |(planes, column)| {
+                let planes = &mut planes[first * px..(first + parts) * px];
+                for (ix, value) in column.iter().enumerate() {
+                    planes[ix] = value.re * weight;
+                    if parts == 2 {
+                        planes[px + ix] = value.im * weight;
+                    }
+                }
+            },
+        );
     }
 }
 

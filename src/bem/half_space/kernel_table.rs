@@ -93,6 +93,9 @@ impl KernelTable {
                 mirror: if let Component::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
+        // Of half-spaces with a plane of symmetry along x only y >= 0 is computed.
+        let signs: Option<Vec<f64>> =
+            components.iter().map(|component| self.far.mirrored(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
         for plane in &mut planes {
             rows.iter_mut().zip(plane.values.chunks_exact_mut(width)).for_each(|(row, part)| row.push(part));
@@ -100,7 +103,7 @@ impl KernelTable {
         rows.par_iter_mut().enumerate().for_each(|(dx, row)| {
             let mut values = [0.0; EVEN.len() + ODD.len()];
             let values = &mut values[..count];
-            for column in if dx == 0 { ny - 1 } else { 0 }..width {
+            for column in if dx == 0 || signs.is_some() { ny - 1 } else { 0 }..width {
                 let dy = column as isize - (ny as isize - 1);
                 match self.near(dx, dy) {
                     Some(near) => Self::split(near, components, values),
@@ -109,6 +112,10 @@ impl KernelTable {
                     }
                 }
                 row.iter_mut().zip(&*values).for_each(|(part, value)| part[column] = *value);
+            }
+            for (part, sign) in row.iter_mut().zip(signs.iter().flatten()) {
+                let (before, from) = part.split_at_mut(ny - 1);
+                before.iter_mut().rev().zip(&from[1..]).for_each(|(below, above)| *below = sign * above);
             }
         });
         for plane in &mut planes {
