@@ -12,13 +12,14 @@
 mod preconditioner;
 mod rolling;
 mod tangent;
+mod unknowns;
 
 use super::super::{Increment, Iterate, SlipReference};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use crate::linalg::operator::SinglePrecision;
-use tangent::{Given, Tangent};
+use tangent::{Given, Tangent, Workspace};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.
 const WARM: f64 = 0.5;
@@ -68,6 +69,7 @@ struct Solve<'s, 'p> {
     report: SolveReport,
     krylov: Gmres,
     given: Given<'p>,
+    workspace: Workspace,
     /// What the solve started from.
     start: Iterate,
 }
@@ -96,7 +98,9 @@ impl Solver for Newton {
         let given =
             Given { flexibility: SinglePrecision(problem.flexibility), nothing: vec![0.0; 3 * problem.n()] };
         let rolls = problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
-        let solve = Solve { problem, options, report, krylov: Gmres::default(), given, start: it.clone() };
+        let workspace = Workspace::new(problem);
+        let krylov = Gmres::default();
+        let solve = Solve { problem, options, report, krylov, given, workspace, start: it.clone() };
         if rolls { solve.roll(it, watch) } else { solve.run(it, watch) }
     }
 }
@@ -179,7 +183,7 @@ impl Solve<'_, '_> {
     /// A Newton step from `it` to `trial`.
     fn step(&mut self, it: &Iterate, trial: &mut Iterate) {
         trial.clone_from(it);
-        let mut tangent = Tangent::new(self.problem, it, &self.given);
+        let mut tangent = Tangent::new(self.problem, it, &self.given, &mut self.workspace);
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;

@@ -4,7 +4,8 @@
 use nalgebra::{DMatrix, DVector, LU};
 
 use super::super::super::{Increment, SlipReference, Upstream};
-use super::tangent::{Active, State, across};
+use super::tangent::across;
+use super::unknowns::{Active, State};
 
 /// Buffers of the inverse on the cells in contact.
 pub(super) struct Inverse {

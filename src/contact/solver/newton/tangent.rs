@@ -4,50 +4,11 @@
 //! Rows are multiplied by the local stiffness c, so that all are tractions.
 
 use super::super::super::balance::{COMPONENTS, Motion};
-use super::super::super::{Increment, Iterate, NormalControl, Pressures, TangentialControl};
+use super::super::super::{Increment, Iterate, Pressures};
 use super::preconditioner::{Bordered, Inverse};
+use super::unknowns::{Active, Free, State, free_motions, in_contact};
 use crate::linalg::gmres::LinearSystem;
 use crate::linalg::operator::SinglePrecision;
-
-/// Least β of a slipping cell.
-const LEAST_BETA: f64 = 1e-3;
-
-/// State of a cell in contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum State {
-    /// Only its pressure is unknown.
-    Bare,
-    /// Pressure and both tangential tractions.
-    Stick,
-    /// Pressure, and the traction across the direction of slip.
-    Slip {
-        /// Direction of the tangential traction.
-        along: [f64; 2],
-        /// (1 - β) / β, β the shortening by the radial return.
-        turning: f64,
-    },
-}
-
-/// A cell in contact.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Active {
-    pub end: usize,
-    pub cell: usize,
-    /// Where its tangential unknowns begin.
-    pub first: usize,
-    /// Where its pressure is, if it is unknown.
-    pub pressure: Option<usize>,
-    pub state: State,
-}
-
-/// A rigid motion to be found.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Free {
-    pub end: usize,
-    pub motion: Motion,
-    /// What the tractions have to do on it.
-    pub work: f64,
-}
 
 /// The linear system of a Newton step.
 pub(super) struct Tangent<'s, 'p> {
@@ -59,10 +20,10 @@ pub(super) struct Tangent<'s, 'p> {
     /// Unit of the motions by that of the tractions.
     motion_unit: f64,
     /// A change of state with its tractions and, by the homogeneous equations, its gradient.
-    change: Iterate,
+    change: &'s mut Iterate,
     /// The equations without gap, wear and reference.
     linear: Increment<'s>,
-    inverse: Inverse,
+    inverse: &'s mut Inverse,
     bordered: Option<Bordered>,
 }
 
@@ -72,6 +33,19 @@ pub(super) struct Given<'p> {
     pub flexibility: SinglePrecision<'p>,
     /// Zeros, `[3, N]`.
     pub nothing: Vec<f64>,
+}
+
+/// Work space of all steps of a solve.
+pub(super) struct Workspace {
+    change: Iterate,
+    inverse: Inverse,
+}
+
+impl Workspace {
+    pub fn new(problem: &Increment) -> Self {
+        let (n, ends) = (problem.n(), problem.ends.len());
+        Self { change: Iterate::new(n, vec![[0.0; 3]; ends]), inverse: Inverse::new(n) }
+    }
 }
 
 /// Across a direction in the plane, 90 degrees to its left.
@@ -85,38 +59,25 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 impl<'s, 'p> Tangent<'s, 'p> {
     /// The system at an evaluated state.
-    pub fn new(problem: &'s Increment<'p>, it: &Iterate, given: &'s Given<'p>) -> Self {
+    pub fn new(
+        problem: &'s Increment<'p>,
+        it: &Iterate,
+        given: &'s Given<'p>,
+        workspace: &'s mut Workspace,
+    ) -> Self {
         let (n, ends) = (problem.n(), problem.ends.len());
-        let mut active = Vec::new();
-        let mut tractions = 0;
-        for end in 0..ends {
-            for cell in 0..n {
-                if let Some(state) = state(problem, it, end, cell) {
-                    let first = tractions;
-                    tractions += match state {
-                        State::Bare => 0,
-                        State::Slip { .. } => 1,
-                        State::Stick => 2,
-                    };
-                    let pressure = (problem.pressures == Pressures::Unknown).then_some(tractions);
-                    tractions += usize::from(pressure.is_some());
-                    active.push(Active { end, cell, first, pressure, state });
-                }
-            }
-        }
+        let (active, tractions) = in_contact(problem, it);
         let free: Vec<Free> = (0..ends).flat_map(|end| free_motions(problem, end)).collect();
         let stiffness = problem.scales.c_normal.iter().sum::<f64>() / n as f64;
-        let mut change = Iterate::new(n, vec![[0.0; 3]; ends]);
-        change.wear_path.fill(0.0);
         let mut tangent = Self {
             problem,
             active,
             free,
             tractions,
             motion_unit: 1.0 / stiffness,
-            change,
+            change: &mut workspace.change,
             linear: problem.homogeneous(&given.flexibility, &given.nothing),
-            inverse: Inverse::new(n),
+            inverse: &mut workspace.inverse,
             bordered: None,
         };
         tangent.bordered = tangent.border();
@@ -142,7 +103,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
     fn evaluate(&mut self) {
         let problem = self.problem;
         let n = problem.n();
-        self.linear.evaluate(&mut self.change);
+        self.linear.evaluate(self.change);
         if problem.wear.is_some() {
             // Depth worn by the change of pressure at the slip as it is.
             for cell in 0..n {
@@ -180,7 +141,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
         self.change.rigid.fill([0.0; 3]);
         self.change.floating.iter_mut().for_each(|floating| floating.fill(0.0));
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
-            add_motion(&mut self.change, free.end, &free.motion, amount * self.motion_unit);
+            add_motion(self.change, free.end, &free.motion, amount * self.motion_unit);
         }
     }
 
@@ -379,53 +340,6 @@ impl LinearSystem for Tangent<'_, '_> {
             None => amounts.copy_from_slice(motions),
         }
     }
-}
-
-/// State of a cell by its augmented variables; `None` if it is open.
-fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<State> {
-    let n = problem.n();
-    let base = end * 3 * n + cell;
-    let p = it.hatted[base + 2 * n];
-    let wear = problem.repeats * it.wear_path[end * n + cell];
-    let radius = match problem.pressures {
-        Pressures::Given => p,
-        Pressures::Unknown => p - it.gap[base + 2 * n] / (1.0 / problem.scales.c_normal[cell] + wear),
-    };
-    if radius <= 0.0 {
-        return None;
-    }
-    if problem.friction.is_none() {
-        return Some(State::Bare);
-    }
-    let c = problem.scales.c_tangential[cell];
-    let y = [it.hatted[base] - c * it.gradient[base], it.hatted[base + n] - c * it.gradient[base + n]];
-    let size = y[0].hypot(y[1]);
-    if size <= radius {
-        return Some(State::Stick);
-    }
-    let beta = (p / size).clamp(LEAST_BETA, 1.0);
-    Some(State::Slip { along: [y[0] / size, y[1] / size], turning: (1.0 - beta) / beta })
-}
-
-/// The motions that the controls of an end leave free.
-fn free_motions(problem: &Increment, index: usize) -> Vec<Free> {
-    let end = &problem.ends[index];
-    let unit = |component: usize| {
-        let mut motion = [0.0; COMPONENTS];
-        motion[component] = 1.0;
-        motion
-    };
-    if let Some(balance) = &end.balance {
-        return balance.wanted().map(|(motion, work)| Free { end: index, motion, work }).collect();
-    }
-    let mut free = Vec::new();
-    if let TangentialControl::Force(force) = end.tangential {
-        free.extend([0, 1].map(|axis| Free { end: index, motion: unit(axis), work: force[axis] }));
-    }
-    if let (NormalControl::Force(force), Pressures::Unknown) = (end.normal, problem.pressures) {
-        free.push(Free { end: index, motion: unit(2), work: force });
-    }
-    free
 }
 
 /// Gap of a motion in a cell, hatted.
