@@ -167,6 +167,12 @@ impl Prepared<'_> {
                 "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
             );
         }
+        if sliding.carried == 0.0 {
+            return format!(
+                "step \"{step}\" ({number}): nothing presses the bodies together, so friction carries nothing of the tangential \
+                 load: {who} {how} (frame's axes)"
+            );
+        }
         let share = if sliding.carried > 0.0 && sliding.carried < 1.0 {
             format!("; friction carries {:.4} of the load", sliding.carried)
         } else {

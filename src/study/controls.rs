@@ -15,13 +15,15 @@ use crate::scene::plan::Plan;
 /// Share of a displacement along a free direction that is rounding.
 const NO_PART: f64 = 1e-9;
 
-/// Refuses displacements along directions in which a body floats, and bodies that float together.
+/// Refuses moments that no cell can bear, displacements along directions in which a body floats, and bodies that float
+/// together.
 ///
 /// Displacements held into later steps need no check of their own, since the step that prescribes them is refused.
 ///
 /// # Errors
 /// At the key of the first one.
 pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
+    refuse_moments_without_lever(plan, frame)?;
     let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
     for (index, key) in KEYS.into_iter().enumerate() {
         let Some(fe) = plan.bodies[index].fe() else { continue };
@@ -76,8 +78,44 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     })
 }
 
+/// Refuses a moment about an axis on which all cells lie: neither pressures nor friction bear it. (On inclined cells others
+/// may; what they do not bear is refused when the step begins.)
+///
+/// # Errors
+/// At its key.
+fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
+    if !frame.is_level() {
+        return Ok(());
+    }
+    let mut reach = [0.0_f64; 2];
+    for [x, y] in (0..frame.n_cells()).map(|cell| frame.plane_coordinates(cell)) {
+        reach = [reach[0].max(x.abs()), reach[1].max(y.abs())];
+    }
+    let least = NO_PART * frame.size();
+    for (index, step) in plan.steps.iter().enumerate() {
+        let [about_x, about_y] = if let Some(Tilt::Moment(moment)) = step.tilt { moment } else { [0.0; 2] };
+        let about_n = if let Some(Spin::Moment(moment)) = step.spin { moment } else { 0.0 };
+        let loads = [
+            ("x", "moment", about_x, reach[1]),
+            ("y", "moment", about_y, reach[0]),
+            ("n", "spin_moment", about_n, reach[0].max(reach[1])),
+        ];
+        for (axis, key, moment, lever) in loads {
+            if moment != 0.0 && lever <= least {
+                let error = Error::input(format!(
+                    "step \"{}\" prescribes a moment about {axis}, but the centres of all cells lie on that axis: nothing \
+                     resists it; give the frame more cells across, or leave `{key}` out",
+                    step.name
+                ));
+                return Err(Failure { error, key: place(&plan.steps, index, key) });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
-fn place(steps: &[Step], index: usize, key: &str) -> String {
+pub(super) fn place(steps: &[Step], index: usize, key: &str) -> String {
     let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;
     let key = if steps[index].row.is_some() { "history" } else { key };

@@ -306,6 +306,15 @@ fn repeated_bodies_do_not_turn() {
     }
 }
 
+/// Truth: docs/scene.md: a distance is at least 0; one mistake is told once.
+#[test]
+fn a_mistake_is_told_once() {
+    let roll = "rolling = { creepage = [1e-3, 0.0], distance = -1.0 }";
+    let (scene, _) = changed("cycles = { count = 1000, amplitude = 0.05, jumps = 4 }", roll);
+    let (code, text) = check(&scene, &[]);
+    assert_eq!((code, text.matches("rolling.distance").count()), (Some(2), 1), "{text}");
+}
+
 /// Truth: independent mistakes do not hide one another.
 #[test]
 fn mistakes_are_reported_together() {

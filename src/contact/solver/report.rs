@@ -11,7 +11,7 @@ pub enum Stop {
     Iterations,
     /// No equilibrium: the tangential force is beyond friction.
     GrossSliding,
-    /// No equilibrium: a tangential force is prescribed, but nothing is in contact.
+    /// No equilibrium: the loads take the bodies apart or tip one off, or act tangentially while nothing is in contact.
     ContactLost,
     /// The watcher asked for it.
     Interrupted,

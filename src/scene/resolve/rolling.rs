@@ -34,10 +34,6 @@ pub(super) fn resolve(
         let mend = "add a [friction] law and leave out `friction = false`, or remove `rolling`";
         r.wrong(&format!("{key}.rolling"), message, "needs friction", mend);
     }
-    if rolling.distance < 0.0 {
-        let message = format!("the rolled distance is {}", rolling.distance);
-        r.wrong(&format!("{key}.rolling.distance"), message, "negative", "turn `direction` instead");
-    }
     let turns = rolling.direction / 90.0;
     if (turns - turns.round()).abs() > ALONG {
         let message = format!("the direction of rolling is {} degrees from the frame's x", rolling.direction);
