@@ -1,5 +1,6 @@
 //! Whether gap and steps of a plan suit a frame that repeats itself.
 
+use super::controls::place;
 use super::failure::{AtKey, Failure};
 use crate::error::Error;
 use crate::frame::{ContactFrame, Grid};
@@ -21,18 +22,22 @@ const FEW: usize = 4;
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
     let Some(grid) = frame.grid.filter(|grid| grid.periodic != [false; 2]) else { return Ok(Vec::new()) };
     let gap = plan.gap.evaluate(frame).at("gap")?;
-    if grid.periodic == [true; 2] && plan.wear.intensity(plan.friction.ellipse()).is_none() {
+    // Cells outside of an outline stay open: contact need not be complete.
+    let whole = frame.places.is_none();
+    if grid.periodic == [true; 2] && whole && plan.wear.intensity(plan.friction.ellipse()).is_none() {
         approaches(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
     }
     let seams = [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= FEW);
-    Ok(seams.filter_map(|axis| seam(plan, &grid, axis, &gap)).collect())
+    let mut heights = vec![None; grid.cells[0] * grid.cells[1]];
+    gap.iter().enumerate().for_each(|(cell, height)| heights[frame.place(cell)] = Some(*height));
+    Ok(seams.filter_map(|axis| seam(plan, &grid, axis, &heights)).collect())
 }
 
 /// Refuses an approach of at least the `mean` distance of the surfaces.
 fn approaches(plan: &Plan, mean: f64) -> Result<(), Failure> {
     for (index, step) in plan.steps.iter().enumerate() {
-        let Some(Normal::Approach(approach)) = step.normal.filter(|_| mean > 0.0) else { continue };
-        if approach >= mean {
+        let Some(Normal::Approach(approach)) = step.normal else { continue };
+        if approach > 0.0 && approach >= mean {
             let error = Error::input(format!(
                 "on a frame that is periodic in both directions the mean planes of the surfaces approach each other by \
                  {}, but they are only {} apart at first touch: the contact is complete before that, and more pressure does \
@@ -40,20 +45,22 @@ fn approaches(plan: &Plan, mean: f64) -> Result<(), Failure> {
                 number(approach),
                 number(mean)
             ));
-            return Err(Failure { error, key: format!("steps.{index}.approach") });
+            return Err(Failure { error, key: place(&plan.steps, index, "approach") });
         }
     }
     Ok(())
 }
 
-/// A note if the gap does not go on from one side of the frame to the other.
-fn seam(plan: &Plan, grid: &Grid, axis: usize, gap: &[f64]) -> Option<String> {
-    let [nx, ny] = grid.cells;
+/// A note if the gap does not go on from one side of the frame to the other; `gap` by place in the grid, `None` where there is
+/// no cell.
+fn seam(plan: &Plan, grid: &Grid, axis: usize, gap: &[Option<f64>]) -> Option<String> {
+    let ny = grid.cells[1];
     let (along, across) = (grid.cells[axis], grid.cells[1 - axis]);
     let at = |i: usize, j: usize| if axis == 0 { gap[i * ny + j] } else { gap[j * ny + i] };
-    debug_assert_eq!(gap.len(), nx * ny);
     let step = |i: usize| -> f64 {
-        (0..across).map(|j| (at((i + 1) % along, j) - at(i, j)).powi(2)).sum::<f64>() / across as f64
+        let pairs = (0..across).filter_map(|j| Some(at((i + 1) % along, j)? - at(i, j)?));
+        let (count, sum) = pairs.fold((0, 0.0), |(count, sum), step| (count + 1, sum + step * step));
+        if count == 0 { 0.0 } else { sum / f64::from(count) }
     };
     let inside = (0..along - 1).map(step).fold(0.0, f64::max).sqrt();
     let seam = step(along - 1).sqrt();

@@ -10,6 +10,7 @@ mod loads;
 mod materials;
 mod outputs;
 mod refine;
+mod repeated;
 mod run;
 mod tools;
 mod mesh_mistakes;
