@@ -64,15 +64,21 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
     if values.is_empty() { Err(Error::input("it holds no numbers")) } else { Ok(Array2 { values, shape }) }
 }
 
-/// The cells of a line of a table: between commas or semicolons where it has them, else between blanks.
+/// The cells of a line of a table: between commas or semicolons where it has them, else between blanks; without the quotes
+/// around them.
 pub(crate) fn cells(line: &str) -> Vec<&str> {
     if line.contains([',', ';']) {
         // A separator at the end of the line closes its last cell.
         let line = line.strip_suffix([',', ';']).unwrap_or(line);
-        line.split([',', ';']).map(str::trim).collect()
+        line.split([',', ';']).map(|cell| unquoted(cell.trim())).collect()
     } else {
-        line.split_whitespace().collect()
+        line.split_whitespace().map(unquoted).collect()
     }
+}
+
+/// A cell without the quotes around it.
+fn unquoted(cell: &str) -> &str {
+    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).unwrap_or(cell)
 }
 
 #[cfg(test)]
@@ -87,6 +93,7 @@ mod tests {
             "1;2.5;\n-3;4e1;\n",
             "# heights\n\n 1 2.5\r\n-3\t40\r\n",
             "\u{feff}1, 2.5\n-3, 40",
+            "\"1\",\"2.5\"\n-3,\"40\"",
         ] {
             let array = csv(text.as_bytes()).unwrap();
             assert_eq!((array.values, array.shape), (vec![1.0, 2.5, -3.0, 40.0], [2, 2]), "{text:?}");

@@ -286,7 +286,7 @@ impl<'a> Walk<'a> {
 const MOST_WHOLE: f64 = 1e15;
 
 /// Sizes of numbers other than 0 whose products with each other stay within the range of f64.
-const SIZES: [f64; 2] = [1e-100, 1e100];
+pub(super) const SIZES: [f64; 2] = [1e-100, 1e100];
 
 /// The key that tells the branches apart by a constant, if all have one.
 fn tag_of(branches: &[Json]) -> Option<&str> {

@@ -90,6 +90,17 @@ fn a_history_is_its_steps() {
         }
     }
     assert!(found[5]["dissipation"].as_f64() > Some(0.0));
+    // RFC 4180: quotes around a field are not part of it.
+    fs::write(
+        folder.path().join("loads.csv"),
+        "\"time\",normal_force,\"shift_x\",\"twist\"\n\"0\",\"200\",0,0\n1,200,\"0.0005\",0.01\n2,\"150\",-0.0002,0.0\n",
+    )
+    .unwrap();
+    let (code, text, quoted) = run(folder.path(), &scene("", SPHERE, &history));
+    assert_eq!(code, Some(0), "{text}");
+    for (quoted, plain) in steps(&quoted).iter().zip(&found) {
+        ["approach", "tangential_force", "moment"].iter().for_each(|key| assert_eq!(quoted[key], plain[key]));
+    }
     // A header instead of `columns`.
     fs::write(folder.path().join("loads.csv"), "normal_force;moment_y\n200;0\n200;20\n").unwrap();
     let header = "[[steps]]\nhistory = { file = \"loads.csv\" }";
@@ -148,6 +159,15 @@ fn mistakes_of_histories_are_placed() {
         "friction = false\nhistory = { file = \"loads.csv\" }",
         &["line 3: nothing can carry a tangential force"],
     );
+    check(
+        "normal_force\n1e300\n-1e-120\n0\n1e100\n",
+        plain,
+        &[
+            "line 2, column `normal_force`: 1e300",
+            "line 3, column `normal_force`: -1e-120",
+            "1e-100 to 1e100",
+        ],
+    );
 }
 
 /// Truth: what NumPy wrote: the same heights as text, in C and Fortran order, of both versions, give the same results to the
@@ -155,8 +175,7 @@ fn mistakes_of_histories_are_placed() {
 #[test]
 fn heights_that_numpy_wrote() {
     let folder = tempfile::tempdir().unwrap();
-    crate::tools::python("write_heights.py", folder.path());
-    if !folder.path().join("c.npy").exists() {
+    if !crate::tools::python("write_heights.py", folder.path()) {
         return;
     }
     let press = "[[steps]]\nnormal_force = 100.0";
@@ -237,4 +256,108 @@ fn outlines() {
     assert!(code == Some(2) && text.contains("semi_axes"), "{text}");
     let (code, text, _) = run(folder.path(), &scene("", "kind = \"ellipsoid\"", press));
     assert!(code == Some(2) && text.contains("lacks `radii`"), "{text}");
+}
+
+/// Truth: docs/scene.md: numbers have sizes that can be computed with, those of files too.
+#[test]
+fn heights_beyond_all_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: Vec<String> = (0..20)
+        .map(|i| if i == 3 { "0,".repeat(4) + "-1e200" + &",0".repeat(15) } else { "0,".repeat(20) })
+        .collect();
+    fs::write(folder.path().join("heights.csv"), rows.join("\n")).unwrap();
+    let press = "[[steps]]\nnormal_force = 100.0";
+    let (code, text, _) = run(folder.path(), &scene("", "kind = \"heights\"\nfile = \"heights.csv\"", press));
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        code == Some(2) && flat.contains("row 4, column 5 is -1e200") && flat.contains("1e100"),
+        "{text}"
+    );
+}
+
+/// Truth: docs/scene.md: an outline lies in the axes of the frame, so an isotropic half-space gives the same answer on a turned
+/// frame (1e-9); the cells inside are those of the ellipse's equation.
+#[test]
+fn outlines_turn_with_the_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let ellipse =
+        "outline = { shape = \"ellipse\", semi_axes = [0.4, 0.1], angle = 20.0, center = [0.05, 0.0] }";
+    let press = "[[steps]]\nnormal_force = 100.0";
+    let results = ["", "azimuth = 30.0\n"].map(|azimuth| {
+        let (code, text, summary) =
+            run(folder.path(), &scene(&format!("{azimuth}{ellipse}"), "kind = \"flat\"", press));
+        assert_eq!(code, Some(0), "{text}");
+        let step = steps(&summary)[0].clone();
+        ["approach", "contact_area", "peak_pressure"].map(|key| step[key].as_f64().unwrap())
+    });
+    for (plain, turned) in results[0].iter().zip(&results[1]) {
+        assert!((plain / turned - 1.0).abs() < 1e-9, "{results:?}");
+    }
+    let (s, c) = 20f64.to_radians().sin_cos();
+    let inside = (0..400)
+        .filter(|cell| {
+            let [x, y] = [cell / 20, cell % 20].map(|i| (f64::from(i) - 9.5) * 0.05);
+            let dx = x - 0.05;
+            ((c * dx + s * y) / 0.4).hypot((c * y - s * dx) / 0.1) <= 1.0
+        })
+        .count();
+    let output =
+        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+    let plan = String::from_utf8(output.stdout).unwrap();
+    assert!(plan.contains(&format!("{inside} inside the outline")), "{inside}: {plan}");
+}
+
+/// Truth: statics: without a lever there is no moment; `check` refuses what `run` would.
+#[test]
+fn moments_without_lever() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |cells: &str, load: &str| {
+        let scene =
+            scene("", "kind = \"flat\"", &format!("[[steps]]\nnormal_force = 100.0\n[[steps]]\n{load}"));
+        fs::write(folder.path().join("scene.toml"), scene.replace("cells = [20, 20]", cells)).unwrap();
+        let output = crate::tools::orthowear()
+            .current_dir(folder.path())
+            .args(["check", "scene.toml"])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), text.split_whitespace().collect::<Vec<_>>().join(" "))
+    };
+    for (cells, load, key) in [
+        ("cells = [1, 1]", "spin_moment = 0.1", "steps.1.spin_moment"),
+        ("cells = [1, 8]", "moment = [0.0, 0.1]", "steps.1.moment"),
+        ("cells = [8, 1]", "moment = [0.1, 0.0]", "steps.1.moment"),
+    ] {
+        let (code, text) = check(cells, load);
+        assert!(
+            code == Some(2) && text.contains(key) && text.contains("nothing resists it"),
+            "{cells} {load}: {text}"
+        );
+    }
+    for (cells, load) in [
+        ("cells = [1, 8]", "moment = [0.1, 0.0]"),
+        ("cells = [1, 8]", "spin_moment = 0.1"),
+        ("cells = [1, 1]", "moment = [0.0, 0.0]"),
+    ] {
+        let (code, text) = check(cells, load);
+        assert_eq!(code, Some(0), "{cells} {load}: {text}");
+    }
+}
+
+/// Truth: Coulomb's law: without pressure there is no friction, whatever its coefficient; the words say so.
+#[test]
+fn a_pull_on_bodies_that_do_not_touch() {
+    let folder = tempfile::tempdir().unwrap();
+    for pull in ["tangential_force = [1.0, 0.0]", "spin_moment = 1.0"] {
+        let steps = format!(
+            "[[steps]]\nnormal_force = 100.0\n[[steps]]\nname = \"pull\"\nnormal_force = 0.0\n{pull}"
+        );
+        let (code, _, summary) = run(folder.path(), &scene("", SPHERE, &steps));
+        assert_eq!((code, &summary["reason"]), (Some(3), &Value::from("contact-lost")), "{pull}");
+        let warnings = summary["warnings"].to_string();
+        assert!(
+            warnings.contains("nothing presses the bodies together") && !warnings.contains("gross sliding"),
+            "{warnings}"
+        );
+    }
 }

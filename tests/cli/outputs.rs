@@ -200,7 +200,7 @@ fn fields_and_summary_of_a_run_agree() {
     assert!(
         ["frame.pvd", "body1_0002.vtu", "pressure.svg", "history.csv"].iter().all(|f| listed.contains(f))
     );
-    crate::tools::python("resultants.py", dir.path());
+    let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
 /// Truth: exit codes and promises of docs/results.md, with the program itself: a wrong scene, then a run that does

@@ -12,8 +12,8 @@ pub fn orthowear() -> assert_cmd::Command {
     program
 }
 
-/// Runs a script of tests/python with one argument; panics with its message if it fails.
-pub fn python(script: &str, argument: &Path) {
+/// Runs a script of tests/python with one argument; panics with its message if it fails, `false` if there is no Python.
+pub fn python(script: &str, argument: &Path) -> bool {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program =
         std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root.join(".venv/bin/python"), PathBuf::from);
@@ -25,7 +25,7 @@ pub fn python(script: &str, argument: &Path) {
             "Python with meshio and VTK is missing, but ORTHOWEAR_REQUIRE_TOOLS=1 requires it"
         );
         eprintln!("SKIPPED: Python with meshio and VTK is missing (scripts/setup makes .venv)");
-        return;
+        return false;
     }
     let output = Command::new(program)
         .arg(root.join("tests/python").join(script))
@@ -33,6 +33,7 @@ pub fn python(script: &str, argument: &Path) {
         .output()
         .expect("starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    true
 }
 
 /// Runs gmsh; `false` if it is absent.

@@ -71,7 +71,7 @@ pub enum Outline {
     Ellipse {
         /// Semi-axes.
         semi_axes: [Positive; 2],
-        /// Angle of the first axis from +x towards +y, degrees.
+        /// Angle of the first axis from the frame's x towards its y, degrees.
         #[serde(default)]
         angle: f64,
         /// Middle from the frame's centre, along its x, y.

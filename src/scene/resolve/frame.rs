@@ -2,6 +2,7 @@
 
 use crate::frame::heights::Heights;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
+use crate::scene::check::SIZES;
 use crate::scene::keys::frame::{Frame, FramePoints, Gap, Outline};
 use crate::scene::plan::{BodySpec, FeSpec, FrameSpec};
 
@@ -17,7 +18,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
                 check_repetition(r, bodies, cells, periodic)?;
             }
             let outline = match outline {
-                Some(outline) => Some(resolve_outline(r, outline, azimuth)?),
+                Some(outline) => Some(resolve_outline(r, outline)?),
                 None => None,
             };
             r.notes.extend(outline.as_ref().and_then(|outline| cut_outline(outline, half_width, periodic)));
@@ -221,6 +222,12 @@ fn heights(
         }
     };
     let shape = array.shape;
+    if let Some(bad) = array.values.iter().position(|value| value.abs() > SIZES[1]) {
+        let (row, column) = (bad / shape[1] + 1, bad % shape[1] + 1);
+        let message = format!("the height in row {row}, column {column} is {:e}", array.values[bad]);
+        r.wrong("gap.file", message, "this file", format!("heights of at most {:e}", SIZES[1]));
+        return None;
+    }
     if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
         && *cells != shape
     {
@@ -239,15 +246,13 @@ fn heights(
     Some(Heights { values: array.values, shape, spacing, angle })
 }
 
-/// The outline of a frame whose x is turned by `azimuth` (radians).
-fn resolve_outline(r: &mut Resolver, outline: Outline, azimuth: f64) -> Option<frame::Outline> {
+/// The outline, in the axes of the frame.
+fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline> {
     let outline = match outline {
         Outline::Circle { radius, center } => frame::Outline::Circle { radius: radius.0, center },
-        Outline::Ellipse { semi_axes, angle, center } => frame::Outline::Ellipse {
-            semi_axes: semi_axes.map(|x| x.0),
-            angle: angle.to_radians() - azimuth,
-            center,
-        },
+        Outline::Ellipse { semi_axes, angle, center } => {
+            frame::Outline::Ellipse { semi_axes: semi_axes.map(|x| x.0), angle: angle.to_radians(), center }
+        }
         Outline::Polygon { vertices } => frame::Outline::Polygon { vertices },
     };
     match outline.check() {

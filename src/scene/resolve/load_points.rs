@@ -3,6 +3,7 @@
 use super::Resolver;
 use crate::frame::height_file::cells;
 use crate::history::step::{Normal, Spin, Tangential, Tilt};
+use crate::scene::check::SIZES;
 use crate::scene::keys::step::{Column, History};
 
 /// Mistakes of one file that are listed; more are counted.
@@ -79,7 +80,7 @@ fn header(r: &mut Resolver, key: &str, file: &str, lines: &mut Vec<(usize, &str)
     let before = r.mistakes.len();
     let mut columns = Vec::new();
     for (index, name) in names.iter().enumerate() {
-        match Column::named(name.trim_matches('"')) {
+        match Column::named(name) {
             Some(column) => columns.push(column),
             None => {
                 let message =
@@ -139,7 +140,16 @@ fn rows(
         let mut values = [None; Column::COUNT];
         for (column, cell) in columns.iter().zip(cells).filter(|(column, _)| **column != Column::Ignored) {
             match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => values[*column as usize] = Some(value),
+                Ok(value) if value == 0.0 || (SIZES[0]..=SIZES[1]).contains(&value.abs()) => {
+                    values[*column as usize] = Some(value);
+                }
+                Ok(value) if value.is_finite() => wrong.push(format!(
+                    "{file}, line {line}, column `{}`: {cell} is no size that is computed with; numbers are 0 or from {:e} to \
+                     {:e} in size",
+                    column.name(),
+                    SIZES[0],
+                    SIZES[1]
+                )),
                 _ => {
                     let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
                     wrong.push(format!(
