@@ -14,7 +14,7 @@ use crate::error::Result;
 
 use super::control::Held;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
-use super::step::{Cycles, Integrator, Observer, Outcome, Step, StrokeEnd, Tangential};
+use super::step::{Cycles, Integrator, Observer, Outcome, Spin, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
@@ -175,6 +175,7 @@ impl Run<'_> {
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
         self.finish(&mut record, &report, &checks);
+        self.hint_at_spin(step);
         if self.result.outcome != Outcome::Converged {
             self.deliver(record, fields, observer)?;
         }
@@ -347,10 +348,25 @@ impl Run<'_> {
         record.seconds = clock.elapsed().as_secs_f64();
         record.stroke_ends = Some(ends);
         self.finish(&mut record, &jump.report, &jump.checks);
+        self.hint_at_spin(step);
         if record.contact_touches_edge && !touched_before && self.result.outcome == Outcome::Converged {
             self.result.outcome = Outcome::NotConverged("frame-edge");
         }
         self.deliver(record, fields, observer)
+    }
+
+    /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
+    /// end to end, and the moment of its friction with it.
+    fn hint_at_spin(&mut self, step: &Step) {
+        let Spin::Moment(moment) = self.held.spin else { return };
+        if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
+            self.result.warnings.push(format!(
+                "step \"{}\": a spin moment of {moment} is still held while body 2 goes to and fro. If all of the contact slides, \
+                 friction there and back has opposite moments and cannot carry the same one at both ends: prescribe `twist`, \
+                 or a spin_moment of zero, in a step before, or take a smaller amplitude",
+                step.name
+            ));
+        }
     }
 
     /// Brings body 2 back to the centre of the cycles for the steps that follow.

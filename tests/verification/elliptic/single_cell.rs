@@ -160,7 +160,7 @@ fn a_point_with_three_answers() {
 }
 
 /// Truth: `str-friction-large` for the point, mu from 0 to 2, come to by pressing first and moving then: a state that satisfies its own
-/// equations u = u_free + S R and the laws, or a loud refusal.
+/// equations u = u_free + S R and the laws; above mu = 1 a loud refusal is allowed.
 #[test]
 fn a_point_with_any_coefficient() {
     for mu in [0.0, 1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {
@@ -178,7 +178,7 @@ fn a_point_with_any_coefficient() {
                 assert!(q.abs() <= mu * p + 1e-8, "mu {mu}: {q} {p}");
                 assert!(mu > 0.0 || q == 0.0);
             }
-            Outcome::NotConverged(reason) => assert!(!reason.is_empty()),
+            Outcome::NotConverged(reason) => assert!(mu > 1.0, "mu {mu}: {reason}"),
             Outcome::Interrupted => panic!("nobody interrupts"),
         }
     }
