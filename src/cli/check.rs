@@ -195,6 +195,15 @@ fn prescribed(step: &Step) -> String {
             cycles.angle.to_degrees()
         ));
     }
+    if let Some(rolling) = &step.rolling {
+        parts.push(format!(
+            "rolling along {} degrees with creepage ({}, {}), spin {}",
+            90 * u32::from(rolling.quarter_turns),
+            short(rolling.creepage[0]),
+            short(rolling.creepage[1]),
+            short(rolling.spin)
+        ));
+    }
     if parts.is_empty() { "as before".to_owned() } else { parts.join(", ") }
 }
 

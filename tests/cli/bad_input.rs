@@ -306,6 +306,35 @@ fn repeated_bodies_do_not_turn() {
     }
 }
 
+/// Truth: docs/scene.md: a step keeps the loads before it, but no load is prescribed besides rolling: what `run` would come upon after
+/// computing the steps before, `check` refuses; with the load taken back it says how the step rolls.
+#[test]
+fn loads_held_into_rolling() {
+    let scene = |load: &str, between: &str| {
+        SOUND.replace("approach = 0.02", &format!("approach = 0.02\n{load}\n{between}")).replace(
+            "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
+            "rolling = { creepage = [1e-3, 0.0], direction = 90.0 }",
+        )
+    };
+    for (load, motion) in [("tangential_force = [1.0, 0.0]", "shift"), ("spin_moment = 0.1", "twist")] {
+        let (code, text) = check(&scene(load, ""), &[]);
+        let words = ["rolling", "of step \"indent\"", &format!("prescribe `{motion}`")[..]];
+        assert!(code == Some(2) && words.iter().all(|word| text.contains(word)), "{load}: {text}");
+        for between in
+            ["shift = { distance = 0.0 }\ntwist = 0.0", "tangential_force = [0.0, 0.0]\nspin_moment = 0.0"]
+        {
+            let (code, text) = check(&scene(load, &format!("[[steps]]\nname = \"between\"\n{between}")), &[]);
+            assert_eq!(code, Some(0), "{load} {between}: {text}");
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), scene("", "")).unwrap();
+    let output =
+        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
+    let plan = String::from_utf8(output.stdout).unwrap();
+    assert!(plan.contains("rolling along 90 degrees with creepage (0.001"), "{plan}");
+}
+
 /// Truth: docs/scene.md: a distance is at least 0; one mistake is told once.
 #[test]
 fn a_mistake_is_told_once() {

@@ -157,7 +157,7 @@ fn mistakes_of_histories_are_placed() {
     check(
         "normal_force,tangential_x\n100,0\n100,10\n",
         "friction = false\nhistory = { file = \"loads.csv\" }",
-        &["line 3: nothing can carry a tangential force"],
+        &["line 3: nothing can carry a tangential force", "leave `tangential_x`, `tangential_y` out"],
     );
     check(
         "normal_force\n1e300\n-1e-120\n0\n1e100\n",
@@ -219,6 +219,9 @@ fn outlines() {
     let (code, text, summary) = run(folder.path(), &circle);
     assert_eq!(code, Some(0), "{text}");
     assert!(steps(&summary).iter().all(|step| step["contact_touches_edge"] == Value::Bool(false)));
+    // The integrals over the cells inside, by themselves.
+    let defect = steps(&summary)[1]["certificate"]["operator_defect"].as_f64().unwrap();
+    assert!(defect < 1e-11, "{defect}");
     let output =
         crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
     let plan = String::from_utf8(output.stdout).unwrap();
@@ -360,4 +363,23 @@ fn a_pull_on_bodies_that_do_not_touch() {
             "{warnings}"
         );
     }
+}
+
+/// Truth: in cycles that slide all over, friction there and back has opposite moments and carries no spin moment (statics): the run
+/// says so beside the iterations that did not suffice.
+#[test]
+fn a_spin_moment_held_in_cycles() {
+    let folder = tempfile::tempdir().unwrap();
+    let steps = |moment: &str| {
+        format!(
+            "[[steps]]\nnormal_force = 100.0\nspin_moment = {moment}\n[[steps]]\n\
+             cycles = {{ count = 10, amplitude = 0.05, jumps = 2 }}\n[solver]\nmax_iterations = 200"
+        )
+    };
+    let (code, text, summary) = run(folder.path(), &scene("", SPHERE, &steps("0.5")));
+    assert_eq!((code, &summary["reason"]), (Some(3), &Value::from("iterations")), "{text}");
+    let warnings = summary["warnings"].to_string();
+    assert!(warnings.contains("a spin moment of 0.5 is still held"), "{warnings}");
+    let (code, text, summary) = run(folder.path(), &scene("", SPHERE, &steps("0.0")));
+    assert_eq!(code, Some(0), "{text} {}", summary["warnings"]);
 }

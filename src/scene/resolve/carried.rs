@@ -12,6 +12,9 @@ use crate::scene::keys::step::Step as Keys;
 const CARRIED: [(&str, &str, &str); 2] =
     [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
 
+/// Their columns in load histories.
+const COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
+
 /// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
 pub(super) fn prescribed(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
     let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
@@ -55,19 +58,21 @@ fn named(step: &Step) -> [Load; 2] {
 
 /// Reports load points whose load only friction carries, in a step without.
 pub(super) fn of_points(r: &mut Resolver, key: &str, (points, steps): (&[LoadPoint], &[Step]), level: bool) {
-    for (kind, (what, load, _)) in CARRIED.iter().enumerate().take(if level { 2 } else { 1 }) {
+    for (kind, (what, ..)) in CARRIED.iter().enumerate().take(if level { 2 } else { 1 }) {
         let loaded = points.iter().zip(steps).find(|(_, step)| matches!(named(step)[kind], Load::There));
         if let Some((point, _)) = loaded {
             let message =
                 format!("line {}: nothing can carry a {what}: this step has no friction", point.line);
-            let mend =
-                format!("add a [friction] law and leave out `friction = false`, or leave `{load}` out");
+            let mend = format!(
+                "add a [friction] law and leave out `friction = false`, or leave {} out",
+                COLUMNS[kind]
+            );
             r.wrong(&format!("{key}.history.file"), message, "needs friction", mend);
         }
     }
 }
 
-/// A load that an earlier step left in force needs friction too, until a motion replaces it.
+/// A load that an earlier step left in force needs friction too, until a motion replaces it; rolling takes none.
 pub(super) fn held(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, level: bool) {
     let Some(laws) = laws else { return };
     let kinds = if level { 2 } else { 1 };
@@ -79,6 +84,16 @@ pub(super) fn held(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, le
                 holder = None;
                 continue;
             };
+            if let Some(from) = holder.filter(|_| step.rolling.is_some()) {
+                let message = format!(
+                    "the {what} of step \"{}\" is still prescribed, but rolling prescribes creepages",
+                    from.name
+                );
+                let mend = format!("prescribe `{motion}` or a {load} of zero in a step between");
+                r.wrong(&format!("steps.{i}.rolling"), message, "under a held load", mend);
+                holder = None;
+                continue;
+            }
             let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
             match (&named(step)[kind], holder) {
                 (Load::There, _) => holder = Some(step),

@@ -38,7 +38,7 @@ fn audited(model: &Model, mu: f64, steps: &[Step]) -> RunResult {
 
 /// Truth: `str-friction-large`: the laws hold cell by cell in every state said to be converged (1e-6); mu = 0 has no tangential traction at
 /// all and the frictionless force to 1e-10, mu = 1e-12 that force to 1e-7. A sphere pressed in five increments (the case of Spence), and on tilted
-/// fibres with a shift, where coupling is strongest.
+/// fibres with a shift, where coupling is strongest; up to mu = 1 there is an answer.
 #[test]
 fn any_coefficient_is_certified_or_refused() {
     let steel = steel();
@@ -50,8 +50,8 @@ fn any_coefficient_is_certified_or_refused() {
         let mut spence = half_spaces(&steel, None, (0.4, 24), sphere(10.0));
         spence.friction = FrictionLaw::Coulomb { mu };
         let result = audited(&spence, mu, std::slice::from_ref(&pressed));
+        assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
         if mu <= 1e-12 {
-            assert_eq!(result.outcome, Outcome::Converged);
             let found = result.records[4].normal_force;
             // Without friction the same solve; with the least one another solver, to its residual of 1e-8.
             let tolerance = if mu == 0.0 { 1e-10 } else { 1e-7 };
@@ -63,7 +63,8 @@ fn any_coefficient_is_certified_or_refused() {
         }
         let mut tilted = sphere_on_frp(30.0, 1.2, 16);
         tilted.friction = FrictionLaw::Coulomb { mu };
-        audited(&tilted, mu, &[indent(0.02), shift(0.008, 45.0)]);
+        let result = audited(&tilted, mu, &[indent(0.02), shift(0.008, 45.0)]);
+        assert!(mu > 1.0 || result.outcome == Outcome::Converged, "mu {mu}: {:?}", result.outcome);
     }
 }
 
