@@ -13,8 +13,9 @@ use super::condensed::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
 use crate::frame::FaceMap;
+use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::dense::SymmetricDense;
-use crate::linalg::operator::Flexibility;
+use crate::linalg::operator::{Entries, Flexibility};
 
 /// S = I F I^T A on some of the cells.
 pub struct PartialFlexibility {
@@ -117,6 +118,14 @@ impl Flexibility for PartialFlexibility {
         let mean = blocks.iter().sum::<Matrix3<f64>>() / count as f64;
         blocks.iter_mut().zip(&formed.cells).filter(|(_, is)| !**is).for_each(|(block, _)| *block = mean);
         blocks
+    }
+
+    fn entries(&self) -> Entries {
+        Entries::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.formed().flexibility.add_entries(cells, matrix);
     }
 
     fn unformed(&self) -> Vec<usize> {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
+use super::cell_matrix::CellMatrix;
 use crate::error::Result;
 
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
@@ -74,6 +75,14 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
+    /// How the entries of S between cells can be had.
+    fn entries(&self) -> Entries {
+        Entries::None
+    }
+
+    /// Adds S between `cells` (formed ones) to `matrix`; nothing where [`Self::entries`] are not to be had.
+    fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) {}
+
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
     /// no traction may act there.
     fn unformed(&self) -> Vec<usize> {
@@ -109,6 +118,17 @@ pub trait TangentialFlexibility {
     /// `tractions` such that S_tt tractions is about `gap`, both `[2, N]` by planes; overwrites. Does not allocate but for the
     /// first time.
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]);
+}
+
+/// How the entries of an operator between cells can be had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Entries {
+    /// Not at all.
+    None,
+    /// They follow from what is stored.
+    Computed,
+    /// They are what is stored.
+    Stored,
 }
 
 /// An operator whose products need be right to about six digits only.
@@ -239,6 +259,14 @@ impl Flexibility for SumFlexibility {
             sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
         }
         Some(sum)
+    }
+
+    fn entries(&self) -> Entries {
+        self.parts.iter().map(|part| part.entries()).min().unwrap_or(Entries::None)
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.parts.iter().for_each(|part| part.add_entries(cells, matrix));
     }
 
     fn unformed(&self) -> Vec<usize> {

@@ -4,7 +4,8 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::operator::Flexibility;
+use super::cell_matrix::CellMatrix;
+use super::operator::{Entries, Flexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -100,6 +101,15 @@ impl Flexibility for SubsetFlexibility {
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
         self.within(3, (gap, tractions), product)
+    }
+
+    fn entries(&self) -> Entries {
+        self.whole.entries()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
+        self.whole.add_entries(&places, matrix);
     }
 }
 

@@ -18,7 +18,6 @@ pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
         ("kind", "be") => "finite boundary-element body",
         ("near_field", "half-space") => "half-space near field",
         ("path", "ellipse") => "elliptic cycles",
-        ("method", "gauss-seidel") => "block Gauss-Seidel",
         _ => return None,
     })
 }

@@ -104,8 +104,9 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let application: f64 = bodies.iter().map(|body| body.application).sum();
     // First-order iterations grow with the number of cells across the contact: measured.
     let iterations = 8.0 * (frame.n_cells() as f64).sqrt();
-    let held = of_frame(&frame) as f64 + bodies[0].held_bytes as f64;
-    let memory_bytes = (of_frame(&frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
+    let held = of_frame(plan, &frame) as f64 + bodies[0].held_bytes as f64;
+    let memory_bytes =
+        (of_frame(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
     let mend = "take fewer cells in the frame, or a coarser mesh";

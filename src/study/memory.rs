@@ -2,9 +2,11 @@
 
 use crate::body::BodyEquations::FiniteElements;
 use crate::body::ElasticBody;
+use crate::contact::solver;
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
+use crate::scene::keys::solver::Method;
 use crate::scene::plan::{BodySpec, Plan};
 
 /// Bytes of the program and of what a run has beside its frame and bodies.
@@ -15,12 +17,20 @@ const PER_CELL: usize = 500;
 
 /// What remains of the plan's memory for a body beside the frame and what the bodies before it hold.
 pub(super) fn left(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimit {
-    plan.memory.less(of_frame(frame) + held)
+    plan.memory.less(of_frame(plan, frame) + held)
 }
 
-/// Bytes of a run with this frame and no bodies.
-pub(super) fn of_frame(frame: &ContactFrame) -> usize {
-    PROGRAM + PER_CELL * frame.n_cells()
+/// Bytes of a run with this frame and no bodies, the solver's entries included.
+pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
+    let n = frame.n_cells();
+    let meshed = plan.bodies.iter().any(|body| matches!(body, BodySpec::Fe(_)));
+    let entries = match plan.solver.method {
+        Method::GaussSeidel => solver::entries_bytes(n),
+        // As a start, on the matrix of half-spaces.
+        Method::Auto if frame.grid.is_none() && !meshed => solver::entries_bytes(n),
+        _ => 0,
+    };
+    PROGRAM + PER_CELL * n + entries
 }
 
 /// Bytes of a half-space on `frame`.

@@ -155,6 +155,7 @@ pub(super) fn options(plan: &Plan) -> SolverOptions {
             solver::Method::Newton => Method::Newton,
             solver::Method::Cg => Method::ConjugateGradients,
             solver::Method::Bb => Method::BarzilaiBorwein,
+            solver::Method::GaussSeidel => Method::GaussSeidel,
             solver::Method::Uzawa => Method::Uzawa,
         },
         max_iterations: plan.solver.max_iterations,

@@ -241,12 +241,6 @@ const TABLE: &[Row] = &[
         0,
         &["steps.1.rolling", "needs friction"],
     ),
-    (
-        "tolerance = 1e-8",
-        "method = \"gauss-seidel\"",
-        0,
-        &["solver.method", "not available in this version", "\"bb\""],
-    ),
     ("jumps = 4", "jumps = 4, increments = 2", 0, &["steps.1.cycles.increments"]),
 ];
 

@@ -7,8 +7,9 @@ use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
-use crate::linalg::operator::Flexibility;
+use crate::linalg::operator::{Entries, Flexibility};
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
@@ -68,6 +69,12 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
+    /// S_IJ.
+    fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let n = self.n;
+        Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + j])
+    }
+
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum.
     pub fn spectral_bound(&self) -> f64 {
         self.rows
@@ -94,8 +101,15 @@ impl Flexibility for DenseFlexibility {
     }
 
     fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
-        let n = self.n;
-        (0..n).map(|i| Matrix3::from_fn(|a, b| self.rows[(a * n + i) * 3 * n + b * n + i])).collect()
+        (0..self.n).map(|i| self.block(i, i)).collect()
+    }
+
+    fn entries(&self) -> Entries {
+        Entries::Stored
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        matrix.add_blocks(|i, k| self.block(cells[i], cells[k]));
     }
 
     fn couples_normal_tangential(&self) -> bool {

@@ -10,12 +10,14 @@ use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::kernel_table::{Component, KernelTable, OffsetPlane};
+use super::offsets;
 use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
 use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
-use crate::linalg::operator::{Flexibility, TangentialFlexibility};
+use crate::linalg::operator::{Entries, Flexibility, TangentialFlexibility};
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,6 +267,14 @@ impl Flexibility for FftFlexibility {
 
     fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
         vec![self.table.own() * self.factor as f64; self.n_cells()]
+    }
+
+    fn entries(&self) -> Entries {
+        Entries::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        offsets::add_entries(self, self.convolution.cells, cells, matrix);
     }
 
     fn couples_normal_tangential(&self) -> bool {

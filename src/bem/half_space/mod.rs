@@ -22,6 +22,7 @@ mod filter;
 pub mod green;
 mod kernel_table;
 mod line;
+mod offsets;
 pub mod patch;
 pub mod periodic;
 mod periodic_symbol;

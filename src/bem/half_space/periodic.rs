@@ -20,12 +20,14 @@ use super::fft::{CrossBlocks, check};
 use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
+use super::offsets;
 use super::periodic_symbol::{PLANES, closed, open_along};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
 use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::linalg::operator::Flexibility;
+use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::operator::{Entries, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
 const SLENDER: f64 = 1e3;
@@ -147,6 +149,14 @@ impl Flexibility for PeriodicFlexibility {
 
     fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
         vec![self.own; self.n_cells()]
+    }
+
+    fn entries(&self) -> Entries {
+        Entries::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        offsets::add_entries(self, self.convolution.cells, cells, matrix);
     }
 
     fn couples_normal_tangential(&self) -> bool {

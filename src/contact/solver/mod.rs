@@ -2,6 +2,7 @@
 
 mod barzilai_borwein;
 mod conjugate_gradients;
+mod gauss_seidel;
 mod nested;
 mod newton;
 mod projected;
@@ -9,12 +10,14 @@ mod report;
 mod split;
 mod uzawa;
 
+pub use gauss_seidel::entries_bytes;
 pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
 use super::{Increment, Iterate, NormalControl};
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
+use gauss_seidel::{Aim, GaussSeidel};
 use newton::Newton;
 use uzawa::Uzawa;
 
@@ -31,6 +34,8 @@ pub enum Method {
     BarzilaiBorwein,
     /// Semismooth Newton with a preconditioned Krylov method.
     Newton,
+    /// Nonlinear block Gauss-Seidel where the entries of the flexibility can be had, Newton elsewhere and where it stops gaining.
+    GaussSeidel,
     /// Uzawa predictor-corrector with radial return (docs/theory-contact.md), the method of the source paper.
     Uzawa,
 }
@@ -65,6 +70,11 @@ trait Solver {
     /// Whether it is worth its while for the increment, if the choice is left to the program.
     fn suits(&self, problem: &Increment) -> bool;
 
+    /// Whether there is something to do for it from the state in `it`.
+    fn begins(&self, _: &Increment, _: &mut Iterate) -> bool {
+        true
+    }
+
     /// Solves from the tractions and rigid motions in `it`, which holds the best or last state afterwards.
     fn solve(
         &self,
@@ -80,9 +90,13 @@ fn chain(method: Method, problem: &Increment) -> Vec<&'static dyn Solver> {
     let (krylov, newton): (&dyn Solver, &dyn Solver) = (&ConjugateGradients, &Newton);
     match method {
         Method::Auto => {
-            let first = [krylov, newton].into_iter().filter(|solver| solver.suits(problem));
+            let pressures = krylov.suits(problem).then_some(krylov);
+            let blocks: [&dyn Solver; 2] = [&GaussSeidel { aim: Aim::Few }, &GaussSeidel { aim: Aim::Start }];
+            let blocks = blocks.into_iter().filter(|solver| pressures.is_none() && solver.suits(problem));
+            let first = pressures.into_iter().chain(blocks).chain([newton]);
             first.chain([&BarzilaiBorwein as &dyn Solver]).collect()
         }
+        Method::GaussSeidel => vec![&GaussSeidel { aim: Aim::Tolerance }, newton],
         Method::ConjugateGradients if krylov.suits(problem) => vec![krylov],
         Method::ConjugateGradients | Method::Newton => vec![newton],
         Method::BarzilaiBorwein => vec![&BarzilaiBorwein],
@@ -155,6 +169,9 @@ fn solve_whole(
         let max_iterations = options.max_iterations.saturating_sub(total.iterations);
         if index > 0 && max_iterations == 0 {
             break;
+        }
+        if !solver.begins(problem, it) {
+            continue;
         }
         let before = total.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);

@@ -34,6 +34,8 @@ pub struct SolveReport {
     pub sliding: Option<Sliding>,
     /// The method, and those before it with why they were left.
     pub method: String,
+    /// Why it was left where another one goes on, if not for lack of gain.
+    pub left: Option<&'static str>,
 }
 
 /// Nothing done yet.
@@ -46,6 +48,7 @@ impl Default for SolveReport {
             applications: 0,
             sliding: None,
             method: String::new(),
+            left: None,
         }
     }
 }
@@ -74,7 +77,12 @@ impl SolveReport {
             name.to_owned()
         } else {
             let (iterations, residual) = (self.iterations, self.residual);
-            format!("{} (no gain after {iterations} iterations at {residual:.1e}), then {name}", self.method)
+            let done = format!("after {iterations} iterations at {residual:.1e}");
+            match self.left {
+                None => format!("{} (no gain {done}), then {name}", self.method),
+                Some(why) if iterations > 0 => format!("{} ({why} {done}), then {name}", self.method),
+                Some(why) => format!("{} ({why}), then {name}", self.method),
+            }
         };
         let iterations = self.iterations + next.iterations;
         let applications = self.applications + next.applications;

@@ -90,6 +90,8 @@ pub enum Method {
     Cg,
     /// Barzilai-Borwein projection.
     Bb,
+    /// Nonlinear block Gauss-Seidel on the entries of the flexibility.
+    GaussSeidel,
     /// Uzawa predictor-corrector with radial return.
     Uzawa,
 }

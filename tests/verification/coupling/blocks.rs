@@ -1,0 +1,171 @@
+//! Nonlinear block Gauss-Seidel on the entries of flexibilities: an algorithm that shares no step with the others.
+
+use super::block::{pairs, tied};
+use super::half_spaces::{difference, largest};
+use crate::common::{
+    Silent, fretting, frp_friction, frp_wear, half_spaces, im7, indent, press, shift, solve_with, sphere,
+    sphere_on_frp, steel,
+};
+use orthowear::bem::half_space::{CrossBlocks, DenseFlexibility, PeriodicFlexibility, Side, SurfaceGreen};
+use orthowear::contact::{Method, SolverOptions};
+use orthowear::coupling::{Coupling, surface_distance};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap};
+use orthowear::friction::FrictionLaw;
+use orthowear::history::step::{Integrator, Outcome, Step};
+use orthowear::history::{Model, RunResult, run};
+use orthowear::linalg::cell_matrix::CellMatrix;
+use orthowear::linalg::operator::{Entries, Flexibility};
+use orthowear::linalg::subset::SubsetFlexibility;
+
+/// Truth: the definition: columns are what the operator makes of unit tractions, here on every third cell, to rounding.
+fn entries_are_products(name: &str, operator: &dyn Flexibility) {
+    assert_ne!(operator.entries(), Entries::None, "{name}");
+    let n = operator.n_cells();
+    let cells: Vec<usize> = (0..n).step_by(3).collect();
+    let m = cells.len();
+    let mut matrix = CellMatrix::zeros(m).expect("memory");
+    operator.add_entries(&cells, &mut matrix);
+    let (mut tractions, mut gap) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+    for (k, &cell) in cells.iter().enumerate() {
+        for (component, column) in matrix.columns(k, &(0..3 * m)).into_iter().enumerate() {
+            tractions[component * n + cell] = 1.0;
+            operator.apply(&tractions, &mut gap);
+            tractions[component * n + cell] = 0.0;
+            let wanted: Vec<f64> =
+                (0..3).flat_map(|a| cells.iter().map(move |i| a * n + i)).map(|r| gap[r]).collect();
+            let error = column.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-13 * largest(&wanted), "{name}, cell {cell}, component {component}: {error}");
+        }
+    }
+}
+
+/// Truth: see [`entries_are_products`], for meshed bodies, half-spaces, and what is made of them.
+#[test]
+fn entries_of_every_operator() {
+    let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
+    for (name, mut pair) in pairs(&frame) {
+        entries_are_products(name, tied(&mut pair, &frame, Coupling::Schur).flexibility.as_ref());
+    }
+    let green = SurfaceGreen::new(&im7(30.0), Side::Lower).expect("a Green's function");
+    let periodic = |along| PeriodicFlexibility::new([8, 6], [0.1, 0.2], along, &green, CrossBlocks::Keep);
+    entries_are_products("strip", &periodic([false, true]).expect("an operator"));
+    entries_are_products("periodic", &periodic([true, true]).expect("an operator"));
+    let centers = [[0.0, 0.0], [1.0, 0.2], [0.3, 1.1], [-1.0, 0.4]];
+    let cells: Vec<Vec<[f64; 2]>> = centers
+        .iter()
+        .enumerate()
+        .map(|(i, [x, y])| {
+            let a = 0.2 + 0.05 * i as f64;
+            vec![[x - a, y - a], [x + a, y - a], [x + a, y + a], [x - a, y + a]]
+        })
+        .collect();
+    let areas: Vec<f64> = (0..4).map(|i| (0.4 + 0.1 * f64::from(i)).powi(2)).collect();
+    let dense = DenseFlexibility::new(&centers, &cells, &areas, &green).expect("an operator");
+    entries_are_products("polygons", &dense);
+    entries_are_products("part", &SubsetFlexibility::new(Box::new(dense), vec![1, 2, 3]));
+}
+
+/// Runs both ways to certificates of `tolerance`; tractions may differ by 1e-6 of the largest pressure.
+fn same_as_bb(name: &str, model: &Model, steps: &[Step], tolerance: f64) {
+    let by = |method| {
+        let options = SolverOptions { tolerance, method, ..SolverOptions::default() };
+        run(model, steps, &options, &mut Silent).expect("a run")
+    };
+    let (blocks, bb) = (by(Method::GaussSeidel), by(Method::BarzilaiBorwein));
+    let converged = |result: &RunResult| result.records.iter().all(|record| record.converged);
+    assert!(converged(&blocks) && converged(&bb), "{name}");
+    assert!(
+        blocks.records.iter().all(|record| record.method == "gauss-seidel"),
+        "{name}: {}",
+        blocks.records[0].method
+    );
+    let peak = bb.records.last().expect("steps").peak_pressure;
+    let pairs = blocks.state.tractions.iter().zip(&bb.state.tractions);
+    let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(error < 1e-6 * peak, "{name}: {error} of {peak}");
+    for (a, b) in blocks.records.iter().zip(&bb.records) {
+        assert!(a.certificate.natural_residual <= tolerance, "{name}");
+        assert!(
+            difference(&[a.normal_force, a.worn_volume], &[b.normal_force, b.worn_volume]) < 1e-7,
+            "{name}"
+        );
+    }
+}
+
+/// Truth: the projected gradient with Barzilai-Borwein steps, an independent algorithm, reaches the same state; meshed bodies, half-spaces
+/// and rigid ones, friction, shifts, wear at both ends of a stroke.
+#[test]
+fn every_pair_of_bodies_by_blocks() {
+    let frame = ContactFrame::grid([1.1, 0.9], [8, 7], [0.1, -0.2], 0.3).unwrap();
+    for (name, mut pair) in pairs(&frame) {
+        let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
+        let distance = surface_distance(&gap, &frame, pair[0].as_ref(), pair[1].as_ref()).expect("a gap");
+        let coupled = tied(&mut pair, &frame, Coupling::Schur);
+        let model = Model {
+            frame: frame.clone(),
+            initial_gap: coupled.initial_gap(&distance),
+            flexibility: coupled.flexibility,
+            floating: Vec::new(),
+            friction: frp_friction(30.0),
+            wear: frp_wear(30.0),
+            wear_share: 1.0,
+        };
+        let steps = [indent(0.012), shift(0.004, 25.0), fretting(5000, 0.02, 2, Integrator::Sdirk2)];
+        same_as_bb(name, &model, &steps, 1e-9);
+    }
+}
+
+/// Truth: as above, under a prescribed normal force: the contact grows from the first cell on, and shrinks again.
+#[test]
+fn forces_by_blocks() {
+    let model = sphere_on_frp(30.0, 1.2, 20);
+    same_as_bb("tilted", &model, &[press(150.0), shift(0.004, 20.0), press(400.0), press(90.0)], 1e-9);
+    let bare = half_spaces(&steel(), None, (0.5, 20), sphere(10.0));
+    same_as_bb("frictionless", &bare, &[press(700.0), press(20.0), indent(0.01)], 1e-9);
+}
+
+/// Truth: tangential forces, which the method does not take, are told and solved otherwise; beyond friction they slide.
+#[test]
+fn what_blocks_do_not_take_is_told() {
+    let mut model = half_spaces(&steel(), None, (0.5, 16), sphere(10.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.3 };
+    let options = SolverOptions { method: Method::GaussSeidel, ..SolverOptions::default() };
+    let pull = |share: f64| Step {
+        tangential: Some(orthowear::history::step::Tangential::Force([share * 0.3 * 700.0, 0.0])),
+        ..crate::common::step("pull")
+    };
+    let result = solve_with(&model, &[press(700.0), pull(0.5)], &options);
+    assert_eq!(result.outcome, Outcome::Converged);
+    assert_eq!(result.records[0].method, "gauss-seidel");
+    let told = &result.records[1].method;
+    assert!(told.starts_with("gauss-seidel (not for prescribed tangential forces"), "{told}");
+    assert!(told.ends_with("then newton"), "{told}");
+    let beyond = solve_with(&model, &[press(700.0), pull(1.1)], &options);
+    assert_eq!(beyond.outcome, Outcome::NotConverged("gross-sliding"));
+}
+
+/// Truth: `str-friction-large`: tilted fibres, coefficients up to 2: a certified answer or a loud refusal; what is certified is what
+/// Barzilai-Borwein steps certify where the answer is unique (up to 0.5).
+#[test]
+fn any_coefficient_by_blocks() {
+    for mu in [1e-12, 0.1, 0.5, 1.0, 1.5, 2.0] {
+        let mut model = sphere_on_frp(30.0, 1.2, 16);
+        model.friction = FrictionLaw::Coulomb { mu };
+        let steps = [indent(0.02), shift(0.008, 45.0)];
+        let options =
+            SolverOptions { method: Method::GaussSeidel, max_iterations: 3000, ..SolverOptions::default() };
+        let result = solve_with(&model, &steps, &options);
+        for record in &result.records {
+            assert!(!record.converged || record.certificate.natural_residual <= 1e-8, "mu {mu}");
+            let energy = record.certificate.tangential_gap_energy.max(record.certificate.normal_gap_energy);
+            assert!(!record.converged || energy < 1e-6, "mu {mu}");
+        }
+        match result.outcome {
+            Outcome::NotConverged(reason) => assert!(mu > 0.5 && !reason.is_empty(), "mu {mu}: {reason}"),
+            outcome => assert_eq!(outcome, Outcome::Converged),
+        }
+        if mu <= 0.5 {
+            same_as_bb("tilted", &model, &steps, 1e-9);
+        }
+    }
+}
