@@ -10,7 +10,7 @@
 mod local;
 mod sweeps;
 
-use super::super::increment::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+use super::super::{End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl};
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
@@ -60,7 +60,8 @@ impl Solver for GaussSeidel {
     }
 
     fn suits(&self, problem: &Increment) -> bool {
-        refusal(problem).is_none()
+        // Those on grids have better.
+        problem.flexibility.grid().is_none() && refusal(problem).is_none()
     }
 
     /// As a start where the entries need only be read: to compute them takes as long as what they replace. To the tolerance where
@@ -74,10 +75,12 @@ impl Solver for GaussSeidel {
             }
             Aim::Start => false,
             Aim::Few => {
-                problem.evaluate(it);
                 let (gap, mut tractions) = (vec![0.0; 3 * problem.n()], vec![0.0; 3 * problem.n()]);
+                if problem.flexibility.precondition(&gap, &mut tractions) {
+                    return false;
+                }
+                problem.evaluate(it);
                 in_reach(problem, it).len() <= CACHED
-                    && !problem.flexibility.precondition(&gap, &mut tractions)
             }
         }
     }
@@ -114,6 +117,9 @@ fn refusal(problem: &Increment) -> Option<&'static str> {
     let drawn = |end: &End| end.balance.is_some() || end.tangential != TangentialControl::Shift;
     if rolls(problem) {
         return Some("not for steady rolling");
+    }
+    if problem.pressures == Pressures::Given {
+        return Some("not for given pressures");
     }
     if problem.ends.iter().any(drawn) {
         return Some("not for prescribed tangential forces, moments and bodies that float");

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
-use super::super::super::increment::{Increment, Iterate, NormalControl, SlipReference};
 use super::super::super::scales::Hat;
+use super::super::super::{Increment, Iterate, NormalControl, SlipReference};
 use super::local::{clipped, largest, pressures};
 use crate::linalg::cell_matrix::CellMatrix;
 
