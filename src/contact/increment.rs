@@ -57,11 +57,11 @@ impl Increment<'_> {
 
     /// Hatted tractions of physical ones, per end `[3, N]`; without friction the tangential planes are dropped.
     pub fn hat_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
-        let n = self.n();
+        let (n, hat) = (self.n(), self.hat());
         for (physical, out) in tractions.chunks(3 * n).zip(hatted.chunks_mut(3 * n)) {
             out[2 * n..].copy_from_slice(&physical[2 * n..]);
             for i in 0..n {
-                let q = self.hat().map_or([0.0; 2], |hat| hat.untraction([physical[i], physical[n + i]]));
+                let q = hat.map_or([0.0; 2], |hat| hat.untraction([physical[i], physical[n + i]]));
                 out[i] = q[0];
                 out[n + i] = q[1];
             }

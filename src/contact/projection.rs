@@ -152,7 +152,7 @@ fn slide(planes: &mut [f64], n: usize, direction: [f64; 2]) {
 fn clip(planes: &mut [f64], n: usize) {
     for i in 0..n {
         let (a, b, p) = (planes[i], planes[n + i], planes[2 * n + i]);
-        let norm = a.hypot(b);
+        let norm = (a * a + b * b).sqrt();
         if norm > p {
             let scale = p / norm;
             planes[i] *= scale;

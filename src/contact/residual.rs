@@ -36,9 +36,10 @@ impl Increment<'_> {
                     let c = self.scales.c_tangential[i];
                     let q = [it.hatted[base + i], it.hatted[base + n + i]];
                     let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
-                    let norm = star[0].hypot(star[1]);
+                    let norm = (star[0] * star[0] + star[1] * star[1]).sqrt();
                     let scale = if norm > rho { rho / norm } else { 1.0 };
-                    parts[1] = worse(parts[1], (q[0] - scale * star[0]).hypot(q[1] - scale * star[1]));
+                    let change = [q[0] - scale * star[0], q[1] - scale * star[1]];
+                    parts[1] = worse(parts[1], (change[0] * change[0] + change[1] * change[1]).sqrt());
                 }
             }
         }

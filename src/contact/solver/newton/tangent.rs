@@ -4,6 +4,7 @@
 //! Rows are multiplied by the local stiffness c, so that all are tractions.
 
 use super::super::super::balance::{COMPONENTS, Motion};
+use super::super::super::scales::Hat;
 use super::super::super::{Increment, Iterate, Pressures};
 use super::preconditioner::{Bordered, Inverse};
 use super::unknowns::{Active, Free, State, free_motions, in_contact};
@@ -13,6 +14,7 @@ use crate::linalg::operator::SinglePrecision;
 /// The linear system of a Newton step.
 pub(super) struct Tangent<'s, 'p> {
     problem: &'s Increment<'p>,
+    hat: Option<Hat>,
     active: Vec<Active>,
     free: Vec<Free>,
     /// Number of unknown tractions; those of the motions follow.
@@ -71,6 +73,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
         let stiffness = problem.scales.c_normal.iter().sum::<f64>() / n as f64;
         let mut tangent = Self {
             problem,
+            hat: problem.hat(),
             active,
             free,
             tractions,
@@ -96,7 +99,12 @@ impl<'s, 'p> Tangent<'s, 'p> {
 
     /// Gap per unit of a free motion in a cell, hatted.
     fn column(&self, free: &Free, cell: usize) -> [f64; 3] {
-        hatted_gap(self.problem, cell, &free.motion)
+        let rigid = [free.motion[0], free.motion[1], free.motion[2]];
+        let mut floating = [0.0; COMPONENTS - 3];
+        floating.copy_from_slice(&free.motion[3..]);
+        let gap = self.problem.rigid_gap(cell, rigid, &floating);
+        let tangential = self.hat.map_or([0.0; 2], |hat| hat.slip([gap[0], gap[1]]));
+        [tangential[0], tangential[1], gap[2]]
     }
 
     /// Gradient that `self.change` causes, by the equations without gap, wear and reference.
@@ -340,16 +348,6 @@ impl LinearSystem for Tangent<'_, '_> {
             None => amounts.copy_from_slice(motions),
         }
     }
-}
-
-/// Gap of a motion in a cell, hatted.
-fn hatted_gap(problem: &Increment, cell: usize, motion: &Motion) -> [f64; 3] {
-    let rigid = [motion[0], motion[1], motion[2]];
-    let mut floating = [0.0; COMPONENTS - 3];
-    floating.copy_from_slice(&motion[3..]);
-    let gap = problem.rigid_gap(cell, rigid, &floating);
-    let tangential = problem.hat().map_or([0.0; 2], |hat| hat.slip([gap[0], gap[1]]));
-    [tangential[0], tangential[1], gap[2]]
 }
 
 fn add_motion(it: &mut Iterate, end: usize, motion: &Motion, amount: f64) {

@@ -82,7 +82,7 @@ fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<S
     }
     let c = problem.scales.c_tangential[cell];
     let y = [it.hatted[base] - c * it.gradient[base], it.hatted[base + n] - c * it.gradient[base + n]];
-    let size = y[0].hypot(y[1]);
+    let size = (y[0] * y[0] + y[1] * y[1]).sqrt();
     if size <= radius {
         return Some(State::Stick);
     }
