@@ -105,10 +105,27 @@ impl Window {
     }
 }
 
+/// The operator on a window.
+pub(super) enum Operator<'a> {
+    /// That of the frame, all of which the window covers.
+    OfFrame(&'a dyn Flexibility),
+    /// Its own.
+    Own(Arc<dyn Flexibility>),
+}
+
+impl Operator<'_> {
+    fn flexibility(&self) -> &dyn Flexibility {
+        match self {
+            Self::OfFrame(operator) => *operator,
+            Self::Own(operator) => operator.as_ref(),
+        }
+    }
+}
+
 /// What the increment on a window is made of.
-pub(super) struct Part {
+pub(super) struct Part<'a> {
     pub window: Window,
-    flexibility: Arc<dyn Flexibility>,
+    operator: Operator<'a>,
     scales: Arc<Scales>,
     areas: Vec<f64>,
     pub initial_gap: Vec<f64>,
@@ -118,15 +135,18 @@ pub(super) struct Part {
     ends: Vec<End>,
 }
 
-impl Part {
+impl<'a> Part<'a> {
     /// The part of `problem` on `window`, with the operator on it; `None` if one of its ends knows the frame's cells only.
-    pub fn new(problem: &Increment, window: Window, flexibility: Arc<dyn Flexibility>) -> Option<Self> {
-        let scales = Arc::new(Scales::new(flexibility.as_ref(), problem.friction.as_ref()));
+    pub fn new(problem: &Increment, window: Window, operator: Operator<'a>) -> Option<Self> {
+        let scales = match &operator {
+            Operator::OfFrame(_) => problem.scales.clone(),
+            Operator::Own(own) => Arc::new(Scales::new(own.as_ref(), problem.friction.as_ref())),
+        };
         let areas = window.restrict(problem.areas);
         let larger = (window.factor * window.factor) as f64;
         Some(Self {
             window,
-            flexibility,
+            operator,
             scales,
             areas: areas.iter().map(|area| area * larger).collect(),
             initial_gap: window.restrict(problem.initial_gap),
@@ -144,7 +164,7 @@ impl Part {
     /// Its equations.
     pub fn problem<'b>(&'b self, whole: &'b Increment) -> Increment<'b> {
         Increment {
-            flexibility: self.flexibility.as_ref(),
+            flexibility: self.operator.flexibility(),
             areas: &self.areas,
             initial_gap: &self.initial_gap,
             rigid_axes: self.rigid_axes.as_deref(),

@@ -80,6 +80,15 @@ fn pressures_first_change_nothing() {
     assert_eq!([told(&apart), told(&whole)], [1, 0]);
 }
 
+/// Truth: as above, for a contact that takes almost all of the frame, so that no window is smaller than it.
+#[test]
+fn wide_contacts_begin_on_coarser_cells() {
+    let mut model = half_spaces(&steel(), Some(&steel()), (0.39, 64), sphere(10.0));
+    model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+    let steps = [Step { friction: false, ..press(800.0) }, pull([200.0, 0.0], 1)];
+    same(&model, &steps, Method::Newton);
+}
+
 /// Truth: as above. On the window of the first step the second one could not be in equilibrium: contact has to spread far beyond
 /// it before the moment, the spin moment or the force is carried.
 #[test]

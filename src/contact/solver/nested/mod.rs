@@ -7,13 +7,10 @@
 
 mod surface;
 
-use std::sync::Arc;
-
 use super::super::balance::FLOATING;
-use super::super::window::{Part, Window};
+use super::super::window::{Operator, Part, Window};
 use super::super::{Increment, Iterate, Pressures};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
-use crate::linalg::operator::Flexibility;
 
 /// Frames of fewer cells are solved as they are.
 const SMALL: usize = 60 * 60;
@@ -72,7 +69,7 @@ struct Nested<'s, 'p, 'i> {
     inner: &'s mut Inner<'i>,
 }
 
-impl Nested<'_, '_, '_> {
+impl<'p> Nested<'_, 'p, '_> {
     fn run(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
         if self.problem.pressures == Pressures::Given {
             return self.in_contact(it, watch);
@@ -140,7 +137,7 @@ impl Nested<'_, '_, '_> {
     }
 
     /// The window over a rectangle; `None` where the operator has none, or would save nothing.
-    fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, Arc<dyn Flexibility>)> {
+    fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, Operator<'p>)> {
         let needed = [0, 1].map(|axis| {
             let [first, last] = rectangle[axis];
             last.div_ceil(factor) - first / factor
@@ -156,12 +153,18 @@ impl Nested<'_, '_, '_> {
             let first = (rectangle[axis][0] / factor).saturating_sub(spare);
             factor * first.min(self.frame[axis] / factor - cells[axis])
         });
-        Some((Window { frame: self.frame, origin, cells, factor }, operator))
+        Some((Window { frame: self.frame, origin, cells, factor }, Operator::Own(operator)))
+    }
+
+    /// The frame itself as a window.
+    fn whole(&self) -> (Window, Operator<'p>) {
+        let window = Window { frame: self.frame, origin: [0, 0], cells: self.frame, factor: 1 };
+        (window, Operator::OfFrame(self.problem.flexibility))
     }
 
     fn on_window(
         &mut self,
-        (window, operator): (Window, Arc<dyn Flexibility>),
+        (window, operator): (Window, Operator),
         options: &SolverOptions,
         it: &mut Iterate,
         watch: &mut Watch,

@@ -18,7 +18,7 @@ impl Nested<'_, '_, '_> {
     /// Solves on the cells in contact.
     pub(super) fn in_contact(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
         let rectangle = contact(it, self.frame)?;
-        let (window, operator) = self.window(rectangle, 1)?;
+        let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
         let mut factor = self.coarsest(rectangle);
