@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::frame::FaceMap;
 use crate::geometry::Point;
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::operator::{Entries, Flexibility};
 use crate::linalg::packed::PackedSymmetric;
@@ -50,7 +51,7 @@ impl CondensedFlexibility {
         let n_nodes = map.nodes().len();
         let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry)?;
         let first = map.triads()[0].normal();
-        let common = map.triads().iter().all(|triad| triad.normal() == first);
+        let common = map.triads().distinct().iter().all(|triad| triad.normal() == first);
         let normal = if common { NormalPart::Common(along(&nodal, first)?) } else { NormalPart::Full };
         let n_cells = if common { 0 } else { 3 * map.n_cells() };
         let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
@@ -140,7 +141,7 @@ impl Flexibility for CondensedFlexibility {
         self.map.average(&displacements[..n_nodes], normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
     }
 

@@ -83,7 +83,7 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
         let local = axes.to_local(&(x - frame.origin));
         [local.x, local.y]
     };
-    let corners = frame.corners.iter().map(|corners| corners.iter().map(flat).collect()).collect();
+    let corners = frame.all_corners().map(|corners| corners.iter().map(flat).collect()).collect();
     Ok((frame.centers.iter().map(flat).collect(), corners))
 }
 

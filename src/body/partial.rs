@@ -13,6 +13,7 @@ use super::condensed::CondensedFlexibility;
 use crate::error::Result;
 use crate::fem::CondensedBody;
 use crate::frame::FaceMap;
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::operator::{Entries, Flexibility};
@@ -111,13 +112,13 @@ impl Flexibility for PartialFlexibility {
     }
 
     /// Cells that are not formed have the mean of the others.
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let formed = self.formed();
-        let mut blocks = formed.flexibility.diagonal_blocks();
+        let mut blocks = formed.flexibility.diagonal_blocks().into_vec();
         let count = formed.cells.iter().filter(|&&is| is).count().max(1);
         let mean = blocks.iter().sum::<Matrix3<f64>>() / count as f64;
         blocks.iter_mut().zip(&formed.cells).filter(|(_, is)| !**is).for_each(|(block, _)| *block = mean);
-        blocks
+        PerCell::Each(blocks)
     }
 
     fn entries(&self) -> Entries {

@@ -62,13 +62,12 @@ impl Scales {
     /// Reads the diagonal.
     pub fn new(operator: &dyn Flexibility, friction: Option<&FrictionEllipse>) -> Self {
         let blocks = operator.diagonal_blocks();
-        let c_normal = blocks.iter().map(|s| 1.0 / s[(2, 2)]).collect();
+        let c_normal = blocks.map(|s| 1.0 / s[(2, 2)]).into_vec();
         let Some(ellipse) = friction else {
             return Self::of_cells(c_normal, Vec::new());
         };
         let hat = Hat::new(ellipse);
         let c_tangential = blocks
-            .iter()
             .map(|s| {
                 let diagonal = |axis: [f64; 2]| {
                     let q = hat.traction(axis);
@@ -79,7 +78,7 @@ impl Scales {
                 let least = LEAST_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
                 1.0 / (first.max(least) * second.max(least)).sqrt()
             })
-            .collect();
+            .into_vec();
         Self::of_cells(c_normal, c_tangential)
     }
 

@@ -23,6 +23,7 @@ use super::block_rows::{BodyRows, Forces};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
+use crate::linalg::PerCell;
 use crate::linalg::lu::{BATCH, LuWorkspace, SparseLu};
 use crate::linalg::operator::Flexibility;
 
@@ -164,12 +165,12 @@ impl Flexibility for BlockSystem {
     }
 
     /// By one solve per cell and component, [`BATCH`] at a time; half-spaces give theirs directly.
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];
         self.bodies.iter().for_each(|body| body.add_direct_diagonal(&mut blocks));
         if !self.bodies.iter().any(BodyRows::is_meshed) {
-            return blocks;
+            return PerCell::Each(blocks);
         }
         let mut work = self.work.lock().expect("no panic while the buffers are held");
         let Work { memory, planes: [unit, _], .. } = &mut *work;
@@ -189,6 +190,6 @@ impl Flexibility for BlockSystem {
                 (0..3).for_each(|k| blocks[i % n][(k, i / n)] += at(k));
             }
         }
-        blocks
+        PerCell::Each(blocks)
     }
 }

@@ -98,6 +98,7 @@ impl BodyRows {
             Self::Rigid => None,
             Self::HalfSpace { matrix, .. } => {
                 let blocks = matrix.diagonal_blocks();
+                let blocks = blocks.distinct();
                 let mean = blocks.iter().map(|block| block.trace() / 3.0).sum::<f64>() / blocks.len() as f64;
                 Some(length / mean)
             }
@@ -169,7 +170,7 @@ impl BodyRows {
     /// Adds the diagonal blocks that need no solve.
     pub(super) fn add_direct_diagonal(&self, blocks: &mut [Matrix3<f64>]) {
         if let Self::HalfSpace { matrix, .. } = self {
-            blocks.iter_mut().zip(matrix.diagonal_blocks()).for_each(|(sum, block)| *sum += block);
+            blocks.iter_mut().zip(matrix.diagonal_blocks().iter()).for_each(|(sum, block)| *sum += block);
         }
     }
 }

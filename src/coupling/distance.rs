@@ -26,7 +26,7 @@ const OVERLAP: f64 = 0.1;
 /// not look at it.
 pub fn mesh_distance(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2]) -> Result<Vec<f64>> {
     let n = frame.axes.normal();
-    let cosines: Vec<f64> = frame.triads.iter().map(|triad| triad.normal().dot(&n)).collect();
+    let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
     if surfaces.iter().any(Option::is_none) {
         refuse_steep(frame, &cosines)?;
     }

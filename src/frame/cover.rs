@@ -94,7 +94,7 @@ impl<'a> SpaceFaces<'a> {
             let local = triad.to_local(&(x - center));
             [local.x, local.y]
         };
-        let outline: Polygon = frame.corners[cell].iter().map(flat).collect();
+        let outline: Polygon = frame.corners(cell).iter().map(flat).collect();
         let reach = outline.iter().map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
         let parts = convex_parts(outline.clone());
         let (mut candidates, mut common, mut spare) = (Vec::new(), Polygon::new(), Polygon::new());

@@ -7,14 +7,14 @@ use crate::geometry::Point;
 /// Whether some edge of a cell belongs to no other cell, `[N]`.
 ///
 /// Cells made from faces of one mesh repeat the coordinates of a shared node to the last bit, so bits compare.
-pub(super) fn rim(corners: &[Vec<Point>]) -> Vec<bool> {
+pub(super) fn rim(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
     let mut owners: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
     for cell in corners {
-        for edge in edges(cell) {
+        for edge in edges(cell.as_ref()) {
             *owners.entry(edge).or_default() += 1;
         }
     }
-    corners.iter().map(|cell| edges(cell).any(|edge| owners[&edge] == 1)).collect()
+    corners.iter().map(|cell| edges(cell.as_ref()).any(|edge| owners[&edge] == 1)).collect()
 }
 
 fn edges(cell: &[Point]) -> impl Iterator<Item = [[u64; 3]; 2]> + '_ {

@@ -1,10 +1,13 @@
 //! Frames whose cells are the faces of a meshed body.
 
+use std::borrow::Cow;
+
 use super::clip::area_and_centroid;
 use super::facets::outline;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad};
+use crate::linalg::PerCell;
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
@@ -21,10 +24,10 @@ impl ContactFrame {
     /// If the group is missing or not made of outer faces, a face has no area, or none is there.
     pub fn from_faces(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
-        let mut frame = Self::without_cells(center, azimuth);
+        let mut cells = Cells::default();
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
         for face in &faces {
-            frame.push_cell(outline(mesh, face, side), toward).ok_or_else(|| {
+            cells.push(outline(mesh, face, side), toward).ok_or_else(|| {
                 Error::input(format!(
                     "element {} ({}) of {} has no area: mend the mesh there",
                     face.tag,
@@ -33,8 +36,7 @@ impl ContactFrame {
                 ))
             })?;
         }
-        frame.level_origin();
-        Ok(frame)
+        Ok(cells.frame(center, azimuth))
     }
 
     /// The frame with another direction n of its own (towards body 2): `approach` moves body 2 against it, and resultants
@@ -45,49 +47,44 @@ impl ContactFrame {
         self
     }
 
-    /// The frame of the cells for which `kept` holds.
+    /// The frame of the cells for which `kept` holds, which is no grid.
     pub fn keep(mut self, kept: &[bool]) -> Self {
+        if self.polygons.is_none() {
+            self.polygons = Some(self.all_corners().map(Cow::into_owned).collect());
+        }
+        (self.grid, self.places) = (None, None);
+        self.select(kept)
+    }
+
+    /// As [`Self::keep`], but the grid stays, and with it what has the places of all of its cells.
+    pub(super) fn select(mut self, kept: &[bool]) -> Self {
         fn only<T>(values: &mut Vec<T>, kept: &[bool]) {
             let mut flags = kept.iter();
             values.retain(|_| flags.next().is_some_and(|&keep| keep));
         }
         let all = self.n_cells();
         only(&mut self.centers, kept);
-        only(&mut self.corners, kept);
         only(&mut self.areas, kept);
-        only(&mut self.triads, kept);
+        self.triads.keep(kept);
+        self.polygons.iter_mut().for_each(|polygons| only(polygons, kept));
         self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
-        (self.grid, self.places) = (None, None);
         self.left_out += all - self.n_cells();
         self
     }
+}
 
-    /// A frame without cells, its origin in the plane z = 0.
-    pub(super) fn without_cells(center: [f64; 2], azimuth: f64) -> Self {
-        Self {
-            centers: Vec::new(),
-            corners: Vec::new(),
-            areas: Vec::new(),
-            triads: Vec::new(),
-            origin: Point::new(center[0], center[1], 0.0),
-            azimuth,
-            axes: Triad::horizontal(azimuth),
-            grid: None,
-            places: None,
-            left_out: 0,
-            candidates: None,
-        }
-    }
+/// Cells that become a frame.
+#[derive(Default)]
+pub(super) struct Cells {
+    centers: Vec<Point>,
+    polygons: Vec<Vec<Point>>,
+    areas: Vec<f64>,
+    triads: Vec<Triad>,
+}
 
-    /// Lifts the origin to the mean height of the cells.
-    pub(super) fn level_origin(&mut self) {
-        let total: f64 = self.areas.iter().sum();
-        let height: f64 = self.areas.iter().zip(&self.centers).map(|(area, x)| area * x.z).sum();
-        self.origin.z = height / total;
-    }
-
+impl Cells {
     /// Adds the cell with `corners`, counter-clockwise seen against its normal; `None` if it has no area.
-    pub(super) fn push_cell(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
+    pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         let vector_area = vector_area(&corners);
         let size = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {
@@ -104,10 +101,29 @@ impl ContactFrame {
             .collect();
         let (area, [x, y]) = area_and_centroid(&plane);
         self.centers.push(mean + triad.to_global(&Point::new(x, y, 0.0)));
-        self.corners.push(corners);
+        self.polygons.push(corners);
         self.areas.push(area);
         self.triads.push(triad);
         Some(())
+    }
+
+    /// The frame of these cells; its origin has their mean height.
+    pub(super) fn frame(self, center: [f64; 2], azimuth: f64) -> ContactFrame {
+        let total: f64 = self.areas.iter().sum();
+        let height: f64 = self.areas.iter().zip(&self.centers).map(|(area, x)| area * x.z).sum();
+        ContactFrame {
+            centers: self.centers,
+            polygons: Some(self.polygons),
+            areas: self.areas,
+            triads: PerCell::Each(self.triads),
+            origin: Point::new(center[0], center[1], height / total),
+            azimuth,
+            axes: Triad::horizontal(azimuth),
+            grid: None,
+            places: None,
+            left_out: 0,
+            candidates: None,
+        }
     }
 }
 

@@ -3,10 +3,10 @@
 use super::{ContactFrame, Grid};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, Triad};
-use crate::linalg::memory;
+use crate::linalg::{PerCell, memory};
 
-/// Bytes of one cell: centre, corners with their list, area and axes.
-const CELL_BYTES: u128 = 24 + (4 * 24 + 24 + 16) + 8 + 72;
+/// Bytes of one cell: centre and area.
+const CELL_BYTES: u128 = 24 + 8;
 
 impl ContactFrame {
     /// A grid of `cells` equal rectangles of total size 2 `half_width` about `center` (global x, y, mm), its x
@@ -20,26 +20,17 @@ impl ContactFrame {
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
         let grid = Grid { cells, spacing, center, azimuth, periodic: [false; 2] };
         let triad = Triad::horizontal(azimuth);
-        let origin = Point::new(center[0], center[1], 0.0);
-        let place = |x: f64, y: f64| origin + triad.to_global(&Point::new(x, y, 0.0));
         let n = cells[0] * cells[1];
-        let (mut centers, mut corners) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut centers = Vec::with_capacity(n);
         for ix in 0..cells[0] {
-            let [x0, x, x1] = [0.0, 0.5, 1.0].map(|s| grid.coordinate(0, ix as f64 + s));
-            for iy in 0..cells[1] {
-                let [y0, y, y1] = [0.0, 0.5, 1.0].map(|s| grid.coordinate(1, iy as f64 + s));
-                centers.push(place(x, y));
-                corners.push(vec![place(x0, y0), place(x1, y0), place(x1, y1), place(x0, y1)]);
-            }
+            centers.extend((0..cells[1]).map(|iy| grid.point(&triad, [ix as f64 + 0.5, iy as f64 + 0.5])));
         }
-        let areas = vec![spacing[0] * spacing[1]; n];
-        let triads = vec![triad; n];
         Ok(Self {
             centers,
-            corners,
-            areas,
-            triads,
-            origin,
+            polygons: None,
+            areas: vec![spacing[0] * spacing[1]; n],
+            triads: PerCell::Same(triad, n),
+            origin: Point::new(center[0], center[1], 0.0),
             azimuth,
             axes: triad,
             grid: Some(grid),
@@ -55,6 +46,19 @@ impl Grid {
     /// antisymmetric about the middle.
     fn coordinate(&self, axis: usize, line: f64) -> f64 {
         (line - 0.5 * self.cells[axis] as f64) * self.spacing[axis]
+    }
+
+    /// The point at `lines` along x and y, global; `triad`: the frame's.
+    fn point(&self, triad: &Triad, lines: [f64; 2]) -> Point {
+        let [x, y] = [0, 1].map(|axis| self.coordinate(axis, lines[axis]));
+        Point::new(self.center[0], self.center[1], 0.0) + triad.to_global(&Point::new(x, y, 0.0))
+    }
+
+    /// Corners of the cell at a place.
+    pub(super) fn corners(&self, place: usize) -> [Point; 4] {
+        let (triad, at) = (Triad::horizontal(self.azimuth), [place / self.cells[1], place % self.cells[1]]);
+        [[0, 0], [1, 0], [1, 1], [0, 1]]
+            .map(|corner| self.point(&triad, [0, 1].map(|axis| (at[axis] + corner[axis]) as f64)))
     }
 
     /// Whether each cell lies in the outermost rows of a direction that does not repeat itself, `[N]`.
@@ -103,7 +107,7 @@ mod tests {
         assert!((total - 4.0 * 1.2 * 0.6).abs() < 1e-14);
         let local = frame.plane_coordinates(3 + 2);
         assert!((local[0] + 0.3).abs() < 1e-14 && (local[1] - 0.4).abs() < 1e-14, "{local:?}");
-        let corner = &frame.corners[5];
+        let corner = frame.corners(5);
         let area = (corner[1] - corner[0]).cross(&(corner[3] - corner[0]));
         assert!((area.z - frame.areas[5]).abs() < 1e-14);
         let mean = frame.centers.iter().sum::<Point>() / 12.0;
@@ -115,7 +119,7 @@ mod tests {
     #[test]
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
-        assert_eq!(super::super::edges::rim(&frame.corners), frame.rim());
+        assert_eq!(super::super::edges::rim(&frame.all_corners().collect::<Vec<_>>()), frame.rim());
     }
 
     /// Truth: the definition: a direction that repeats itself has no rim, and positions beyond half a side have an image.

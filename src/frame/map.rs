@@ -14,6 +14,7 @@ use super::cover::{CellCover, SpaceFaces, is_covered, refuse_uncovered};
 use super::{ContactFrame, Side};
 use crate::error::Result;
 use crate::geometry::{Point, Triad};
+use crate::linalg::PerCell;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
@@ -25,7 +26,7 @@ pub struct FaceMap {
     rows: CsMat<f64>,
     /// Its transpose, one row per contact node.
     columns: CsMat<f64>,
-    triads: Vec<Triad>,
+    triads: PerCell<Triad>,
     areas: Vec<f64>,
 }
 
@@ -109,7 +110,7 @@ impl FaceMap {
     }
 
     /// Local axes of the cells.
-    pub fn triads(&self) -> &[Triad] {
+    pub fn triads(&self) -> &PerCell<Triad> {
         &self.triads
     }
 

@@ -20,7 +20,10 @@ mod search;
 mod shape_integrals;
 mod touch;
 
+use std::borrow::Cow;
+
 use crate::geometry::{Point, Triad};
+use crate::linalg::PerCell;
 
 pub use crate::geometry::Side;
 pub use gap::{GapShape, InitialGap};
@@ -48,12 +51,13 @@ pub struct Grid {
 pub struct ContactFrame {
     /// Cell centres, global.
     pub centers: Vec<Point>,
-    /// Corners of each cell, counter-clockwise seen against its normal, global.
-    pub corners: Vec<Vec<Point>>,
+    /// Corners of each cell, counter-clockwise seen against its normal, global; `None` where they are those of the grid
+    /// ([`ContactFrame::corners`]).
+    pub polygons: Option<Vec<Vec<Point>>>,
     /// Areas, mm2.
     pub areas: Vec<f64>,
     /// Local axes (x, y, n) of each cell.
-    pub triads: Vec<Triad>,
+    pub triads: PerCell<Triad>,
     /// Origin of gap shapes and of moments, global.
     pub origin: Point,
     /// Angle of the frame's x axis from global x, radians.
@@ -76,6 +80,23 @@ impl ContactFrame {
     /// Number of cells N.
     pub fn n_cells(&self) -> usize {
         self.areas.len()
+    }
+
+    /// Corners of a cell, counter-clockwise seen against its normal, global.
+    ///
+    /// # Panics
+    /// If the frame is neither made of polygons nor a grid.
+    pub fn corners(&self, cell: usize) -> Cow<'_, [Point]> {
+        match (&self.polygons, self.grid) {
+            (Some(polygons), _) => polygons[cell].as_slice().into(),
+            (None, Some(grid)) => grid.corners(self.place(cell)).to_vec().into(),
+            (None, None) => unreachable!("a frame without polygons is a grid"),
+        }
+    }
+
+    /// Those of all cells, `[N]`.
+    pub fn all_corners(&self) -> impl Iterator<Item = Cow<'_, [Point]>> {
+        (0..self.n_cells()).map(|cell| self.corners(cell))
     }
 
     /// A length that measures it: the root of its area, mm.
@@ -119,7 +140,7 @@ impl ContactFrame {
                 let rim = grid.rim();
                 places.iter().map(|&place| rim[place]).collect()
             }
-            (None, _) => edges::rim(&self.corners),
+            (None, _) => edges::rim(&self.all_corners().collect::<Vec<_>>()),
         }
     }
 
@@ -135,6 +156,6 @@ impl ContactFrame {
 
     /// Whether the axes of all cells are the frame's own.
     pub fn is_level(&self) -> bool {
-        self.triads.iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
+        self.triads.distinct().iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
     }
 }

@@ -10,6 +10,7 @@
 
 use std::collections::HashMap;
 
+use super::faces::Cells;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, place};
@@ -35,13 +36,13 @@ impl ContactFrame {
         let mut around = wedges(mesh, &faces, side)?;
         let mut nodes: Vec<usize> = around.keys().copied().collect();
         nodes.sort_unstable();
-        let mut frame = Self::without_cells(center, azimuth);
+        let mut cells = Cells::default();
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
         for node in nodes {
             let mut rest = around.remove(&node).unwrap_or_default();
             while !rest.is_empty() {
                 let corners = next_fan(mesh, node, &mut rest);
-                frame.push_cell(corners, toward).ok_or_else(|| {
+                cells.push(corners, toward).ok_or_else(|| {
                     Error::input(format!(
                         "the contact faces around the node at {} of {} have no area: mend the mesh there",
                         place(&mesh.points[node]),
@@ -50,8 +51,7 @@ impl ContactFrame {
                 })?;
             }
         }
-        frame.level_origin();
-        Ok(frame)
+        Ok(cells.frame(center, azimuth))
     }
 }
 

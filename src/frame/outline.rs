@@ -106,9 +106,9 @@ impl ContactFrame {
     /// If the outline is not admissible, no cell lies inside, or the frame is no whole grid.
     pub fn within(mut self, outline: &Outline) -> Result<Self> {
         outline.check()?;
-        let Some(grid) = self.whole_grid() else {
+        if self.whole_grid().is_none() {
             return Err(Error::input("an outline needs a frame that is a whole grid"));
-        };
+        }
         let inside: Vec<bool> =
             (0..self.n_cells()).map(|cell| outline.contains(self.plane_coordinates(cell))).collect();
         if !inside.contains(&true) {
@@ -118,8 +118,8 @@ impl ContactFrame {
         }
         if inside.contains(&false) {
             let places = (0..inside.len()).filter(|&place| inside[place]).collect();
-            self = self.keep(&inside);
-            (self.grid, self.places) = (Some(grid), Some(places));
+            self = self.select(&inside);
+            self.places = Some(places);
         }
         Ok(self)
     }

@@ -90,7 +90,7 @@ struct Seen {
 pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
     let sheets = surfaces.map(|surface| surface.map(Sheet::new));
     let n = frame.axes.normal();
-    let cosines: Vec<f64> = frame.triads.iter().map(|triad| triad.normal().dot(&n)).collect();
+    let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
     let largest = cosines.iter().copied().fold(0.0, f64::max);
     let cells: Vec<usize> = (0..frame.n_cells()).filter(|&cell| cosines[cell] > facing * largest).collect();
     let seen: Vec<Seen> = cells.par_iter().map(|&cell| over_cell(frame, &sheets, cell, seen_of)).collect();

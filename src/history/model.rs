@@ -227,7 +227,7 @@ fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
     let mut gap = vec![0.0; 3 * n];
-    for (cell, (center, triad)) in frame.centers.iter().zip(&frame.triads).enumerate() {
+    for (cell, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
         let local = triad.to_local(&direction.cross(&(center - frame.origin)));
         (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
     }
@@ -236,5 +236,5 @@ fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
 
 /// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
-    (!frame.is_level()).then(|| frame.triads.iter().map(|t| t.0.transpose() * axes.0).collect())
+    (!frame.is_level()).then(|| frame.triads.map(|t| t.0.transpose() * axes.0).into_vec())
 }

@@ -18,6 +18,9 @@ pub mod subset;
 pub mod ordering;
 pub mod packed;
 mod partial;
+pub mod per_cell;
 pub mod sparse;
 pub mod two_level;
 mod workspace;
+
+pub use per_cell::PerCell;

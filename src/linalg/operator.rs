@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
+use super::PerCell;
 use super::cell_matrix::CellMatrix;
 use crate::error::Result;
 
@@ -35,7 +36,7 @@ pub trait Flexibility: Send + Sync {
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
     /// The 3 x 3 diagonal blocks S_II, `[N]`.
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>>;
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>>;
 
     /// Whether tractions in the surface move the normal gap at all (S_nt not identically zero).
     fn couples_normal_tangential(&self) -> bool {
@@ -171,7 +172,7 @@ impl Flexibility for SinglePrecision<'_> {
         self.0.apply_normal(pressure, normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 
@@ -231,10 +232,13 @@ impl Flexibility for SumFlexibility {
         }
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let mut sum = self.parts[0].diagonal_blocks();
         for part in &self.parts[1..] {
-            sum.iter_mut().zip(part.diagonal_blocks()).for_each(|(s, block)| *s += block);
+            sum = match (sum, part.diagonal_blocks()) {
+                (PerCell::Same(a, n), PerCell::Same(b, _)) => PerCell::Same(a + b, n),
+                (a, b) => a.iter().zip(b.iter()).map(|(a, b)| a + b).collect(),
+            };
         }
         sum
     }

@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
+use super::PerCell;
 use super::cell_matrix::CellMatrix;
 use super::operator::{Entries, Flexibility};
 
@@ -73,9 +74,11 @@ impl Flexibility for SubsetFlexibility {
         self.within(1, (pressure, normal_gap), product);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
-        let whole = self.whole.diagonal_blocks();
-        self.places.iter().map(|&place| whole[place]).collect()
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        match self.whole.diagonal_blocks() {
+            PerCell::Same(block, _) => PerCell::Same(block, self.places.len()),
+            PerCell::Each(whole) => self.places.iter().map(|&place| whole[place]).collect(),
+        }
     }
 
     fn couples_normal_tangential(&self) -> bool {
@@ -139,7 +142,7 @@ mod tests {
             }
         }
 
-        fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
             (0..3).map(|i| Matrix3::identity() * f64::from(i + 1)).collect()
         }
     }

@@ -37,7 +37,7 @@ impl FrameMesh {
                 points.len() - 1
             })
         };
-        let cells = frame.corners.iter().map(|corners| corners.iter().map(&mut index).collect()).collect();
+        let cells = frame.all_corners().map(|corners| corners.iter().map(&mut index).collect()).collect();
         Self { points, cells }
     }
 
@@ -72,8 +72,8 @@ impl FrameMesh {
 fn extent(frame: &ContactFrame) -> f64 {
     let mut low = Point::repeat(f64::INFINITY);
     let mut high = Point::repeat(f64::NEG_INFINITY);
-    for corner in frame.corners.iter().flatten() {
-        (low, high) = (low.inf(corner), high.sup(corner));
+    for corners in frame.all_corners() {
+        corners.iter().for_each(|corner| (low, high) = (low.inf(corner), high.sup(corner)));
     }
     let diagonal = (high - low).norm();
     if diagonal.is_finite() { diagonal } else { 0.0 }
@@ -107,7 +107,7 @@ pub fn frame_grid(frame: &ContactFrame, mesh: &FrameMesh, state: &FrameState) ->
 }
 
 fn axes_are_global(frame: &ContactFrame) -> bool {
-    frame.triads.iter().all(|triad| triad.0 == nalgebra::Matrix3::identity())
+    frame.triads.distinct().iter().all(|triad| triad.0 == nalgebra::Matrix3::identity())
 }
 
 /// Slip has no normal part; a zero one lets viewers draw it as a vector.

@@ -28,10 +28,11 @@ impl<'a> Locator<'a> {
     /// Prepares the search for the body on `side`; a grid frame needs no preparation.
     pub fn new(frame: &'a ContactFrame, side: Side) -> Self {
         let diameter = |i: usize| {
-            2.0 * frame.corners[i].iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
+            2.0 * frame.corners(i).iter().map(|c| (c - frame.centers[i]).norm()).fold(0.0, f64::max)
         };
         let first = frame.triads.first().map(|triad| triad.normal());
-        let level = first.filter(|n| frame.triads.iter().all(|triad| (triad.normal() - n).norm() < 1e-9));
+        let level =
+            first.filter(|n| frame.triads.distinct().iter().all(|triad| (triad.normal() - n).norm() < 1e-9));
         let mut locator = Self { frame, side, level, bin: 1.0, bins: HashMap::new() };
         if frame.whole_grid().is_none() {
             let largest = (0..frame.n_cells()).map(diameter).fold(0.0, f64::max);
@@ -98,7 +99,7 @@ impl<'a> Locator<'a> {
 
     /// Whether the projection of `point` lies in the cell, its border included.
     fn holds(&self, cell: usize, point: &Point) -> bool {
-        let (corners, triad) = (&self.frame.corners[cell], &self.frame.triads[cell]);
+        let (corners, triad) = (self.frame.corners(cell), &self.frame.triads[cell]);
         let slack = 1e-9 * self.bin;
         let mut crossings = 0;
         for (i, from) in corners.iter().enumerate() {
@@ -167,7 +168,7 @@ mod tests {
         let normals = [Point::z(), Point::new(-s, 0.0, c)];
         ContactFrame {
             centers: corners.iter().map(|corners| corners.iter().sum::<Point>() / 4.0).collect(),
-            corners: corners.to_vec(),
+            polygons: Some(corners.to_vec()),
             areas: vec![1.0; 2],
             triads: normals.iter().map(|n| Triad::from_normal(*n, Point::x())).collect(),
             origin: Point::zeros(),
@@ -184,7 +185,7 @@ mod tests {
     #[test]
     fn a_cell_may_be_a_dart() {
         let mut frame = two_cells(0.0);
-        frame.corners[0] =
+        frame.polygons.as_mut().unwrap()[0] =
             [[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]].map(|[x, y]| Point::new(x, y, 0.0)).to_vec();
         let locator = Locator::new(&frame, Side::Upper);
         let cases = [

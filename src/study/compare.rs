@@ -86,7 +86,7 @@ fn variant(plan: &Plan, frame: &ContactFrame, replaced: [bool; 2]) -> Variant {
 fn is_plane(frame: &ContactFrame) -> bool {
     let (Some(axes), Some(first)) = (frame.triads.first(), frame.centers.first()) else { return false };
     let size = frame.areas.iter().sum::<f64>().sqrt();
-    let level = frame.triads.iter().all(|triad| (triad.0 - axes.0).amax() < 1e-6);
+    let level = frame.triads.distinct().iter().all(|triad| (triad.0 - axes.0).amax() < 1e-6);
     level && frame.centers.iter().all(|centre| axes.normal().dot(&(centre - first)).abs() < 1e-6 * size)
 }
 

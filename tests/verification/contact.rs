@@ -303,7 +303,7 @@ impl Flexibility for Damaged {
         normal_gap[7] = f64::NAN;
     }
 
-    fn diagonal_blocks(&self) -> Vec<nalgebra::Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 }

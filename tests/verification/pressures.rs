@@ -30,7 +30,7 @@ impl Flexibility for Bare {
         self.0.apply_normal(pressure, normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<nalgebra::Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 }

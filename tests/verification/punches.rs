@@ -244,8 +244,8 @@ impl Flexibility for Springs {
         normal_gap.copy_from_slice(pressure);
     }
 
-    fn diagonal_blocks(&self) -> Vec<nalgebra::Matrix3<f64>> {
-        vec![nalgebra::Matrix3::identity(); self.0]
+    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<nalgebra::Matrix3<f64>> {
+        orthowear::linalg::PerCell::Same(nalgebra::Matrix3::identity(), self.0)
     }
 }
 

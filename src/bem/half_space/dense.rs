@@ -7,6 +7,7 @@ use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
 use crate::linalg::operator::{Entries, Flexibility};
@@ -100,7 +101,7 @@ impl Flexibility for DenseFlexibility {
         rows.zip(normal_gap.par_iter_mut()).for_each(|(row, g)| *g = dot(&row[2 * n..], pressure));
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         (0..self.n).map(|i| self.block(i, i)).collect()
     }
 

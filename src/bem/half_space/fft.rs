@@ -15,6 +15,7 @@ use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, m
 use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
 use crate::linalg::operator::{Entries, Flexibility, TangentialFlexibility};
@@ -144,11 +145,8 @@ impl FftFlexibility {
     /// The operator in single precision.
     fn single(&self) -> &Filter {
         self.single.get_or_init(|| {
-            let parts = self.parts();
-            let (px, count) = (self.convolution.padded[0], parts.planes() - 1);
-            let columns = self.normal().chunks_exact(px).zip(self.rest().chunks_exact(count * px));
-            let symbol: Vec<f64> = columns.flat_map(|(nn, rest)| nn.iter().chain(rest)).copied().collect();
-            Filter::new(Convolution::new(self.convolution.cells), parts, &symbol)
+            let symbols = [self.normal(), self.rest()];
+            Filter::new(Convolution::new(self.convolution.cells), self.parts(), &symbols)
         })
     }
 
@@ -265,8 +263,8 @@ impl Flexibility for FftFlexibility {
         });
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
-        vec![self.table.own() * self.factor as f64; self.n_cells()]
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        PerCell::Same(self.table.own() * self.factor as f64, self.n_cells())
     }
 
     fn entries(&self) -> Entries {
@@ -359,7 +357,8 @@ impl TangentialFlexibility for FftFlexibility {
     }
 
     fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        let make = || Filter::new(Convolution::new(self.convolution.cells), Parts::Tangential, self.rest());
+        let make =
+            || Filter::new(Convolution::new(self.convolution.cells), Parts::Tangential, &[self.rest()]);
         self.tangential_single.get_or_init(make).apply(tractions, gap);
     }
 

@@ -9,6 +9,9 @@ use nalgebra::Complex;
 use super::fft_plan::{Buffers, Convolution};
 use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
 
+/// Numbers compared side by side.
+const LANES: usize = 8;
+
 /// What a filter multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Parts {
@@ -54,10 +57,19 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, its planes in turn.
-    pub(super) fn new(convolution: Convolution<f32>, parts: Parts, symbol: &[f64]) -> Self {
-        let size = largest(symbol);
-        let symbol = symbol.iter().map(|value| (value / size) as f32).collect();
+    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, or with several that hold some of its planes
+    /// each, in their order.
+    pub(super) fn new(convolution: Convolution<f32>, parts: Parts, symbols: &[&[f64]]) -> Self {
+        let size = symbols.iter().map(|symbol| largest(symbol)).fold(0.0, f64::max);
+        let half = convolution.half_spectrum();
+        let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
+        for ky in 0..half {
+            for planes in symbols {
+                let length = planes.len() / half;
+                let column = &planes[ky * length..(ky + 1) * length];
+                symbol.extend(column.iter().map(|value| (value / size) as f32));
+            }
+        }
         let buffers = Mutex::new(convolution.buffers(parts.components()));
         Self { convolution, parts, symbol, size, buffers }
     }
@@ -110,9 +122,35 @@ fn split<const P: usize>(planes: &[f32], px: usize) -> [&[f32]; P] {
     std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
 }
 
-/// Largest magnitude, NaN if any value is.
+/// Largest magnitude, NaN if any value is not finite; in lanes, which the processor takes together.
 fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest: f64, value| {
-        if value.is_nan() || largest.is_nan() { f64::NAN } else { largest.max(value.abs()) }
-    })
+    let (mut magnitudes, mut sums) = ([0.0_f64; LANES], [0.0; LANES]);
+    let chunks = values.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    let mut take = |chunk: &[f64]| {
+        for ((magnitude, sum), value) in magnitudes.iter_mut().zip(&mut sums).zip(chunk) {
+            *magnitude = if value.abs() > *magnitude { value.abs() } else { *magnitude };
+            *sum += 0.0 * value;
+        }
+    };
+    chunks.for_each(&mut take);
+    take(rest);
+    magnitudes.into_iter().fold(0.0, f64::max) + sums.iter().sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the definition.
+    #[test]
+    fn the_largest_of_some() {
+        let mut values: Vec<f64> = (0..21).map(|k| f64::from(k % 7) - 4.5).collect();
+        assert_eq!(largest(&values), 4.5);
+        values[20] = -7.0;
+        assert_eq!(largest(&values), 7.0);
+        values[3] = f64::NAN;
+        assert!(largest(&values).is_nan());
+        assert_eq!(largest(&[]), 0.0);
+    }
 }

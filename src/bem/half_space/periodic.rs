@@ -26,6 +26,7 @@ use super::symbol::{multiply_coupled, multiply_uncoupled};
 use super::symbol_inverse::{inverse_of, normal_inverse};
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::operator::{Entries, Flexibility};
 
@@ -147,8 +148,8 @@ impl Flexibility for PeriodicFlexibility {
         );
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
-        vec![self.own; self.n_cells()]
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        PerCell::Same(self.own, self.n_cells())
     }
 
     fn entries(&self) -> Entries {

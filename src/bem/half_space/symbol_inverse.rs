@@ -63,7 +63,7 @@ pub(super) fn normal_inverse(
             symbol.push(weight / nn);
         }
     }
-    Filter::new(convolution, Parts::Normal, &symbol)
+    Filter::new(convolution, Parts::Normal, &[&symbol])
 }
 
 /// As [`normal_inverse`] for the other components, or all: κ W⁻¹.
@@ -91,7 +91,7 @@ pub(super) fn inverse_of(
                 .for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
     }
-    Filter::new(convolution, parts, &symbol)
+    Filter::new(convolution, parts, &[&symbol])
 }
 
 /// Inverse of a Hermitian matrix; zero if it has none.

@@ -58,7 +58,7 @@ impl Shapes {
             Vector2::new(c * arm.x + s * arm.y, c * arm.y - s * arm.x)
         };
         let corners: Vec<Vec<Vector2<f64>>> =
-            frame.corners.iter().map(|cell| cell.iter().map(flat).collect()).collect();
+            frame.all_corners().map(|cell| cell.iter().map(flat).collect()).collect();
         let large = frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MOST_CELLS));
         match large {
             Some(grid) => Self::blocks(&corners, grid.cells),

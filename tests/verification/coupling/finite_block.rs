@@ -125,7 +125,7 @@ impl Flexibility for Spoilt {
         self.scale(normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 

@@ -188,7 +188,7 @@ fn faces_with_bent_edges() {
     }
     let frame = ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap();
     assert!((frame.areas.iter().sum::<f64>() - 12.0).abs() < 1e-13);
-    assert!(frame.corners.iter().any(|corners| corners.len() == 8));
+    assert!(frame.all_corners().any(|corners| corners.len() == 8));
     assert_eq!(frame.rim().iter().filter(|rim| !**rim).count(), 6);
     let map = map(&mesh, &frame);
     let ones = vec![1.0; map.nodes().len()];

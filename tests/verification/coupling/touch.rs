@@ -107,7 +107,7 @@ fn a_vertex_touches_within_any_cell_around_a_node() {
     });
     let frame = ContactFrame::from_nodes(&block, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
     let places: Vec<Point> =
-        frame.corners.iter().flat_map(|corners| beside_notches(corners, 0.02 * h * h)).collect();
+        frame.all_corners().flat_map(|corners| beside_notches(&corners, 0.02 * h * h)).collect();
     assert!(places.len() > 10, "{}", places.len());
     let foot = above(1, serendipity, |[x, y]| 0.3 + 0.15 * ((x - 0.75).powi(2) + (y - 0.75).powi(2)));
     with_surface(&frame, (&block, "high2", Side::Lower), |lower| {

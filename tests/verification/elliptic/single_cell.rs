@@ -30,7 +30,7 @@ impl Flexibility for OneCell {
         normal_gap[0] = self.0[(2, 2)] * pressure[0];
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<Matrix3<f64>> {
         vec![self.0]
     }
 
