@@ -95,7 +95,9 @@ fn both_paths_give_the_same_gaps() {
         schur.flexibility.apply_normal(pressure, &mut normal[1]);
         assert!(difference(&normal[0], &normal[1]) < 1e-10, "{name}: normal part");
         let scale = block.flexibility.diagonal_blocks()[0].amax();
-        for (a, b) in block.flexibility.diagonal_blocks().iter().zip(schur.flexibility.diagonal_blocks()) {
+        for (a, b) in
+            block.flexibility.diagonal_blocks().iter().zip(schur.flexibility.diagonal_blocks().iter())
+        {
             assert!((a - b).amax() < 1e-10 * scale, "{name}: diagonal blocks\n{a}{b}");
         }
         let mut gap = vec![0.0; 3 * n];

@@ -31,7 +31,7 @@ impl Flexibility for OneCell {
     }
 
     fn diagonal_blocks(&self) -> orthowear::linalg::PerCell<Matrix3<f64>> {
-        vec![self.0]
+        orthowear::linalg::PerCell::Same(self.0, 1)
     }
 
     fn entries(&self) -> Entries {
