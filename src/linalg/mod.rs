@@ -8,6 +8,8 @@ pub mod dense;
 pub mod factor;
 pub mod gmres;
 mod fronts;
+pub mod hierarchical;
+pub mod local_inverse;
 mod lower_blocks;
 pub mod lu;
 pub mod memory;

@@ -41,8 +41,11 @@ impl DenseFlexibility {
         areas: &[f64],
         green: &SurfaceGreen,
     ) -> Result<Self> {
-        check(centers, cells, areas)?;
+        check_cells(centers, cells, areas)?;
         let n = centers.len();
+        let bytes = 72 * (n as u128) * (n as u128);
+        let mend = "use a coarser frame or a grid frame";
+        memory::ensure(bytes, &format!("the dense operator on {n} cells"), mend)?;
         let integrator = PatchIntegrator::new(green);
         let mut rows = vec![0.0; 9 * n * n];
         let (rows_x, rest) = rows.split_at_mut(3 * n * n);
@@ -145,7 +148,8 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
     }
 }
 
-fn check(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
+/// Refuses cells that are none.
+pub(super) fn check_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {
         return Err(Error::input(format!(
@@ -165,8 +169,7 @@ fn check(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result
             )));
         }
     }
-    let bytes = 72 * (n as u128) * (n as u128);
-    memory::ensure(bytes, &format!("the dense operator on {n} cells"), "use a coarser frame or a grid frame")
+    Ok(())
 }
 
 /// Area of a polygon, negative if its corners run clockwise.

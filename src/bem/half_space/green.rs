@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::barnett_lothe::BarnettLothe;
+use super::far_field::Component;
 use crate::error::{Error, Result};
 use crate::geometry::Side;
 use crate::material::Stiffness;
@@ -134,6 +135,14 @@ impl SurfaceGreen {
         let cross =
             self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
         cross.map(|c| c.norm()).fold(0.0, f64::max) > VANISHING * self.largest()
+    }
+
+    /// The entries that do not vanish.
+    pub(super) fn components(&self) -> Vec<Component> {
+        let bound = VANISHING * self.largest();
+        let even = (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(Component::Even);
+        let odd = (0..3).filter(|&c| self.odd.iter().any(|h| h[c].norm() > bound)).map(Component::Odd);
+        even.chain(odd).collect()
     }
 
     /// Order of the highest harmonic kept.

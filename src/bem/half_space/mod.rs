@@ -14,6 +14,8 @@
 mod admittance;
 mod angular_table;
 pub mod barnett_lothe;
+mod cell_pairs;
+pub mod compressed;
 pub mod dense;
 mod far_field;
 pub mod fft;
@@ -27,10 +29,13 @@ pub mod patch;
 pub mod periodic;
 mod periodic_symbol;
 pub mod polygon;
+mod polygon_far;
+mod polygon_moments;
 mod symbol;
 mod symbol_inverse;
 
 pub use crate::geometry::Side;
+pub use compressed::CompressedFlexibility;
 pub use dense::DenseFlexibility;
 pub use fft::{CrossBlocks, FftFlexibility};
 pub use green::SurfaceGreen;

@@ -1,0 +1,169 @@
+//! What the compressed operator of half-spaces costs beside the dense one: seconds of building, of a product, memory, error.
+//!
+//!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance EXPONENT] [--tilt DEGREES] [--threads N]
+
+#[path = "../machine.rs"]
+mod machine;
+
+use std::error::Error;
+use std::time::Instant;
+
+use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
+use orthowear::geometry::fibre_axes;
+use orthowear::linalg::operator::Flexibility;
+use orthowear::material::{Orthotropic, Stiffness};
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// Products timed.
+const PRODUCTS: usize = 10;
+
+/// Centres, corners and areas of cells.
+type Cells = (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>);
+
+/// About `n` quadrangles and triangles that fill the unit square, finer in the middle.
+fn cells(n: usize) -> Cells {
+    // A third of the squares is cut in two.
+    let m = (n as f64 * 0.75).sqrt().round() as usize;
+    let node = |i: usize, j: usize| {
+        let graded = |k: usize| {
+            let x = 2.0 * k as f64 / m as f64 - 1.0;
+            0.5 * x * (0.6 + 0.4 * x * x)
+        };
+        let shake = |k: usize| ((k * 7919 + i * 104_729 + j * 1_299_709) % 1000) as f64 / 1000.0 - 0.5;
+        let inner = i > 0 && j > 0 && i < m && j < m;
+        let size = if inner { 0.25 / m as f64 } else { 0.0 };
+        [graded(i) + size * shake(1), graded(j) + size * shake(2)]
+    };
+    let mut corners = Vec::new();
+    for (i, j) in (0..m * m).map(|k| (k / m, k % m)) {
+        let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+        if (i + j) % 3 == 0 {
+            corners.extend([vec![a, b, c], vec![a, c, d]]);
+        } else {
+            corners.push(vec![a, b, c, d]);
+        }
+    }
+    let (mut centers, mut areas) = (Vec::new(), Vec::new());
+    for polygon in &corners {
+        let (mut area, mut center) = (0.0, [0.0; 2]);
+        for (k, p) in polygon.iter().enumerate() {
+            let q = polygon[(k + 1) % polygon.len()];
+            let cross = p[0] * q[1] - p[1] * q[0];
+            area += cross / 2.0;
+            (0..2).for_each(|axis| center[axis] += cross * (p[axis] + q[axis]) / 6.0);
+        }
+        centers.push(center.map(|x| x / area));
+        areas.push(area);
+    }
+    (centers, corners, areas)
+}
+
+/// CFRP with fibres at an angle below steel.
+fn green(tilt: f64) -> Outcome<SurfaceGreen> {
+    let constants = Orthotropic {
+        e1: 167_230.0,
+        e2: 9544.0,
+        e3: 9544.0,
+        g12: 5292.0,
+        g13: 5292.0,
+        g23: 3483.0,
+        nu12: 0.272,
+        nu13: 0.272,
+        nu23: 0.369,
+    };
+    let cfrp = Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(tilt.to_radians(), 0.0));
+    let steel = Stiffness::isotropic(210e3, 0.3)?;
+    Ok(SurfaceGreen::sum(&[&SurfaceGreen::new(&cfrp, Side::Lower)?, &SurfaceGreen::new(&steel, Side::Upper)?]))
+}
+
+/// Seconds of the fastest of some products with all components, and with the pressures; the first result.
+fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64>) {
+    let n = operator.n_cells();
+    let mut gap = vec![0.0; 3 * n];
+    operator.apply(tractions, &mut gap);
+    let mut again = gap.clone();
+    let (mut all, mut normal) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..PRODUCTS {
+        let start = Instant::now();
+        operator.apply(tractions, &mut again);
+        all = all.min(start.elapsed().as_secs_f64());
+        let start = Instant::now();
+        operator.apply_normal(&tractions[2 * n..], &mut again[2 * n..]);
+        normal = normal.min(start.elapsed().as_secs_f64());
+    }
+    (all, normal, gap)
+}
+
+fn norm(values: impl Iterator<Item = f64>) -> f64 {
+    values.map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// The value after a word of the command line, or what it is without.
+fn numbers(words: &[String], name: &str, otherwise: &[f64]) -> Outcome<Vec<f64>> {
+    let Some(at) = words.iter().position(|word| word == name) else { return Ok(otherwise.to_vec()) };
+    let found: Vec<f64> = words[at + 1..].iter().map_while(|word| word.parse().ok()).collect();
+    if found.is_empty() { Err(format!("{name} needs a number").into()) } else { Ok(found) }
+}
+
+fn main() -> Outcome<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let threads = numbers(&words, "--threads", &[0.0])?[0] as usize;
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    let sizes = numbers(&words, "--cells", &[1000.0, 4000.0, 8000.0, 16_000.0, 32_000.0])?;
+    let dense_up_to = numbers(&words, "--dense", &[4000.0])?[0];
+    let tolerance = 10f64.powf(-numbers(&words, "--tolerance", &[8.0])?[0].abs());
+    let tilt = numbers(&words, "--tilt", &[30.0])?[0];
+    let green = green(tilt)?;
+    print!("{}# load: {}", machine::comment(), load());
+    println!("# fibres at {tilt} degrees, tolerance {tolerance:e}, {} threads\n", rayon::current_num_threads());
+    println!("| cells | operator | build, s | product, s | of pressures, s | MiB | bytes per cell | inverse, s | error |");
+    println!("|{}", "---|".repeat(9));
+    let mut seconds = Vec::new();
+    for size in sizes {
+        let (centers, corners, areas) = cells(size as usize);
+        let n = centers.len();
+        let tractions: Vec<f64> = (0..3 * n).map(|k| 1.0 + (k as f64 * 0.7).sin()).collect();
+        let start = Instant::now();
+        let compressed = CompressedFlexibility::new(&centers, &corners, &areas, &green, tolerance)?;
+        let build = start.elapsed().as_secs_f64();
+        let (all, normal, gap) = products(&compressed, &tractions);
+        let start = Instant::now();
+        let mut preconditioned = vec![0.0; 3 * n];
+        compressed.precondition(&gap, &mut preconditioned);
+        let inverse = start.elapsed().as_secs_f64();
+        seconds.push((n as f64, build, all));
+        let row = |name: &str, build: f64, (all, normal): (f64, f64), bytes: usize, rest: &str| {
+            println!(
+                "| {n} | {name} | {build:.2} | {all:.4} | {normal:.4} | {:.0} | {} | {rest} |",
+                bytes as f64 / f64::from(1 << 20),
+                bytes / n
+            );
+        };
+        let mut error = "".to_owned();
+        let mut dense = None;
+        if size <= dense_up_to {
+            let start = Instant::now();
+            let operator = DenseFlexibility::new(&centers, &corners, &areas, &green)?;
+            let build = start.elapsed().as_secs_f64();
+            let (all, normal, expected) = products(&operator, &tractions);
+            let difference = norm(gap.iter().zip(&expected).map(|(a, b)| a - b));
+            error = format!("{:.1e}", difference / norm(expected.into_iter()));
+            dense = Some((build, (all, normal)));
+        }
+        row("compressed", build, (all, normal), compressed.bytes(), &format!("{inverse:.2} | {error}"));
+        if let Some((build, times)) = dense {
+            row("dense", build, times, 72 * n * n, "| ");
+        }
+    }
+    for pair in seconds.windows(2) {
+        let of = |a: f64, b: f64| (b / a).ln() / (pair[1].0 / pair[0].0).ln();
+        println!("\ngrowth: build N^{:.2}, product N^{:.2}", of(pair[0].1, pair[1].1), of(pair[0].2, pair[1].2));
+    }
+    print!("\n# load at the end: {}", load());
+    Ok(())
+}
+
+fn load() -> String {
+    std::fs::read_to_string("/proc/loadavg").unwrap_or_else(|_| "unknown\n".to_owned())
+}

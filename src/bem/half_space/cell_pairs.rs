@@ -1,0 +1,286 @@
+//! Influences between the cells of a plane frame, made symmetric: by moments where the cells are far apart, by exact integrals
+//! elsewhere.
+//!
+//! Collocation gives K_IJ, the mean displacement of nothing but the centre of cell I; S_IJ = (A_I K_IJ + A_J K_JIᵀ) / (2 A_I).
+//! Here it is scaled to be symmetric itself, N = A^½ S A^-½. With both cells expanded about their centres the two halves
+//! need the same derivatives of the Green's function, at d = x_I - x_J:
+//!
+//! `N_IJ = ½ √(A_I A_J) Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,   μ = moments over the area.
+
+use nalgebra::Matrix3;
+
+use super::far_field::Component;
+use super::green::{SurfaceGreen, assemble};
+use super::polygon;
+use super::polygon_far::{HIGHEST, PolygonFar};
+use super::polygon_moments::{Moments, count};
+
+/// Accuracy of the integrals beyond that of the operator.
+const BEYOND: f64 = 0.1;
+
+/// A cell of the frame.
+#[derive(Debug, Clone)]
+struct Cell {
+    center: [f64; 2],
+    corners: Vec<[f64; 2]>,
+    area: f64,
+    /// Largest distance of a corner from the centre.
+    radius: f64,
+}
+
+/// The cells of a frame and the Green's function between them.
+pub(super) struct CellPairs {
+    cells: Vec<Cell>,
+    /// Moments over the area, `[cell][function]`.
+    moments: Vec<f64>,
+    green: SurfaceGreen,
+    components: Vec<Component>,
+    far: PolygonFar,
+    scale: f64,
+}
+
+/// Rows and columns of the components: of the symmetric ones, then of the antisymmetric ones.
+const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+const ANTISYMMETRIC: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// Row and column of a component.
+pub(super) fn position(component: Component) -> (usize, usize) {
+    match component {
+        Component::Even(c) => SYMMETRIC[c],
+        Component::Odd(c) => ANTISYMMETRIC[c],
+    }
+}
+
+impl CellPairs {
+    /// For an operator of a relative accuracy `tolerance`, of cells in the order of the arguments (see
+    /// [`DenseFlexibility`](super::DenseFlexibility)).
+    pub fn new(
+        (centers, corners, areas): (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>),
+        green: &SurfaceGreen,
+        tolerance: f64,
+    ) -> Self {
+        let components = green.components();
+        let far = PolygonFar::new(green, &components, BEYOND * tolerance);
+        let rule = Moments::new(far.order());
+        let cells: Vec<Cell> = centers
+            .into_iter()
+            .zip(corners)
+            .zip(areas)
+            .map(|((center, corners), area)| {
+                let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
+                Cell { center, radius: radii.fold(0.0, f64::max), corners, area }
+            })
+            .collect();
+        let moments = cells
+            .iter()
+            .flat_map(|cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area))
+            .collect();
+        let mut pairs = Self { cells, moments, green: green.clone(), components, far, scale: 1.0 };
+        // Entries of the order of 1, whatever the units.
+        let own = (0..pairs.cells.len()).map(|cell| pairs.matrix(cell, cell).amax());
+        let largest = own.fold(0.0, f64::max);
+        pairs.scale = 1.0 / largest;
+        pairs
+    }
+
+    /// The components that do not vanish.
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// What the entries are multiplied with, so that they are about 1 at most.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let corners: usize = self.cells.iter().map(|cell| size_of_val(cell.corners.as_slice())).sum();
+        size_of_val(self.cells.as_slice())
+            + corners
+            + size_of_val(self.moments.as_slice())
+            + self.far.bytes()
+    }
+
+    /// The components of `scale` N_IJ into `values` `[components]`.
+    pub fn entry(&self, i: usize, j: usize, values: &mut [f64]) {
+        let (a, b) = (&self.cells[i], &self.cells[j]);
+        let d = [a.center[0] - b.center[0], a.center[1] - b.center[1]];
+        // N_JI is the transpose.
+        if d[1] < 0.0 || (d[1] == 0.0 && d[0] < 0.0) {
+            self.upper(j, i, [-d[0], -d[1]], values);
+            for (value, component) in values.iter_mut().zip(&self.components) {
+                if matches!(component, Component::Odd(_)) {
+                    *value = -*value;
+                }
+            }
+        } else {
+            self.upper(i, j, d, values);
+        }
+    }
+
+    /// As [`Self::entry`], x_I - x_J = `d` pointing into the upper half of the plane.
+    fn upper(&self, i: usize, j: usize, d: [f64; 2], values: &mut [f64]) {
+        let (a, b) = (&self.cells[i], &self.cells[j]);
+        let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        let Some(order) = self.far.order_at(r / a.radius.max(b.radius)) else {
+            let matrix = self.exact(i, j) * self.scale;
+            for (value, component) in values.iter_mut().zip(&self.components) {
+                let (row, column) = position(*component);
+                let mirrored = matrix[(column, row)];
+                *value = match component {
+                    Component::Even(_) => 0.5 * (matrix[(row, column)] + mirrored),
+                    Component::Odd(_) => 0.5 * (matrix[(row, column)] - mirrored),
+                };
+            }
+            return;
+        };
+        let stride = count(self.far.order());
+        let of = |cell: usize| &self.moments[cell * stride..cell * stride + count(order)];
+        let mut weights = [0.0; count(HIGHEST)];
+        let mut factor = 0.5 * self.scale * (a.area * b.area).sqrt() / r;
+        let (mut sign, mut place) = (1.0, 0);
+        let (own, other) = (of(i), of(j));
+        for k in 0..=order {
+            for q in place..=place + k {
+                weights[q] = factor * (sign * other[q] + own[q]);
+            }
+            place += k + 1;
+            factor /= r;
+            sign = -sign;
+        }
+        values.fill(0.0);
+        self.far.add(d, order, &weights[..count(order)], values);
+    }
+
+    /// N_IJ by integrals over both cells.
+    fn exact(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let (a, b) = (&self.cells[i], &self.cells[j]);
+        let ratio = (a.area / b.area).sqrt();
+        let on = |target: &Cell, source: &Cell| polygon::integrate(&self.green, &source.corners, target.center);
+        0.5 * (on(a, b) * ratio + on(b, a).transpose() / ratio)
+    }
+
+    /// S_IJ.
+    pub fn matrix(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let mut values = [0.0; 9];
+        self.entry(i, j, &mut values[..self.components.len()]);
+        let (mut even, mut odd) = ([0.0; 6], [0.0; 3]);
+        for (value, component) in values.iter().zip(&self.components) {
+            match *component {
+                Component::Even(c) => even[c] = *value,
+                Component::Odd(c) => odd[c] = *value,
+            }
+        }
+        let ratio = (self.cells[j].area / self.cells[i].area).sqrt();
+        assemble(&even, &odd) * (ratio / self.scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Side;
+    use crate::material::{Orthotropic, Stiffness};
+
+    fn isotropic() -> SurfaceGreen {
+        let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
+        SurfaceGreen::new(&steel, Side::Lower).expect("converges")
+    }
+
+    /// A crystal whose axes point anywhere: all components are there.
+    fn anisotropic() -> SurfaceGreen {
+        let constants = Orthotropic {
+            e1: 120e3,
+            e2: 20e3,
+            e3: 10e3,
+            g12: 8e3,
+            g13: 6e3,
+            g23: 4e3,
+            nu12: 0.3,
+            nu13: 0.25,
+            nu23: 0.35,
+        };
+        let turn = nalgebra::Rotation3::from_euler_angles(0.4, -0.7, 0.3).into_inner();
+        let stiffness = Stiffness::orthotropic(&constants).expect("admissible").rotated(&turn);
+        SurfaceGreen::new(&stiffness, Side::Lower).expect("converges")
+    }
+
+    fn cells() -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>) {
+        let triangle = vec![[0.0, 0.0], [0.3, 0.05], [0.1, 0.25]];
+        let centers = vec![[0.4 / 3.0, 0.1], [0.0; 2]];
+        let area = 0.5 * (0.3 * 0.25 - 0.1 * 0.05);
+        let square = vec![[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]];
+        (centers, vec![triangle, square], vec![area, 0.04])
+    }
+
+    fn pairs(green: &SurfaceGreen, tolerance: f64, offset: [f64; 2]) -> CellPairs {
+        let (mut centers, mut corners, areas) = cells();
+        for point in corners[1].iter_mut().chain([&mut centers[1]]) {
+            *point = [point[0] + offset[0], point[1] + offset[1]];
+        }
+        CellPairs::new((centers, corners, areas), green, tolerance)
+    }
+
+    /// Truth: the exact integrals over both cells, made symmetric. The error keeps what was asked for, from where the expansion
+    /// begins to far away, in all directions, and is not nothing where it begins.
+    #[test]
+    fn moments_give_the_integrals() {
+        for green in [isotropic(), anisotropic()] {
+            for tolerance in [1e-4, 1e-6, 1e-8] {
+                let begin = *PolygonFar::new(&green, &green.components(), BEYOND * tolerance).from().last().expect("one");
+                let mut nearest = 0.0_f64;
+                for distance in [1.001, 1.3, 2.0, 5.0] {
+                    for k in 0..12 {
+                        let (r, angle) = (distance * begin * 0.2, 0.1 + 0.52 * f64::from(k));
+                        let offset = [0.4 / 3.0 + r * f64::cos(angle), 0.1 + r * f64::sin(angle)];
+                        let pairs = pairs(&green, tolerance, offset);
+                        let (a, b) = (&pairs.cells[0], &pairs.cells[1]);
+                        assert!(pairs.far.order_at(r / a.radius.max(b.radius)).is_some());
+                        let expected = pairs.exact(0, 1) * (b.area / a.area).sqrt();
+                        let error = (pairs.matrix(0, 1) - expected).amax() / expected.amax();
+                        assert!(error < BEYOND * tolerance, "{tolerance} {r} {angle}: {error}");
+                        if distance < 1.1 {
+                            nearest = nearest.max(error);
+                        }
+                    }
+                }
+                assert!(nearest > 1e-3 * BEYOND * tolerance, "{tolerance}: {nearest}");
+            }
+        }
+    }
+
+    /// Truth: a term of order k falls as (radius / distance)^k, so the error of orders up to p as the power p + 1 of it, or p + 2
+    /// where the next order is small.
+    #[test]
+    fn error_falls_with_the_power_of_the_order() {
+        let green = anisotropic();
+        let far = PolygonFar::new(&green, &green.components(), 1e-9);
+        let (centers, corners, _) = cells();
+        let moments = Moments::new(far.order()).of(&corners[0], centers[0]);
+        for order in 2..=5 {
+            let error = |r: f64| {
+                let d = [r * 0.6, r * 0.8];
+                let mut weights = moments.clone();
+                let mut place = 0;
+                for k in 0..=far.order() {
+                    let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                    weights[place..=place + k].iter_mut().for_each(|w| *w *= sign / r.powi(k as i32 + 1));
+                    place += k + 1;
+                }
+                let mut values = vec![0.0; 9];
+                far.add(d, order, &weights[..count(order)], &mut values);
+                let found = assemble(
+                    &std::array::from_fn(|c| values[c]),
+                    &std::array::from_fn(|c| values[6 + c]),
+                );
+                let target = [centers[0][0] + d[0], centers[0][1] + d[1]];
+                let expected = polygon::integrate(&green, &corners[0], target);
+                (found - expected).amax() / expected.amax()
+            };
+            let observed = (error(1.5) / error(3.0)).log2();
+            let wanted = (order + 1) as f64;
+            assert!((wanted - 0.6..wanted + 1.6).contains(&observed), "order {order}: {observed}");
+        }
+    }
+}

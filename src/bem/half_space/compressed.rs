@@ -1,0 +1,264 @@
+//! Flexibility of half-spaces on any plane frame, compressed: blocks of low rank between groups of cells that lie apart.
+
+use std::sync::{Mutex, OnceLock};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::cell_pairs::{CellPairs, position};
+use super::dense::check_cells;
+use super::far_field::Component;
+use super::green::SurfaceGreen;
+use super::patch::PatchIntegrator;
+use crate::error::{Error, Result};
+use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::hierarchical::{ClusterTree, Extent, HierarchicalMatrix, Layout, Use};
+use crate::linalg::local_inverse::LocalInverse;
+use crate::linalg::memory;
+use crate::linalg::operator::{Entries, Flexibility};
+
+/// Most cells of a leaf of the tree.
+const LEAF: usize = 32;
+
+/// Clusters are far apart if the smaller diameter is at most so many times their distance.
+const ADMISSIBILITY: f64 = 1.5;
+
+/// Tolerances that can be asked for.
+pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
+
+/// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions, the same as
+/// [`DenseFlexibility`](super::DenseFlexibility) within a tolerance, in memory and time that grow little more than the number of
+/// cells.
+///
+/// Stored is N = A^½ S A^-½, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+///
+/// # Source
+/// Formulation 8.4.
+pub struct CompressedFlexibility {
+    matrix: HierarchicalMatrix,
+    pairs: CellPairs,
+    tolerance: f64,
+    /// Uses of the components in products with all three planes, and with the pressures alone.
+    all: Vec<Use>,
+    normal: Vec<Use>,
+    /// Place in the tree of each cell, and root of its area.
+    cells: Vec<(usize, f64)>,
+    integrator: PatchIntegrator,
+    /// Cells as they were given, for direct sums.
+    given: Polygons,
+    inverses: [OnceLock<LocalInverse>; 2],
+    /// Tractions and gaps in the order of the tree, `[3, N]` by planes.
+    scratch: Mutex<[Vec<f64>; 2]>,
+}
+
+/// Centres `[N]` and corners `[N]` of cells in the x and y of the frame's plane, mm, and their areas `[N]`, mm2.
+#[derive(Debug, Clone)]
+struct Polygons {
+    centers: Vec<[f64; 2]>,
+    corners: Vec<Vec<[f64; 2]>>,
+    areas: Vec<f64>,
+}
+
+impl CompressedFlexibility {
+    /// The arguments are those of [`DenseFlexibility::new`](super::DenseFlexibility::new); products differ from those of the
+    /// dense operator by about `tolerance` times the norm of S.
+    ///
+    /// # Errors
+    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is not within
+    /// [`TOLERANCES`], the operator does not fit into the memory, or a stop is wished.
+    pub fn new(
+        centers: &[[f64; 2]],
+        cells: &[Vec<[f64; 2]>],
+        areas: &[f64],
+        green: &SurfaceGreen,
+        tolerance: f64,
+    ) -> Result<Self> {
+        check_cells(centers, cells, areas)?;
+        if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+            return Err(Error::input(format!(
+                "an operator cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
+                TOLERANCES[0], TOLERANCES[1]
+            )));
+        }
+        let given = Polygons { centers: centers.to_vec(), corners: cells.to_vec(), areas: areas.to_vec() };
+        let layout = layout(&given);
+        let order = &layout.tree().order;
+        let ordered = Polygons {
+            centers: order.iter().map(|&cell| centers[cell]).collect(),
+            corners: order.iter().map(|&cell| cells[cell].clone()).collect(),
+            areas: order.iter().map(|&cell| areas[cell]).collect(),
+        };
+        let mut places = vec![(0, 0.0); order.len()];
+        order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell].sqrt()));
+        let pairs = CellPairs::new((ordered.centers, ordered.corners, ordered.areas), green, tolerance);
+        let components = pairs.components();
+        let entries = |i: usize, j: usize, values: &mut [f64]| pairs.entry(i, j, values);
+        let bytes = layout.expected_bytes(&entries, components.len(), tolerance)
+            + beside(centers.len(), cells.iter().map(Vec::len).sum());
+        memory::ensure(
+            bytes as u128,
+            &format!("the compressed operator on {} cells", centers.len()),
+            "use a coarser frame or a grid frame, or raise solver.compression_tolerance",
+        )?;
+        let uses = |(component, entry): (usize, &Component)| {
+            let (row, column) = position(*entry);
+            let one = Use { component, from: column, to: row, sign: 1.0 };
+            let sign = if matches!(entry, Component::Odd(_)) { -1.0 } else { 1.0 };
+            let mirrored = Use { component, from: row, to: column, sign };
+            [Some(one), (row != column).then_some(mirrored)].into_iter().flatten()
+        };
+        let all: Vec<Use> = components.iter().enumerate().flat_map(uses).collect();
+        let normal = all.iter().filter(|one| (one.from, one.to) == (2, 2));
+        let normal = normal.map(|one| Use { from: 0, to: 0, ..*one }).collect();
+        let signs = components.iter().map(|c| if matches!(c, Component::Odd(_)) { -1.0 } else { 1.0 });
+        let matrix = layout.fill(&entries, signs.collect(), tolerance)?;
+        let n = centers.len();
+        Ok(Self {
+            matrix,
+            tolerance,
+            all,
+            normal,
+            cells: places,
+            integrator: PatchIntegrator::new(green),
+            given,
+            inverses: [OnceLock::new(), OnceLock::new()],
+            scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]),
+            pairs,
+        })
+    }
+
+    /// Relative tolerance of the compression.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Bytes of the operator itself.
+    pub fn bytes(&self) -> usize {
+        self.matrix.bytes() + self.pairs.bytes()
+    }
+
+    /// Puts `planes` of vectors in the order of the tree, times `factor(root of the area)`, `with` them, and puts what comes out
+    /// back in the order of the cells, times `back(root)`.
+    fn in_order(
+        &self,
+        (x, y): (&[f64], &mut [f64]),
+        factor: impl Fn(f64) -> f64,
+        with: impl FnOnce(&[f64], &mut [f64]),
+        back: impl Fn(f64) -> f64,
+    ) {
+        let n = self.cells.len();
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let [from, to] = &mut *scratch;
+        let (from, to) = (&mut from[..x.len()], &mut to[..y.len()]);
+        for (values, from) in x.chunks_exact(n).zip(from.chunks_exact_mut(n)) {
+            for (value, (place, root)) in values.iter().zip(&self.cells) {
+                from[*place] = value * factor(*root);
+            }
+        }
+        with(from, to);
+        for (values, to) in y.chunks_exact_mut(n).zip(to.chunks_exact(n)) {
+            for (value, (place, root)) in values.iter_mut().zip(&self.cells) {
+                *value = to[*place] * back(*root);
+            }
+        }
+    }
+
+    fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
+        let scale = self.pairs.scale();
+        let product = |x: &[f64], y: &mut [f64]| self.matrix.multiply(uses, x, y);
+        self.in_order((x, y), |root| root, product, |root| 1.0 / (root * scale));
+    }
+
+    /// S⁻¹ = A^-½ N⁻¹ A^½, nearly.
+    fn invert(&self, (which, uses): (usize, &[Use]), x: &[f64], y: &mut [f64]) {
+        let (scale, n) = (self.pairs.scale(), self.cells.len());
+        let make = || {
+            let mut weights = vec![0.0; n];
+            self.cells.iter().for_each(|(place, root)| weights[*place] = *root);
+            LocalInverse::new(&self.matrix, uses, x.len() / n, &weights)
+        };
+        let inverse = self.inverses[which].get_or_init(make);
+        self.in_order((x, y), |root| root * scale, |x, y| inverse.apply(x, y), |root| 1.0 / root);
+    }
+
+    /// S_IJ by the integrals over both cells.
+    fn integrated(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let Polygons { centers, corners, areas } = &self.given;
+        let on = |target: usize, source: usize| self.integrator.polygon(&corners[source], centers[target]);
+        0.5 * (on(i, j) + on(j, i).transpose() * (areas[j] / areas[i]))
+    }
+}
+
+fn layout(given: &Polygons) -> Layout {
+    let extent = |corners: &Vec<[f64; 2]>| -> Extent {
+        let bound = |with: fn(f64, f64) -> f64, start: f64| {
+            [0, 1].map(|axis| corners.iter().map(|p| p[axis]).fold(start, with))
+        };
+        [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
+    };
+    let extents: Vec<Extent> = given.corners.iter().map(extent).collect();
+    Layout::new(ClusterTree::new(&given.centers, &extents, LEAF), ADMISSIBILITY)
+}
+
+/// Bytes of what is kept beside the blocks of `n` cells with so many corners together.
+fn beside(n: usize, corners: usize) -> usize {
+    let vectors = 3 * 8 * (16 + 2);
+    let moments = 8 * 91;
+    n * (vectors + moments + 200) + 2 * 16 * corners + LocalInverse::expected_bytes(n, 3)
+}
+
+impl Flexibility for CompressedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.multiply(&self.all, tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.multiply(&self.normal, pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        self.cells.iter().map(|&(place, _)| self.pairs.matrix(place, place)).collect()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        let crosses = |component: &Component| {
+            let (row, column) = position(*component);
+            row != column && column == 2
+        };
+        self.pairs.components().iter().any(crosses)
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.invert((0, &self.normal), normal_gap, pressure);
+        true
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.invert((1, &self.all), gap, tractions);
+        true
+    }
+
+    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        let n = self.cells.len();
+        let mut sum = Vector3::zeros();
+        for source in 0..n {
+            let traction = Vector3::new(tractions[source], tractions[n + source], tractions[2 * n + source]);
+            if traction != Vector3::zeros() {
+                sum += self.integrated(cell, source) * traction;
+            }
+        }
+        Some(sum.into())
+    }
+
+    fn entries(&self) -> Entries {
+        Entries::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        let place = |cell: usize| self.cells[cell].0;
+        matrix.add_blocks(|i, k| self.pairs.matrix(place(cells[i]), place(cells[k])));
+    }
+}

@@ -1,0 +1,304 @@
+//! Matrices in blocks: what is stored, and how much of it there will be.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use super::blocks::{Block, blocks};
+use super::cluster::ClusterTree;
+use super::cross::{Entries, Lines, approximate};
+use super::low_rank::LowRank;
+use crate::error::Result;
+use crate::interrupt;
+
+/// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
+const CROSSES: f64 = 0.3;
+
+/// Far blocks of like size of which the ranks are found to tell the memory of all.
+const SAMPLES: usize = 3;
+
+/// Parts a product is made in; their number is fixed so that the bits do not depend on the threads.
+pub(super) const PARTS: usize = 16;
+
+/// A block of all components.
+pub(super) struct Stored {
+    pub rows: Range<usize>,
+    pub columns: Range<usize>,
+    pub content: Content,
+}
+
+/// The values of a block.
+pub(super) enum Content {
+    /// `[component][row][column]`
+    Near(Vec<f64>),
+    /// `[component]`
+    Far(Vec<LowRank>),
+}
+
+impl Content {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Near(values) => size_of_val(values.as_slice()),
+            Self::Far(components) => {
+                components.iter().map(|component| component.bytes() + size_of::<LowRank>()).sum()
+            }
+        }
+    }
+}
+
+impl Content {
+    /// What its entries of a component are sums of: `with(row, column, value)`.
+    fn each(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
+        match self {
+            Self::Near(values) => {
+                let own = &values[component * m * n..(component + 1) * m * n];
+                own.iter().enumerate().for_each(|(k, value)| with(k / n, k % n, *value));
+            }
+            Self::Far(components) => {
+                let terms = &components[component];
+                let single: Vec<f64> = terms.single.iter().map(|&value| value.into()).collect();
+                for term in terms.double.chunks_exact(m + n).chain(single.chunks_exact(m + n)) {
+                    let (u, v) = term.split_at(m);
+                    for (i, u) in u.iter().enumerate() {
+                        v.iter().enumerate().for_each(|(j, v)| with(i, j, u * v));
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Stored {
+    /// Whether rows and columns are the same.
+    pub fn diagonal(&self) -> bool {
+        self.rows == self.columns
+    }
+}
+
+/// The blocks of matrices over a cluster tree.
+pub struct Layout {
+    tree: ClusterTree,
+    blocks: Vec<Block>,
+}
+
+impl Layout {
+    /// See [`blocks`] for `admissibility`.
+    pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
+        let blocks = blocks(&tree, admissibility);
+        Self { tree, blocks }
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &ClusterTree {
+        &self.tree
+    }
+
+    /// Rows and columns of a block.
+    fn ranges(&self, block: &Block) -> [Range<usize>; 2] {
+        [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
+    }
+
+    /// Numbers in the blocks that are stored as they are, per component.
+    pub fn near_entries(&self) -> usize {
+        let near = self.blocks.iter().filter(|block| !block.far).map(|block| self.ranges(block));
+        near.map(|[rows, columns]| rows.len() * columns.len()).sum()
+    }
+
+    /// Rows and columns of all far blocks together.
+    pub fn far_lines(&self) -> usize {
+        let far = self.blocks.iter().filter(|block| block.far).map(|block| self.ranges(block));
+        far.map(|[rows, columns]| rows.len() + columns.len()).sum()
+    }
+
+    /// Bytes of [`Self::fill`]: near blocks counted, far ones by the ranks of some of each size.
+    pub fn expected_bytes(&self, entries: &impl Entries, components: usize, tolerance: f64) -> usize {
+        let mut of_size: Vec<Vec<&Block>> = Vec::new();
+        for block in self.blocks.iter().filter(|block| block.far) {
+            let [rows, columns] = self.ranges(block);
+            let size = (rows.len() + columns.len()).ilog2() as usize;
+            if of_size.len() <= size {
+                of_size.resize(size + 1, Vec::new());
+            }
+            of_size[size].push(block);
+        }
+        let sampled = |blocks: &Vec<&Block>| {
+            let lines = |block: &Block| self.ranges(block).map(|range| range.len()).iter().sum::<usize>();
+            let count = SAMPLES.min(blocks.len());
+            let (mut bytes, mut seen) = (0, 0);
+            for k in 0..count {
+                let block = blocks[(2 * k + 1) * blocks.len() / (2 * count)];
+                bytes += self.stored(block, entries, components, tolerance).content.bytes();
+                seen += lines(block);
+            }
+            let all: usize = blocks.iter().map(|block| lines(block)).sum();
+            if seen == 0 { 0.0 } else { bytes as f64 * all as f64 / seen as f64 }
+        };
+        let far: Vec<f64> = of_size.par_iter().map(sampled).collect();
+        far.iter().sum::<f64>() as usize + size_of::<f64>() * components * self.near_entries()
+    }
+
+    fn stored(&self, block: &Block, entries: &impl Entries, components: usize, tolerance: f64) -> Stored {
+        let [rows, columns] = self.ranges(block);
+        if interrupt::wished() {
+            return Stored { rows, columns, content: Content::Near(Vec::new()) };
+        }
+        let (m, n) = (rows.len(), columns.len());
+        if block.far {
+            let mut lines = Lines::new(entries, rows.clone(), columns.clone(), components);
+            let bound = tolerance * lines.norm() / (components as f64).sqrt();
+            let of = |component| {
+                LowRank::new(&approximate(&mut lines, component, CROSSES * bound), (m, n), bound)
+            };
+            let content = Content::Far((0..components).map(of).collect());
+            if content.bytes() <= size_of::<f64>() * components * m * n {
+                return Stored { rows, columns, content };
+            }
+        }
+        let mut values = vec![0.0; components * m * n];
+        let mut entry = vec![0.0; components];
+        for (i, j) in (0..m).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            entries(rows.start + i, columns.start + j, &mut entry);
+            (0..components).for_each(|c| values[(c * m + i) * n + j] = entry[c]);
+        }
+        Stored { rows, columns, content: Content::Near(values) }
+    }
+
+    /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far block differs
+    /// from what it should be by `tolerance` times its norm (Frobenius, all components together) at most.
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub fn fill(self, entries: &impl Entries, signs: Vec<f64>, tolerance: f64) -> Result<HierarchicalMatrix> {
+        let of = |block: &Block| self.stored(block, entries, signs.len(), tolerance);
+        // Large blocks take long: each is a task of its own.
+        let blocks: Vec<Stored> = self.blocks.par_iter().with_max_len(1).map(of).collect();
+        interrupt::check()?;
+        let parts = parts(&blocks);
+        Ok(HierarchicalMatrix { tree: self.tree, blocks, signs, parts, scratch: Mutex::new(Vec::new()) })
+    }
+}
+
+/// Ranges of blocks of about equal numbers of bytes.
+fn parts(blocks: &[Stored]) -> Vec<Range<usize>> {
+    let all: usize = blocks.iter().map(|block| block.content.bytes()).sum();
+    let (mut ends, mut seen) = (vec![0], 0);
+    for (index, block) in blocks.iter().enumerate() {
+        seen += block.content.bytes();
+        while ends.len() < PARTS && seen * PARTS >= all * ends.len() {
+            ends.push(index + 1);
+        }
+    }
+    ends.resize(PARTS, blocks.len());
+    ends.push(blocks.len());
+    ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
+}
+
+/// The matrices of the components of a kernel over the places of a cluster tree.
+pub struct HierarchicalMatrix {
+    pub(super) tree: ClusterTree,
+    pub(super) blocks: Vec<Stored>,
+    /// Sign of the mirrored entries of each component.
+    pub(super) signs: Vec<f64>,
+    /// The blocks of each part of a product.
+    pub(super) parts: Vec<Range<usize>>,
+    /// One result per part.
+    pub(super) scratch: Mutex<Vec<f64>>,
+}
+
+impl HierarchicalMatrix {
+    /// Number of places N.
+    pub fn n(&self) -> usize {
+        self.tree.order.len()
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &ClusterTree {
+        &self.tree
+    }
+
+    /// Bytes of all blocks.
+    pub fn bytes(&self) -> usize {
+        self.blocks.iter().map(|block| block.content.bytes() + size_of::<Stored>()).sum()
+    }
+
+    /// The entries between the places of each group (clusters of the tree), `[group][component][place][place]`.
+    pub fn within(&self, groups: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
+        let mut of = vec![0; self.n()];
+        groups.iter().enumerate().for_each(|(group, places)| of[places.clone()].fill(group));
+        let mut values: Vec<Vec<Vec<f64>>> =
+            groups.iter().map(|places| vec![vec![0.0; places.len().pow(2)]; self.signs.len()]).collect();
+        for block in &self.blocks {
+            let [rows, columns] = [&block.rows, &block.columns];
+            let places = &groups[of[rows.start]];
+            if places.start > rows.start || places.end < rows.end.max(columns.end) {
+                continue;
+            }
+            let (count, first) = (places.len(), places.start);
+            for (component, values) in values[of[rows.start]].iter_mut().enumerate() {
+                block.content.each(component, [rows.len(), columns.len()], |i, j, value| {
+                    let [i, j] = [rows.start + i - first, columns.start + j - first];
+                    values[i * count + j] += value;
+                    if !block.diagonal() {
+                        values[j * count + i] += self.signs[component] * value;
+                    }
+                });
+            }
+        }
+        values
+    }
+
+    /// Σ w_i w_j entry (i, j) over the places of each pair of `groups` (ascending ranges of all places), `[component][group][group]`;
+    /// `weights` `[N]`.
+    pub fn sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
+        let count = groups.len();
+        let of: Vec<usize> =
+            groups.iter().enumerate().flat_map(|(group, places)| places.clone().map(move |_| group)).collect();
+        let mut sums = vec![vec![0.0; count * count]; self.signs.len()];
+        for block in &self.blocks {
+            let [rows, columns] = [&block.rows, &block.columns];
+            for (component, sum) in sums.iter_mut().enumerate() {
+                let mut add = |g: usize, h: usize, value: f64| {
+                    sum[g * count + h] += value;
+                    if !block.diagonal() {
+                        sum[h * count + g] += self.signs[component] * value;
+                    }
+                };
+                match &block.content {
+                    near @ Content::Near(_) => near.each(component, [rows.len(), columns.len()], |i, j, value| {
+                        let [i, j] = [rows.start + i, columns.start + j];
+                        add(of[i], of[j], weights[i] * weights[j] * value);
+                    }),
+                    Content::Far(components) => {
+                        let single: Vec<f64> =
+                            components[component].single.iter().map(|&value| value.into()).collect();
+                        for terms in [&components[component].double, &single] {
+                            for term in terms.chunks_exact(rows.len() + columns.len()) {
+                                let (u, v) = term.split_at(rows.len());
+                                let [u, v] =
+                                    [(u, rows), (v, columns)].map(|part| grouped(part, &of, weights));
+                                for (g, u) in &u {
+                                    v.iter().for_each(|(h, v)| add(*g, *h, u * v));
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Weighted sums of the values at some places by group.
+fn grouped((values, places): (&[f64], &Range<usize>), of: &[usize], weights: &[f64]) -> Vec<(usize, f64)> {
+    let mut sums: Vec<(usize, f64)> = Vec::new();
+    for (value, place) in values.iter().zip(places.clone()) {
+        let share = weights[place] * value;
+        match sums.last_mut() {
+            Some((group, sum)) if *group == of[place] => *sum += share,
+            _ => sums.push((of[place], share)),
+        }
+    }
+    sums
+}

@@ -1,0 +1,233 @@
+//! Products with matrices in blocks: the same bits for any number of threads, and nothing is allocated but the first time.
+
+use rayon::prelude::*;
+
+use super::low_rank::dot;
+use super::matrix::{Content, HierarchicalMatrix, PARTS, Stored};
+
+/// What one component does in a product of several planes of vectors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Use {
+    /// The component.
+    pub component: usize,
+    /// The plane it is multiplied with.
+    pub from: usize,
+    /// The plane that the product is added to.
+    pub to: usize,
+    /// Factor of the product.
+    pub sign: f64,
+}
+
+/// Numbers of a plane that are summed up together.
+const CHUNK: usize = 1024;
+
+impl HierarchicalMatrix {
+    /// `y = Σ sign C_component x`, planes of x and y `[planes, N]` as `uses` says, in the order of the tree; overwrites.
+    pub fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        if scratch.len() < PARTS * y.len() {
+            scratch.resize(PARTS * y.len(), 0.0);
+        }
+        let results = &mut scratch[..PARTS * y.len()];
+        results.par_chunks_exact_mut(y.len()).zip(&self.parts).with_max_len(1).for_each(|(part, blocks)| {
+            part.fill(0.0);
+            for block in &self.blocks[blocks.clone()] {
+                for one in uses {
+                    self.add(block, one, x, part);
+                }
+            }
+        });
+        let length = y.len();
+        y.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, sums)| {
+            sums.fill(0.0);
+            for part in 0..PARTS {
+                let from = part * length + chunk * CHUNK;
+                let share = &results[from..from + sums.len()];
+                sums.iter_mut().zip(share).for_each(|(sum, value)| *sum += value);
+            }
+        });
+    }
+
+    /// Adds the share of a block and of its mirror image.
+    fn add(&self, block: &Stored, one: &Use, x: &[f64], y: &mut [f64]) {
+        let n = self.n();
+        let (x, y) = (&x[one.from * n..(one.from + 1) * n], &mut y[one.to * n..(one.to + 1) * n]);
+        // Entries that meet zeros only are not read: tractions vanish outside the contact.
+        let [ahead, back] = [&block.columns, &block.rows].map(|range| {
+            let values = &x[range.clone()];
+            values.iter().any(|value| *value != 0.0).then_some(values)
+        });
+        let back = back.filter(|_| !block.diagonal());
+        if ahead.is_none() && back.is_none() {
+            return;
+        }
+        let (mirrored, m) = (one.sign * self.signs[one.component], block.rows.len());
+        match &block.content {
+            Content::Near(values) => {
+                let size = m * block.columns.len();
+                let rows = values[one.component * size..(one.component + 1) * size].chunks_exact(size / m);
+                for (k, row) in rows.enumerate() {
+                    if let Some(x) = ahead {
+                        y[block.rows.start + k] += one.sign * dot(row, x);
+                    }
+                    if let Some(x) = back.filter(|x| x[k] != 0.0) {
+                        add(&mut y[block.columns.clone()], mirrored * x[k], row);
+                    }
+                }
+            }
+            Content::Far(components) => {
+                let terms = &components[one.component];
+                let mut of = Sides { block, ahead, back, y, factors: [one.sign, mirrored] };
+                of.add_terms(&terms.double);
+                of.add_terms(&terms.single);
+            }
+        }
+    }
+}
+
+/// A far block, the vectors on its two sides, and the factors of the block and of its mirror image.
+struct Sides<'b> {
+    block: &'b Stored,
+    ahead: Option<&'b [f64]>,
+    back: Option<&'b [f64]>,
+    y: &'b mut [f64],
+    factors: [f64; 2],
+}
+
+impl Sides<'_> {
+    fn add_terms<T: Copy + Into<f64>>(&mut self, terms: &[T]) {
+        let (rows, columns) = (self.block.rows.clone(), self.block.columns.clone());
+        for term in terms.chunks_exact(rows.len() + columns.len()) {
+            let (u, v) = term.split_at(rows.len());
+            if let Some(x) = self.ahead {
+                add(&mut self.y[rows.clone()], self.factors[0] * dot(v, x), u);
+            }
+            if let Some(x) = self.back {
+                add(&mut self.y[columns.clone()], self.factors[1] * dot(u, x), v);
+            }
+        }
+    }
+}
+
+fn add<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, values: &[T]) {
+    y.iter_mut().zip(values).for_each(|(y, &value)| *y += factor * Into::<f64>::into(value));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::super::{ClusterTree, Extent, Layout};
+    use super::*;
+
+    /// Points with gaps and a cluster, and a kernel with a symmetric and an antisymmetric component.
+    fn example() -> (Vec<[f64; 2]>, impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
+        let at = |k: usize| {
+            let (i, j) = ((k % 30) as f64, (k / 30) as f64);
+            let bend = 0.3 * (i * PI / 7.0).sin();
+            if k < 300 { [i + bend, j - bend] } else { [0.3 * i + 40.0, 0.2 * j + bend] }
+        };
+        let kernel = |a: [f64; 2], b: [f64; 2]| {
+            let [x, y] = [a[0] - b[0], a[1] - b[1]];
+            let r = x.hypot(y).max(0.5);
+            [1.0 / r, (x + 0.3 * y) / (r * r)]
+        };
+        ((0..600).map(at).collect(), kernel)
+    }
+
+    fn matrix(tolerance: f64) -> (HierarchicalMatrix, Vec<[f64; 2]>) {
+        let (points, kernel) = example();
+        let extents: Vec<Extent> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
+        let tree = ClusterTree::new(&points, &extents, 20);
+        let ordered: Vec<[f64; 2]> = tree.order.iter().map(|&k| points[k]).collect();
+        let entries = |i: usize, j: usize, values: &mut [f64]| {
+            values.copy_from_slice(&kernel(ordered[i], ordered[j]));
+        };
+        let layout = Layout::new(tree, 1.5);
+        let expected = layout.expected_bytes(&entries, 2, tolerance);
+        let matrix = layout.fill(&entries, vec![1.0, -1.0], tolerance).expect("nobody wishes to stop");
+        let ratio = matrix.bytes() as f64 / expected as f64;
+        assert!(ratio > 0.8 && ratio < 1.25, "{ratio}");
+        (matrix, ordered)
+    }
+
+    /// Two planes: the first gets C_0 x_0 + C_1 x_1, the second -C_1 x_0.
+    const USES: [Use; 3] = [
+        Use { component: 0, from: 0, to: 0, sign: 1.0 },
+        Use { component: 1, from: 1, to: 0, sign: 1.0 },
+        Use { component: 1, from: 0, to: 1, sign: -1.0 },
+    ];
+
+    fn planes(n: usize) -> Vec<f64> {
+        (0..2 * n).map(|k| ((k * 7919 % 1000) as f64 * 0.37).sin()).collect()
+    }
+
+    /// Truth: the sum over all entries of the kernel. The error follows the tolerance; zeros may be left out.
+    #[test]
+    fn products_are_sums_over_the_kernel() {
+        for tolerance in [1e-4, 1e-8] {
+            let (matrix, points) = matrix(tolerance);
+            let (_, kernel) = example();
+            let n = matrix.n();
+            for filled in [0..2 * n, 0..40, n - 30..n + 20] {
+                let mut x = planes(n);
+                (0..2 * n).filter(|k| !filled.contains(k)).for_each(|k| x[k] = 0.0);
+                let mut y = vec![f64::NAN; 2 * n];
+                matrix.multiply(&USES, &x, &mut y);
+                let (mut error, mut size) = (0.0_f64, 0.0_f64);
+                for i in 0..n {
+                    let mut sums = [0.0; 2];
+                    for j in 0..n {
+                        let [even, odd] = kernel(points[i], points[j]);
+                        sums[0] += even * x[j] + odd * x[n + j];
+                        sums[1] -= odd * x[j];
+                    }
+                    for (plane, sum) in sums.into_iter().enumerate() {
+                        error += (y[plane * n + i] - sum).powi(2);
+                        size += sum * sum;
+                    }
+                }
+                let relative = (error / size).sqrt();
+                assert!(relative < tolerance && relative > 1e-3 * tolerance, "{tolerance}: {relative}");
+            }
+        }
+    }
+
+    /// Truth: the same bits with one thread and with several.
+    #[test]
+    fn threads_do_not_change_bits() {
+        let product = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| {
+                let (matrix, _) = matrix(1e-6);
+                let mut y = vec![0.0; 2 * matrix.n()];
+                matrix.multiply(&USES, &planes(matrix.n()), &mut y);
+                y
+            })
+        };
+        let one = product(1);
+        assert!(product(2) == one && product(3) == one);
+    }
+
+    /// Truth: sums over groups are products with vectors that are constant on them. Tolerance: rounding of 600 terms.
+    #[test]
+    fn sums_over_groups() {
+        let (matrix, _) = matrix(1e-6);
+        let n = matrix.n();
+        let groups = matrix.tree().parts(100);
+        let weights: Vec<f64> = (0..n).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect();
+        let sums = matrix.sums(&groups, &weights);
+        for (h, group) in groups.iter().enumerate() {
+            let mut x = vec![0.0; 2 * n];
+            group.clone().for_each(|k| x[k] = weights[k]);
+            let mut y = vec![0.0; 2 * n];
+            matrix.multiply(&USES, &x, &mut y);
+            for (g, group) in groups.iter().enumerate() {
+                let of = |plane: usize| -> f64 { group.clone().map(|k| weights[k] * y[plane * n + k]).sum() };
+                let at = g * groups.len() + h;
+                assert!((of(0) - sums[0][at]).abs() < 1e-10 * sums[0][at].abs());
+                assert!((of(1) + sums[1][at]).abs() < 1e-10 * sums[0][at].abs());
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Approximate inverse of a symmetric positive definite matrix of a smooth kernel in two levels, for preconditioning: exact
+//! inverses within groups of places that lie together, plus that of sums over larger groups.
+//!
+//! The inverse of such a kernel is nearly local, so that groups tell its short waves; the sums tell the long ones. Both parts are
+//! added, which keeps it symmetric and positive definite.
+//!
+//! # Source
+//! Heuer 1996, "Additive Schwarz methods for indefinite hypersingular integral equations in R³" and the literature there.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::inverse::{inverse, inverse_scratch};
+use faer::{MatMut, MatRef, Par, Spec};
+use rayon::prelude::*;
+
+use super::hierarchical::{HierarchicalMatrix, Use, dot};
+
+/// Most places of a group.
+const GROUP: usize = 64;
+
+/// Groups of the second level at most, roughly.
+const SUMS: usize = 384;
+
+/// Rows of the second level's product taken together.
+const ROWS: usize = 64;
+
+/// The inverse of the groups' matrices and of that of their sums.
+pub struct LocalInverse {
+    n: usize,
+    planes: usize,
+    groups: Vec<Group>,
+    /// Groups of the second level, and the inverse between their sums, `[planes, groups]` squared.
+    larger: Vec<Range<usize>>,
+    of_sums: Vec<f64>,
+    /// Weights of the places in the sums.
+    weights: Vec<f64>,
+    scratch: Mutex<[Vec<f64>; 2]>,
+}
+
+struct Group {
+    places: Range<usize>,
+    /// `[planes, places]` squared.
+    inverse: Vec<f64>,
+}
+
+impl LocalInverse {
+    /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant field is.
+    pub fn new(matrix: &HierarchicalMatrix, uses: &[Use], planes: usize, weights: &[f64]) -> Self {
+        let ranges = matrix.tree().parts(GROUP);
+        let larger = matrix.tree().parts(GROUP.max(matrix.n() / SUMS));
+        let within = matrix.within(&ranges);
+        let groups: Vec<Group> = ranges
+            .into_par_iter()
+            .zip(within)
+            .map(|(places, components)| Group {
+                inverse: inverted(assembled(&components, places.len(), uses, planes), planes * places.len()),
+                places,
+            })
+            .collect();
+        let sums = assembled(&matrix.sums(&larger, weights), larger.len(), uses, planes);
+        let of_sums = inverted(sums, planes * larger.len());
+        let coarse = vec![0.0; planes * larger.len()];
+        let weights = weights.to_vec();
+        let scratch = Mutex::new([coarse.clone(), coarse]);
+        Self { n: matrix.n(), planes, groups, larger, of_sums, weights, scratch }
+    }
+
+    /// Bytes that it takes for `n` places at most.
+    pub fn expected_bytes(n: usize, planes: usize) -> usize {
+        let larger = SUMS.min(n / (GROUP / 2) + 1);
+        size_of::<f64>() * planes * planes * (GROUP * n + 4 * larger * larger)
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let of_groups: usize = self.groups.iter().map(|group| size_of_val(group.inverse.as_slice())).sum();
+        of_groups + size_of_val(self.of_sums.as_slice()) + size_of_val(self.weights.as_slice())
+    }
+
+    /// `y` about the inverse times `x`, both `[planes, N]`; overwrites. Does not allocate.
+    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let (n, planes) = (self.n, self.planes);
+        for group in &self.groups {
+            let size = group.places.len();
+            for (row, values) in group.inverse.chunks_exact(planes * size).enumerate() {
+                let (plane, place) = (row / size, group.places.start + row % size);
+                y[plane * n + place] = (0..planes)
+                    .map(|k| dot(&values[k * size..(k + 1) * size], &x[k * n..][group.places.clone()]))
+                    .sum();
+            }
+        }
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let [sums, answers] = &mut *scratch;
+        let count = self.larger.len();
+        for plane in 0..planes {
+            for (g, places) in self.larger.iter().enumerate() {
+                let own = &x[plane * n..][places.clone()];
+                sums[plane * count + g] = dot(&self.weights[places.clone()], own);
+            }
+        }
+        let rows = self.of_sums.par_chunks(planes * count * ROWS).zip(answers.par_chunks_mut(ROWS));
+        rows.for_each(|(rows, answers)| {
+            for (row, answer) in rows.chunks_exact(planes * count).zip(answers) {
+                *answer = dot(row, sums);
+            }
+        });
+        for plane in 0..planes {
+            for (g, places) in self.larger.iter().enumerate() {
+                let answer = answers[plane * count + g];
+                for place in places.clone() {
+                    y[plane * n + place] += self.weights[place] * answer;
+                }
+            }
+        }
+    }
+}
+
+/// The matrix over `planes` of the components between `m` places, `[planes, m]` squared.
+fn assembled(components: &[Vec<f64>], m: usize, uses: &[Use], planes: usize) -> Vec<f64> {
+    let mut matrix = vec![0.0; (planes * m).pow(2)];
+    for one in uses {
+        for (i, row) in components[one.component].chunks_exact(m).enumerate() {
+            let from = ((one.to * m + i) * planes + one.from) * m;
+            let own = &mut matrix[from..from + m];
+            own.iter_mut().zip(row).for_each(|(sum, value)| *sum += one.sign * value);
+        }
+    }
+    matrix
+}
+
+/// The inverse of a symmetric positive definite matrix; that of its diagonal, if it is none.
+fn inverted(mut matrix: Vec<f64>, n: usize) -> Vec<f64> {
+    let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * (n + 1)]).collect();
+    let request: StackReq = cholesky_in_place_scratch::<f64>(n, Par::Seq, Spec::default())
+        .or(inverse_scratch::<f64>(n, Par::Seq));
+    let mut memory = MemBuffer::new(request);
+    let factor = MatMut::from_column_major_slice_mut(&mut matrix, n, n);
+    let stack = MemStack::new(&mut memory);
+    let mut result = vec![0.0; n * n];
+    if cholesky_in_place(factor, Default::default(), Par::Seq, stack, Spec::default()).is_err() {
+        diagonal.iter().enumerate().for_each(|(i, value)| result[i * (n + 1)] = 1.0 / value);
+        return result;
+    }
+    let factor = MatRef::from_column_major_slice(&matrix, n, n);
+    let stack = MemStack::new(&mut memory);
+    inverse(MatMut::from_column_major_slice_mut(&mut result, n, n), factor, Par::Seq, stack);
+    for i in 0..n {
+        for j in i + 1..n {
+            result[j * n + i] = result[i * n + j];
+        }
+    }
+    result
+}
