@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use super::{BodyEquations, BodyField, ElasticBody};
+use crate::bem::half_space::compressed::{DENSE, TOLERANCE};
 use crate::bem::half_space::{
-    CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility, SurfaceGreen,
+    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility, SurfaceGreen,
 };
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
@@ -22,6 +23,8 @@ pub struct HalfSpaceBody {
     green: SurfaceGreen,
     axes: Triad,
     cells: PlaneCells,
+    /// Tolerance of a compressed operator.
+    tolerance: f64,
     /// Its own operator, made when fields are asked for.
     operator: OnceLock<Box<dyn Flexibility>>,
 }
@@ -36,7 +39,13 @@ impl HalfSpaceBody {
         // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
         let green = SurfaceGreen::new(&local, side)?;
-        Ok(Self { side, green, axes, cells: PlaneCells::new(frame)?, operator: OnceLock::new() })
+        let cells = PlaneCells::new(frame)?;
+        Ok(Self { side, green, axes, cells, tolerance: TOLERANCE, operator: OnceLock::new() })
+    }
+
+    /// With another relative tolerance of an operator that is compressed.
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
     }
 }
 
@@ -122,7 +131,12 @@ impl PlaneCells {
         Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
     }
 
-    fn flexibility(&self, green: &SurfaceGreen, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
+    fn flexibility(
+        &self,
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+        tolerance: f64,
+    ) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
                 let whole: Box<dyn Flexibility> = match periodic {
@@ -134,6 +148,9 @@ impl PlaneCells {
                     Some(places) => Box::new(SubsetFlexibility::new(whole, places.clone())),
                 }
             }
+            Self::Polygons { centers, corners, areas } if compressed(areas.len(), cross) => {
+                Box::new(CompressedFlexibility::new(centers, corners, areas, green, tolerance)?)
+            }
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
             }
@@ -141,7 +158,13 @@ impl PlaneCells {
     }
 }
 
-/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, periodic or not, dense elsewhere.
+/// Whether the operator on a frame of so many cells that is no grid is compressed.
+pub fn compressed(n_cells: usize, cross: CrossBlocks) -> bool {
+    n_cells > DENSE && cross == CrossBlocks::SkipVanishing
+}
+
+/// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, periodic or not; elsewhere dense, or
+/// compressed to the usual tolerance where the cells are many and work is skipped.
 ///
 /// # Errors
 /// If the frame is not plane, or memory does not suffice.
@@ -150,7 +173,7 @@ pub fn half_space_flexibility(
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, cross)
+    PlaneCells::new(frame)?.flexibility(green, cross, TOLERANCE)
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.
@@ -177,14 +200,15 @@ impl ElasticBody for HalfSpaceBody {
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        self.cells.flexibility(&self.green, cross).map(Some)
+        self.cells.flexibility(&self.green, cross, self.tolerance).map(Some)
     }
 
     /// Displacement at the centres of the cells.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
-            let _ = self.operator.set(self.cells.flexibility(&self.green, CrossBlocks::SkipVanishing)?);
+            let cross = CrossBlocks::SkipVanishing;
+            let _ = self.operator.set(self.cells.flexibility(&self.green, cross, self.tolerance)?);
         }
         let operator = self.operator.get().expect("set above");
         let n = operator.n_cells();

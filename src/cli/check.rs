@@ -14,7 +14,7 @@ use crate::study::{self, Forecast};
 use crate::wear::WearLaw;
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
-const DEFAULTS: [(&str, &str); 10] = [
+const DEFAULTS: [(&str, &str); 11] = [
     ("units", "length mm, force N"),
     ("friction", "law none"),
     ("wear", "law none"),
@@ -23,6 +23,7 @@ const DEFAULTS: [(&str, &str); 10] = [
     ("solver.max_iterations", "20000"),
     ("solver.coupling", "schur"),
     ("solver.skip", "true"),
+    ("solver.compression_tolerance", "1e-8"),
     ("solver.memory_limit", "what is available when the run starts"),
     ("output.fields", "[\"vtu\", \"svg\"]"),
 ];

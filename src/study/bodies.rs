@@ -91,7 +91,10 @@ pub(super) fn body(
     memory::ensure(plan, index, frame, &left).at(key)?;
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => Box::new(RigidBody),
-        BodySpec::HalfSpace(elastic) => Box::new(half_space(elastic, index, frame)?),
+        BodySpec::HalfSpace(elastic) => {
+            let tolerance = plan.solver.compression_tolerance;
+            Box::new(half_space(elastic, index, frame)?.with_tolerance(tolerance))
+        }
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;

@@ -4,7 +4,7 @@ use super::bodies::{KEYS, face_map, frame};
 use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
-use super::memory::{self, of_frame, of_half_space};
+use super::memory::{self, compresses, of_frame, of_half_space};
 use super::skips::{cached, needs_solves, skips};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
@@ -35,6 +35,9 @@ const BANDWIDTH: f64 = 6e9;
 
 /// Seconds per point of the zero-padded grid and application of a half-space operator.
 const PER_POINT: f64 = 4.0e-8;
+
+/// Seconds per cell, times the logarithm of the number of cells, of compressing an operator.
+const PER_COMPRESSED: f64 = 1e-4;
 
 /// What a cache is expected to have of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,11 +147,18 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
             cached: Cached::Nothing,
         },
         BodySpec::HalfSpace(elastic) => {
-            let what = format!("half-space, {}", elastic.name);
-            let held_bytes = of_half_space(frame);
+            let compressed = compresses(plan, frame);
+            let mut what = format!("half-space, {}", elastic.name);
+            if compressed {
+                let tolerance = plan.solver.compression_tolerance;
+                what.push_str(&format!("; its operator is compressed to {tolerance:e}"));
+            }
+            let held_bytes = of_half_space(plan, frame);
             let memory_bytes = held_bytes as f64;
             let (seconds, application) = if frame.grid.is_some() {
                 (0.1 + n * 2e-6, 4.0 * n * PER_POINT)
+            } else if compressed {
+                (n * n.ln() * PER_COMPRESSED, memory_bytes / BANDWIDTH)
             } else {
                 (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
             };

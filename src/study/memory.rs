@@ -1,12 +1,15 @@
 //! What is taken of the memory that a run may have.
 
+use super::prepare::cross;
+use crate::bem::half_space::CompressedFlexibility;
 use crate::body::BodyEquations::FiniteElements;
 use crate::body::ElasticBody;
+use crate::body::half_space::compressed;
 use crate::contact::solver;
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
-use crate::scene::keys::solver::Method;
+use crate::scene::keys::solver::{Coupling, Method};
 use crate::scene::plan::{BodySpec, Plan};
 
 /// Bytes of the program and of what a run has beside its frame and bodies.
@@ -33,11 +36,20 @@ pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
     PROGRAM + PER_CELL * n + entries
 }
 
+/// Whether half-spaces on `frame` are compressed.
+pub(super) fn compresses(plan: &Plan, frame: &ContactFrame) -> bool {
+    let eliminated = plan.solver.coupling == Coupling::Schur;
+    eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan))
+}
+
 /// Bytes of a half-space on `frame`.
-pub(super) fn of_half_space(frame: &ContactFrame) -> usize {
-    // Nine planes of the symbol and the padded vectors of one application; a dense operator on other frames.
+pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame) -> usize {
+    // Nine planes of the symbol and the padded vectors of one application; a matrix on other frames.
     match frame.grid {
         Some(grid) => 4 * 8 * 16 * grid.cells[0] * grid.cells[1],
+        None if compresses(plan, frame) => {
+            CompressedFlexibility::usual_bytes(frame.n_cells(), plan.solver.compression_tolerance)
+        }
         None => 72usize.saturating_mul(frame.n_cells()).saturating_mul(frame.n_cells()),
     }
 }
@@ -51,13 +63,13 @@ pub(super) fn ensure(plan: &Plan, index: usize, frame: &ContactFrame, left: &Mem
         return Ok(());
     }
     let what = format!("the operator on {} cells", frame.n_cells());
-    left.ensure(of_half_space(frame) as u128, &what, "use fewer cells in the frame")
+    left.ensure(of_half_space(plan, frame) as u128, &what, "use fewer cells in the frame")
 }
 
 /// Bytes that a body keeps.
 pub(super) fn held(plan: &Plan, index: usize, frame: &ContactFrame, body: &dyn ElasticBody) -> usize {
     match (&plan.bodies[index], body.equations()) {
-        (BodySpec::HalfSpace(_), _) => of_half_space(frame),
+        (BodySpec::HalfSpace(_), _) => of_half_space(plan, frame),
         (_, FiniteElements(body)) => body.condensed().held_bytes(),
         _ => 0,
     }

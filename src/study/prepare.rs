@@ -7,7 +7,7 @@ use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::memory;
-use super::skips::{cached, needs_solves, skipped_fields};
+use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::{BodyEquations, ElasticBody};
 use crate::contact::{Method, SolverOptions};
@@ -91,6 +91,7 @@ pub fn prepare_on<'p>(
     let initial_gap = coupled.initial_gap(&distance);
     let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
     skipped.extend(candidates::skipped(&frame));
+    skipped.extend(compression(plan, &frame));
     skipped.extend(skipped_fields(plan));
     let mut condensation = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {

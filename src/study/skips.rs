@@ -4,7 +4,9 @@ use super::bodies::SIDES;
 use super::bodies::half_space;
 use super::candidates;
 use super::failure::Failure;
+use super::memory::compresses;
 use super::prepare::{cross, options};
+use crate::bem::half_space::compressed::DENSE;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
 use crate::body::{ElasticBody, Estimate};
@@ -43,9 +45,22 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
     let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
     all.extend(candidates::skipped(frame));
+    all.extend(compression(plan, frame));
     all.extend(skipped_fields(plan));
     all.extend(of_contact);
     Ok(all)
+}
+
+/// Matrices of half-spaces that are compressed.
+pub(super) fn compression(plan: &Plan, frame: &ContactFrame) -> Option<Skipped> {
+    let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    (half_space && compresses(plan, frame)).then(|| Skipped {
+        what: "entries of the half-space's operator between distant cells".to_owned(),
+        why: format!(
+            "on more than {DENSE} cells it is compressed to {:e} (solver.compression_tolerance)",
+            plan.solver.compression_tolerance
+        ),
+    })
 }
 
 /// Fields that nobody asked for.

@@ -1,5 +1,6 @@
 //! Half-spaces: surface Green's function, polygon integrals, operators on the frame.
 
+mod compressed;
 mod green;
 mod operators;
 mod patches;

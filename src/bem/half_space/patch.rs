@@ -10,6 +10,11 @@ use crate::quadrature::gauss_legendre;
 /// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
 const MAX_POINTS: usize = 16;
 
+/// With up to so many points per direction a polygon is too far for its exact integral; with more, one point takes as long as so
+/// many harmonics of that.
+const FEW_POINTS: usize = 4;
+const SLOWER: usize = 2;
+
 /// Natural logarithm of the accuracy asked of the Gauss rules (1e-14).
 const LN_ACCURACY: f64 = 32.3;
 
@@ -67,7 +72,9 @@ impl PatchIntegrator {
         let distance = (target[0] - center[0]).hypot(target[1] - center[1]) - radius;
         match self.points(2.0 * radius, distance) {
             // One point more, as the triangles about the centre add a factor that is linear in one direction.
-            Some(n) if n < MAX_POINTS => self.fan(corners, center, target, n + 1),
+            Some(n) if n <= FEW_POINTS || SLOWER * (n + 1) * (n + 1) < self.green.order() => {
+                self.fan(corners, center, target, n + 1)
+            }
             _ => polygon::integrate(&self.green, corners, target),
         }
     }

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::bem::half_space::compressed::TOLERANCE;
 use crate::results::fields::FieldKind;
 
 /// How the contact problem is solved.
@@ -24,6 +25,9 @@ pub struct Solver {
     /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; what the machine has if absent.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
+    /// Relative tolerance of half-space operators that are compressed: those on frames of many cells that are no grid.
+    #[schemars(range(min = 1e-12, max = 1e-2))]
+    pub compression_tolerance: f64,
 }
 
 /// An amount of memory.
@@ -74,6 +78,7 @@ impl Default for Solver {
             coupling: Coupling::Schur,
             skip: true,
             memory_limit: None,
+            compression_tolerance: TOLERANCE,
         }
     }
 }

@@ -1,0 +1,340 @@
+//! The compressed operator on irregular frames beside the dense one.
+
+use std::f64::consts::PI;
+
+use nalgebra::Matrix3;
+use orthowear::bem::half_space::compressed::TOLERANCES;
+use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
+use orthowear::error::Kind;
+use orthowear::frame::ContactFrame;
+use orthowear::friction::FrictionLaw;
+use orthowear::geometry::{Point, Triad};
+use orthowear::history::Model;
+use orthowear::linalg::cell_matrix::CellMatrix;
+use orthowear::linalg::operator::Flexibility;
+use orthowear::wear::WearLaw;
+
+use super::{Random, green, pair, steel};
+use crate::common::{indent, press, shift, solve, sphere};
+
+/// Centres, corners and areas of cells.
+struct Cells {
+    centers: Vec<[f64; 2]>,
+    corners: Vec<Vec<[f64; 2]>>,
+    areas: Vec<f64>,
+}
+
+impl Cells {
+    /// Triangles and distorted quadrangles over a square of the side 2, finer in the middle; some squares are cut in two.
+    fn irregular(m: usize) -> Self {
+        let graded = |k: usize| {
+            let x = 2.0 * k as f64 / m as f64 - 1.0;
+            x * (0.5 + 0.5 * x * x)
+        };
+        let node = |i: usize, j: usize| {
+            let (x, y) = (graded(i), graded(j));
+            let bump = 0.15 / m as f64 * (3.0 * PI * x).sin() * (2.0 * PI * y).sin();
+            [x + bump, y - 0.7 * bump]
+        };
+        let mut corners = Vec::new();
+        for (i, j) in (0..m * m).map(|k| (k / m, k % m)) {
+            let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+            if (2 * i + j) % 5 == 0 {
+                corners.extend([vec![a, b, c], vec![a, c, d]]);
+            } else {
+                corners.push(vec![a, b, c, d]);
+            }
+        }
+        let (mut centers, mut areas) = (Vec::new(), Vec::new());
+        for polygon in &corners {
+            let (mut area, mut center) = (0.0, [0.0; 2]);
+            for (k, p) in polygon.iter().enumerate() {
+                let q = polygon[(k + 1) % polygon.len()];
+                let cross = p[0] * q[1] - p[1] * q[0];
+                area += cross / 2.0;
+                (0..2).for_each(|axis| center[axis] += cross * (p[axis] + q[axis]) / 6.0);
+            }
+            centers.push(center.map(|x| x / area));
+            areas.push(area);
+        }
+        Self { centers, corners, areas }
+    }
+
+    fn n(&self) -> usize {
+        self.areas.len()
+    }
+
+    fn dense(&self, green: &SurfaceGreen) -> DenseFlexibility {
+        DenseFlexibility::new(&self.centers, &self.corners, &self.areas, green).expect("an operator")
+    }
+
+    fn compressed(&self, green: &SurfaceGreen, tolerance: f64) -> CompressedFlexibility {
+        CompressedFlexibility::new(&self.centers, &self.corners, &self.areas, green, tolerance)
+            .expect("an operator")
+    }
+
+    /// Norm in which S is symmetric.
+    fn norm(&self, values: &[f64]) -> f64 {
+        values.chunks(self.n()).flat_map(|plane| plane.iter().zip(&self.areas)).map(|(x, a)| a * x * x).sum::<f64>().sqrt()
+    }
+}
+
+/// Largest eigenvalue of S, roughly.
+fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
+    let (mut v, mut image) = (vec![1.0; 3 * cells.n()], vec![0.0; 3 * cells.n()]);
+    let mut value = 0.0;
+    for _ in 0..6 {
+        let norm = cells.norm(&v);
+        v.iter_mut().for_each(|x| *x /= norm);
+        operator.apply(&v, &mut image);
+        value = cells.norm(&image);
+        std::mem::swap(&mut v, &mut image);
+    }
+    value
+}
+
+/// Truth: the dense operator of the same cells, whose integrals are made in another way. The error of products, over the
+/// largest eigenvalue, follows the tolerance and stays below it, for a smooth vector and a rough one; for isotropic bodies and
+/// for CFRP with tilted fibres. Diagonal blocks and entries, which are integrals of their own: a tenth of the tolerance.
+#[test]
+fn products_are_those_of_the_dense_operator() {
+    let cells = Cells::irregular(27);
+    let n = cells.n();
+    for green in [green(&steel(), Side::Lower), pair(30.0)] {
+        let dense = cells.dense(&green);
+        let bound = largest(&cells, &dense);
+        let rough = Random(3).vector(3 * n);
+        let smooth = vec![1.0; 3 * n];
+        let mut errors = Vec::new();
+        for tolerance in [1e-4, 1e-8] {
+            let compressed = cells.compressed(&green, tolerance);
+            let mut worst = 0.0_f64;
+            for tractions in [&rough, &smooth] {
+                let (mut found, mut expected) = (vec![f64::NAN; 3 * n], vec![0.0; 3 * n]);
+                compressed.apply(tractions, &mut found);
+                dense.apply(tractions, &mut expected);
+                found.iter_mut().zip(&expected).for_each(|(f, e)| *f -= e);
+                worst = worst.max(cells.norm(&found) / (bound * cells.norm(tractions)));
+                compressed.apply_normal(&tractions[..n], &mut found[..n]);
+                dense.apply_normal(&tractions[..n], &mut expected[..n]);
+                found[..n].iter_mut().zip(&expected).for_each(|(f, e)| *f -= e);
+                worst = worst.max(cells.norm(&found[..n]) / (bound * cells.norm(&tractions[..n])));
+            }
+            assert!(worst < tolerance, "{tolerance}: {worst}");
+            errors.push(worst);
+            let blocks = compressed.diagonal_blocks().into_iter().zip(dense.diagonal_blocks());
+            let own = blocks.map(|(found, expected)| (found - expected).amax() / expected.amax());
+            assert!(own.fold(0.0, f64::max) < 1e-12);
+            let some: Vec<usize> = (0..n).step_by(17).collect();
+            let mut matrices = [(); 2].map(|()| CellMatrix::zeros(some.len()).expect("memory"));
+            compressed.add_entries(&some, &mut matrices[0]);
+            dense.add_entries(&some, &mut matrices[1]);
+            for (i, k) in (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k))) {
+                let [found, expected]: [Matrix3<f64>; 2] = [0, 1].map(|m| matrices[m].block(i, k));
+                assert!((found - expected).amax() < 0.1 * tolerance * expected.amax());
+            }
+        }
+        assert!(errors[1] < 1e-2 * errors[0], "{errors:?}");
+        assert!(errors[0] > 1e-8, "{errors:?}");
+    }
+}
+
+/// Truth: Betti, v·A S w = w·A S v, and S positive definite, however coarse the tolerance; direct sums over the cells are
+/// products with the dense operator.
+#[test]
+fn compressed_operators_are_symmetric_and_sums_direct() {
+    let cells = Cells::irregular(25);
+    let (n, green) = (cells.n(), pair(30.0));
+    let compressed = cells.compressed(&green, 1e-3);
+    let mut random = Random(21);
+    let product = |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
+    for _ in 0..3 {
+        let (v, w) = (random.vector(3 * n), random.vector(3 * n));
+        let (mut sv, mut sw) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        compressed.apply(&v, &mut sv);
+        compressed.apply(&w, &mut sw);
+        let energy = product(&v, &sv);
+        assert!(energy > 0.0 && (product(&v, &sw) - product(&w, &sv)).abs() < 1e-13 * energy);
+    }
+    let dense = cells.dense(&green);
+    let mut tractions = random.vector(3 * n);
+    tractions.iter_mut().step_by(3).for_each(|t| *t = 0.0);
+    let mut expected = vec![0.0; 3 * n];
+    dense.apply(&tractions, &mut expected);
+    let scale = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    for (cell, sums) in [3, 400, n - 1].iter().zip(compressed.direct_in(&[3, 400, n - 1], &tractions).expect("sums")) {
+        for (plane, sum) in sums.into_iter().enumerate() {
+            assert!((sum - expected[plane * n + cell]).abs() < 1e-12 * scale);
+        }
+    }
+    assert!(compressed.couples_normal_tangential() && compressed.unformed().is_empty());
+}
+
+/// Truth: equal isotropic bodies do not couple normal and tangential components, and the operator then has no such blocks: their
+/// products vanish exactly.
+#[test]
+fn vanishing_components_are_not_stored() {
+    let cells = Cells::irregular(17);
+    let n = cells.n();
+    let equal = SurfaceGreen::sum(&[&green(&steel(), Side::Lower), &green(&steel(), Side::Upper)]);
+    let compressed = cells.compressed(&equal, 1e-6);
+    assert!(!compressed.couples_normal_tangential());
+    let mut tractions = Random(4).vector(3 * n);
+    tractions[2 * n..].fill(0.0);
+    let mut gap = vec![f64::NAN; 3 * n];
+    compressed.apply(&tractions, &mut gap);
+    assert!(gap[2 * n..].iter().all(|g| *g == 0.0) && gap[..2 * n].iter().any(|g| *g != 0.0));
+    let unlike = cells.compressed(&green(&steel(), Side::Lower), 1e-6);
+    assert!(unlike.couples_normal_tangential() && unlike.bytes() > compressed.bytes());
+}
+
+/// Truth: every block is made by itself and parts of products are summed in a fixed order: one, two and three threads give the same
+/// bits, in products and in the approximate inverses.
+#[test]
+fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+        pool.install(|| {
+            let cells = Cells::irregular(20);
+            let operator = cells.compressed(&pair(30.0), 1e-6);
+            let tractions = Random(11).vector(3 * cells.n());
+            let (mut gap, mut back) = (vec![0.0; tractions.len()], vec![0.0; tractions.len()]);
+            operator.apply(&tractions, &mut gap);
+            assert!(operator.precondition(&gap, &mut back));
+            let mut bits: Vec<u64> = gap.iter().chain(&back).map(|x| x.to_bits()).collect();
+            let n = cells.n();
+            operator.apply_normal(&tractions[..n], &mut gap[..n]);
+            assert!(operator.precondition_normal(&gap[..n], &mut back[..n]));
+            bits.extend(gap[..n].iter().chain(&back[..n]).map(|x| x.to_bits()));
+            bits
+        })
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(3));
+}
+
+/// Truth: the approximate inverse is symmetric and positive definite in the areas, and the eigenvalues of it times S lie within a
+/// factor that grows little with the number of cells (here 25; of S itself they spread over more than 100).
+#[test]
+fn the_approximate_inverse_makes_eigenvalues_alike() {
+    let green = pair(30.0);
+    for m in [14, 27] {
+        let cells = Cells::irregular(m);
+        let n = cells.n();
+        let operator = cells.compressed(&green, 1e-8);
+        let product = |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
+        let inverse = |x: &[f64]| {
+            let mut y = vec![0.0; 3 * n];
+            assert!(operator.precondition(x, &mut y));
+            y
+        };
+        let mut random = Random(7);
+        let (v, w) = (random.vector(3 * n), random.vector(3 * n));
+        let (mv, mw) = (inverse(&v), inverse(&w));
+        assert!((product(&v, &mw) - product(&w, &mv)).abs() < 1e-11 * product(&v, &mv));
+        // Rayleigh quotients of x in the energy of S after some steps of the power method, and of the shifted one.
+        let step = |x: &[f64]| {
+            let mut image = vec![0.0; 3 * n];
+            operator.apply(x, &mut image);
+            inverse(&image)
+        };
+        let energy = |x: &[f64], y: &[f64]| {
+            let mut image = vec![0.0; 3 * n];
+            operator.apply(y, &mut image);
+            product(x, &image)
+        };
+        let quotient = |shift: f64| {
+            let mut x = v.clone();
+            let mut value = 0.0;
+            for _ in 0..60 {
+                let y = step(&x);
+                value = energy(&x, &y) / energy(&x, &x);
+                let next: Vec<f64> = x.iter().zip(&y).map(|(x, y)| shift * x - y).collect();
+                let size = next.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+                x = next.into_iter().map(|x| x / size).collect();
+            }
+            value
+        };
+        let most = quotient(0.0);
+        let least = quotient(most);
+        assert!(least > 0.0 && most / least < 25.0, "{m}: {least} to {most}");
+    }
+}
+
+/// A steel sphere over CFRP on the cells, by an operator.
+fn model(cells: &Cells, operator: Box<dyn Flexibility>) -> Model {
+    let n = cells.n();
+    let up = |p: &[f64; 2]| Point::new(p[0], p[1], 0.0);
+    let axes = Triad(Matrix3::identity());
+    let frame = ContactFrame {
+        centers: cells.centers.iter().map(up).collect(),
+        corners: cells.corners.iter().map(|corners| corners.iter().map(up).collect()).collect(),
+        areas: cells.areas.clone(),
+        triads: vec![axes; n],
+        origin: Point::zeros(),
+        azimuth: 0.0,
+        axes,
+        grid: None,
+        places: None,
+        left_out: 0,
+        candidates: None,
+    };
+    let mut initial_gap = vec![0.0; 3 * n];
+    let gap = sphere(20.0);
+    cells.centers.iter().enumerate().for_each(|(cell, p)| initial_gap[2 * n + cell] = gap(p[0], p[1]));
+    Model {
+        frame,
+        flexibility: operator,
+        initial_gap,
+        floating: Vec::new(),
+        friction: FrictionLaw::Coulomb { mu: 0.3 },
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// Truth: the solution on the dense operator. An indentation and a shift with friction: forces within ten tolerances, the
+/// certificate with its direct sums; pressures alone under a force. With its approximate inverse the compressed operator needs no
+/// more than twice the products.
+#[test]
+fn contacts_are_those_of_the_dense_operator() {
+    let cells = Cells::irregular(24);
+    let green = pair(30.0);
+    let tolerance = 1e-6;
+    let steps = [indent(0.02), shift(0.004, 30.0)];
+    let wanted = solve(&model(&cells, Box::new(cells.dense(&green))), &steps);
+    let found = solve(&model(&cells, Box::new(cells.compressed(&green, tolerance))), &steps);
+    assert_eq!(wanted.records.len(), 2);
+    for (found, wanted) in found.records.iter().zip(&wanted.records) {
+        let close = |a: f64, b: f64| (a - b).abs() < 10.0 * tolerance * wanted.normal_force.abs();
+        assert!(found.certificate.natural_residual < 1e-8);
+        assert!(close(found.normal_force, wanted.normal_force));
+        assert!((0..2).all(|k| close(found.tangential_force[k], wanted.tangential_force[k])));
+        let defect = found.certificate.operator_defect.expect("direct sums");
+        assert!(defect < tolerance && defect > 1e-12, "{defect}");
+    }
+    let force = [press(wanted.records[0].normal_force)];
+    let mut smooth = model(&cells, Box::new(cells.compressed(&green, 1e-8)));
+    smooth.friction = FrictionLaw::None;
+    let mut exact = model(&cells, Box::new(cells.dense(&green)));
+    exact.friction = FrictionLaw::None;
+    let (found, wanted) = (solve(&smooth, &force), solve(&exact, &force));
+    let (found, wanted) = (&found.records[0], &wanted.records[0]);
+    assert!((found.approach / wanted.approach - 1.0).abs() < 1e-7);
+    assert!(found.operator_applications <= wanted.operator_applications);
+}
+
+/// Truth: what cannot be meant is refused as an input.
+#[test]
+fn unusable_tolerances_and_cells_are_refused() {
+    let cells = Cells::irregular(3);
+    let green = green(&steel(), Side::Lower);
+    let refused = |areas: &[f64], tolerance: f64| {
+        let made = CompressedFlexibility::new(&cells.centers, &cells.corners, areas, &green, tolerance);
+        made.err().expect("a refusal").kind()
+    };
+    for tolerance in [0.0, 0.5 * TOLERANCES[0], 2.0 * TOLERANCES[1], f64::NAN, -1e-8] {
+        assert_eq!(refused(&cells.areas, tolerance), Kind::Input);
+    }
+    assert_eq!(refused(&cells.areas[1..], 1e-6), Kind::Input);
+}
