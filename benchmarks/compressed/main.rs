@@ -74,7 +74,10 @@ fn green(tilt: f64) -> Outcome<SurfaceGreen> {
     };
     let cfrp = Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(tilt.to_radians(), 0.0));
     let steel = Stiffness::isotropic(210e3, 0.3)?;
-    Ok(SurfaceGreen::sum(&[&SurfaceGreen::new(&cfrp, Side::Lower)?, &SurfaceGreen::new(&steel, Side::Upper)?]))
+    Ok(SurfaceGreen::sum(&[
+        &SurfaceGreen::new(&cfrp, Side::Lower)?,
+        &SurfaceGreen::new(&steel, Side::Upper)?,
+    ]))
 }
 
 /// Seconds of the fastest of some products with all components, and with the pressures; the first result.
@@ -93,6 +96,48 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
         normal = normal.min(start.elapsed().as_secs_f64());
     }
     (all, normal, gap)
+}
+
+/// Iterations of conjugate gradients to 1e-8 for the pressures that lower the cells of a disc by 1, with the approximate inverse
+/// or without.
+fn iterations(
+    operator: &CompressedFlexibility,
+    (centers, areas): (&[[f64; 2]], &[f64]),
+    inverse: bool,
+) -> usize {
+    let n = areas.len();
+    let inside: Vec<bool> = centers.iter().map(|p| p[0].hypot(p[1]) < 0.35).collect();
+    let mask =
+        |values: &mut [f64]| values.iter_mut().zip(&inside).for_each(|(v, &i)| *v = if i { *v } else { 0.0 });
+    let product = |a: &[f64], b: &[f64]| -> f64 { (0..n).map(|i| areas[i] * a[i] * b[i]).sum() };
+    let mut residual = vec![1.0; n];
+    mask(&mut residual);
+    let start = product(&residual, &residual);
+    let (mut z, mut image, mut direction, mut before) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], 0.0);
+    let mut count = 0;
+    while product(&residual, &residual) > 1e-16 * start && count < 1000 {
+        if !(inverse && operator.precondition_normal(&residual, &mut z)) {
+            z.copy_from_slice(&residual);
+        }
+        mask(&mut z);
+        let now = product(&residual, &z);
+        let share = if count == 0 { 0.0 } else { now / before };
+        before = now;
+        direction.iter_mut().zip(&z).for_each(|(d, z)| *d = z + share * *d);
+        operator.apply_normal(&direction, &mut image);
+        mask(&mut image);
+        let step = now / product(&direction, &image);
+        residual.iter_mut().zip(&image).for_each(|(r, image)| *r -= step * image);
+        count += 1;
+    }
+    count
+}
+
+/// Bytes that the process has in memory.
+fn resident() -> usize {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse::<usize>().ok()).unwrap_or(0) * 1024
 }
 
 fn norm(values: impl Iterator<Item = f64>) -> f64 {
@@ -116,14 +161,21 @@ fn main() -> Outcome<()> {
     let tilt = numbers(&words, "--tilt", &[30.0])?[0];
     let green = green(tilt)?;
     print!("{}# load: {}", machine::comment(), load());
-    println!("# fibres at {tilt} degrees, tolerance {tolerance:e}, {} threads\n", rayon::current_num_threads());
-    println!("| cells | operator | build, s | product, s | of pressures, s | MiB | bytes per cell | inverse, s | error |");
-    println!("|{}", "---|".repeat(9));
+    println!(
+        "# fibres at {tilt} degrees, tolerance {tolerance:e}, {} threads\n",
+        rayon::current_num_threads()
+    );
+    println!(
+        "| cells | operator | build, s | product, s | of pressures, s | MiB | bytes per cell | told before | inverse, s | iterations with it, without | \
+         error |"
+    );
+    println!("|{}", "---|".repeat(11));
     let mut seconds = Vec::new();
     for size in sizes {
         let (centers, corners, areas) = cells(size as usize);
         let n = centers.len();
         let tractions: Vec<f64> = (0..3 * n).map(|k| 1.0 + (k as f64 * 0.7).sin()).collect();
+        let before = resident();
         let start = Instant::now();
         let compressed = CompressedFlexibility::new(&centers, &corners, &areas, &green, tolerance)?;
         let build = start.elapsed().as_secs_f64();
@@ -132,6 +184,9 @@ fn main() -> Outcome<()> {
         let mut preconditioned = vec![0.0; 3 * n];
         compressed.precondition(&gap, &mut preconditioned);
         let inverse = start.elapsed().as_secs_f64();
+        let held = resident().saturating_sub(before);
+        let expected = CompressedFlexibility::usual_bytes(n, tolerance);
+        let counts = [true, false].map(|inverse| iterations(&compressed, (&centers, &areas), inverse));
         seconds.push((n as f64, build, all));
         let row = |name: &str, build: f64, (all, normal): (f64, f64), bytes: usize, rest: &str| {
             println!(
@@ -151,14 +206,29 @@ fn main() -> Outcome<()> {
             error = format!("{:.1e}", difference / norm(expected.into_iter()));
             dense = Some((build, (all, normal)));
         }
-        row("compressed", build, (all, normal), compressed.bytes(), &format!("{inverse:.2} | {error}"));
+        row(
+            "compressed",
+            build,
+            (all, normal),
+            held,
+            &format!(
+                "{:.0} | {inverse:.2} | {}, {} | {error}",
+                expected as f64 / f64::from(1 << 20),
+                counts[0],
+                counts[1]
+            ),
+        );
         if let Some((build, times)) = dense {
-            row("dense", build, times, 72 * n * n, "| ");
+            row("dense", build, times, 72 * n * n, "| | | ");
         }
     }
     for pair in seconds.windows(2) {
         let of = |a: f64, b: f64| (b / a).ln() / (pair[1].0 / pair[0].0).ln();
-        println!("\ngrowth: build N^{:.2}, product N^{:.2}", of(pair[0].1, pair[1].1), of(pair[0].2, pair[1].2));
+        println!(
+            "\ngrowth: build N^{:.2}, product N^{:.2}",
+            of(pair[0].1, pair[1].1),
+            of(pair[0].2, pair[1].2)
+        );
     }
     print!("\n# load at the end: {}", load());
     Ok(())

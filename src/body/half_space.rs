@@ -1,6 +1,6 @@
 //! Elastic half-spaces below or above a plane frame.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::half_space::compressed::{DENSE, TOLERANCE};
@@ -10,7 +10,7 @@ use crate::bem::half_space::{
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad};
-use crate::linalg::operator::Flexibility;
+use crate::linalg::operator::{Flexibility, SharedFlexibility};
 use crate::linalg::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 
@@ -25,8 +25,8 @@ pub struct HalfSpaceBody {
     cells: PlaneCells,
     /// Tolerance of a compressed operator.
     tolerance: f64,
-    /// Its own operator, made when fields are asked for.
-    operator: OnceLock<Box<dyn Flexibility>>,
+    /// Its own operator: the one that was taken, or made when fields are asked for.
+    operator: OnceLock<Arc<dyn Flexibility>>,
 }
 
 impl HalfSpaceBody {
@@ -200,7 +200,13 @@ impl ElasticBody for HalfSpaceBody {
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        self.cells.flexibility(&self.green, cross, self.tolerance).map(Some)
+        let operator = self.cells.flexibility(&self.green, cross, self.tolerance)?;
+        if cross == CrossBlocks::Keep {
+            return Ok(Some(operator));
+        }
+        let shared: Arc<dyn Flexibility> = operator.into();
+        self.operator = OnceLock::from(shared.clone());
+        Ok(Some(Box::new(SharedFlexibility(shared))))
     }
 
     /// Displacement at the centres of the cells.
@@ -208,7 +214,7 @@ impl ElasticBody for HalfSpaceBody {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
             let cross = CrossBlocks::SkipVanishing;
-            let _ = self.operator.set(self.cells.flexibility(&self.green, cross, self.tolerance)?);
+            let _ = self.operator.set(self.cells.flexibility(&self.green, cross, self.tolerance)?.into());
         }
         let operator = self.operator.get().expect("set above");
         let n = operator.n_cells();

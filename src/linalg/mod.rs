@@ -23,6 +23,7 @@ mod partial;
 pub mod per_cell;
 pub mod sparse;
 pub mod two_level;
+pub(crate) mod wide;
 mod workspace;
 
 pub use per_cell::PerCell;

@@ -181,6 +181,83 @@ impl Flexibility for SinglePrecision<'_> {
     }
 }
 
+/// An operator that is used in several places.
+pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
+
+impl Flexibility for SharedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        self.0.tangential()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply(tractions, gap);
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply_single(tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.0.couples_normal_tangential()
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.0.precondition_normal(normal_gap, pressure)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.0.precondition(gap, tractions)
+    }
+
+    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.0.direct(cell, tractions)
+    }
+
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_in(cells, tractions)
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        self.0.grid()
+    }
+
+    fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.on_grid(at_least, factor)
+    }
+
+    fn entries(&self) -> Entries {
+        self.0.entries()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.0.add_entries(cells, matrix);
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        self.0.unformed()
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.0.complete(tractions, gap)
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        self.0.form(cells)
+    }
+}
+
 /// The sum of several operators on one frame.
 pub struct SumFlexibility {
     parts: Vec<Box<dyn Flexibility>>,

@@ -96,10 +96,7 @@ impl CellPairs {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let corners: usize = self.cells.iter().map(|cell| size_of_val(cell.corners.as_slice())).sum();
-        size_of_val(self.cells.as_slice())
-            + corners
-            + size_of_val(self.moments.as_slice())
-            + self.far.bytes()
+        size_of_val(self.cells.as_slice()) + corners + size_of_val(self.moments.as_slice()) + self.far.bytes()
     }
 
     /// The components of `scale` N_IJ into `values` `[components]`.
@@ -157,7 +154,8 @@ impl CellPairs {
     fn exact(&self, i: usize, j: usize) -> Matrix3<f64> {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let ratio = (a.area / b.area).sqrt();
-        let on = |target: &Cell, source: &Cell| polygon::integrate(&self.green, &source.corners, target.center);
+        let on =
+            |target: &Cell, source: &Cell| polygon::integrate(&self.green, &source.corners, target.center);
         0.5 * (on(a, b) * ratio + on(b, a).transpose() / ratio)
     }
 
@@ -228,7 +226,10 @@ mod tests {
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
             for tolerance in [1e-4, 1e-6, 1e-8] {
-                let begin = *PolygonFar::new(&green, &green.components(), BEYOND * tolerance).from().last().expect("one");
+                let begin = *PolygonFar::new(&green, &green.components(), BEYOND * tolerance)
+                    .from()
+                    .last()
+                    .expect("one");
                 let mut nearest = 0.0_f64;
                 for distance in [1.001, 1.3, 2.0, 5.0] {
                     for k in 0..12 {
@@ -270,10 +271,8 @@ mod tests {
                 }
                 let mut values = vec![0.0; 9];
                 far.add(d, order, &weights[..count(order)], &mut values);
-                let found = assemble(
-                    &std::array::from_fn(|c| values[c]),
-                    &std::array::from_fn(|c| values[6 + c]),
-                );
+                let found =
+                    assemble(&std::array::from_fn(|c| values[c]), &std::array::from_fn(|c| values[6 + c]));
                 let target = [centers[0][0] + d[0], centers[0][1] + d[1]];
                 let expected = polygon::integrate(&green, &corners[0], target);
                 (found - expected).amax() / expected.amax()

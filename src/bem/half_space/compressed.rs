@@ -17,10 +17,10 @@ use crate::linalg::memory;
 use crate::linalg::operator::{Entries, Flexibility};
 
 /// Most cells of a leaf of the tree.
-const LEAF: usize = 32;
+const LEAF: usize = 48;
 
 /// Clusters are far apart if the smaller diameter is at most so many times their distance.
-const ADMISSIBILITY: f64 = 1.5;
+const ADMISSIBILITY: f64 = 3.0;
 
 /// Cells of a frame up to which the dense operator is taken.
 pub const DENSE: usize = 1000;
@@ -28,9 +28,11 @@ pub const DENSE: usize = 1000;
 /// The tolerance where none is asked for.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// Bytes per cell of blocks of neighbours, and of others per digit of the tolerance and unit of the logarithm of the cells.
-const NEAR: f64 = 15_000.0;
-const FAR: f64 = 400.0;
+/// Bytes per cell of blocks of neighbours, and of others per square of the digits of the tolerance and unit of the logarithm of the
+/// number of cells over the third.
+const NEAR: f64 = 12_500.0;
+const FAR: f64 = 130.0;
+const FEW: f64 = 180.0;
 
 /// Tolerances that can be asked for.
 pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
@@ -140,7 +142,7 @@ impl CompressedFlexibility {
     /// third. Before anything is computed they are found more closely.
     pub fn usual_bytes(n: usize, tolerance: f64) -> usize {
         let digits = -tolerance.log10();
-        let per_cell = NEAR + FAR * digits * (n as f64).ln();
+        let per_cell = NEAR + FAR * digits * digits * (n as f64 / FEW).ln().max(0.0);
         beside(n, 4 * n) + (n as f64 * per_cell) as usize
     }
 

@@ -15,6 +15,7 @@ use super::angular_table::series;
 use super::far_field::Component;
 use super::green::SurfaceGreen;
 use super::polygon_moments::{count, powers};
+use crate::linalg::wide::wide;
 
 /// Highest order of moments.
 pub(super) const HIGHEST: usize = 12;
@@ -132,6 +133,23 @@ fn interpolate(
     weights: &[f64],
     values: &mut [f64],
 ) {
+    wide!(interpolate_in(
+        rows => rows: [&[f64]; NODES],
+        nodes => nodes: [f64; NODES],
+        components => components: usize,
+        weights => weights: &[f64],
+        values => values: &mut [f64]
+    ));
+}
+
+#[inline(always)]
+fn interpolate_in(
+    rows: [&[f64]; NODES],
+    nodes: [f64; NODES],
+    components: usize,
+    weights: &[f64],
+    values: &mut [f64],
+) {
     let mut between = [0.0; CHUNK * 9];
     let size = CHUNK * components;
     let used = rows[0].len();
@@ -177,7 +195,12 @@ fn falling(x: f64, count: usize) -> f64 {
 }
 
 /// Real and imaginary part of D_ab of a component at equidistant angles of a whole turn.
-fn derivative(component: Component, green: &SurfaceGreen, [a, b]: [usize; 2], angles: usize) -> [Vec<f64>; 2] {
+fn derivative(
+    component: Component,
+    green: &SurfaceGreen,
+    [a, b]: [usize; 2],
+    angles: usize,
+) -> [Vec<f64>; 2] {
     let reach = (green.order() + a + b) as isize;
     let mut terms = vec![Complex::new(0.0, 0.0); 2 * reach as usize + 1];
     let mut put = |n: isize, harmonic: Complex<f64>| {
@@ -187,7 +210,9 @@ fn derivative(component: Component, green: &SurfaceGreen, [a, b]: [usize; 2], an
     };
     let harmonics: Vec<(isize, Complex<f64>)> = match component {
         Component::Even(c) => green.even().iter().enumerate().map(|(k, h)| (2 * k as isize, h[c])).collect(),
-        Component::Odd(c) => green.odd().iter().enumerate().map(|(k, h)| (2 * k as isize + 1, h[c])).collect(),
+        Component::Odd(c) => {
+            green.odd().iter().enumerate().map(|(k, h)| (2 * k as isize + 1, h[c])).collect()
+        }
     };
     for (n, harmonic) in harmonics {
         put(n, harmonic);

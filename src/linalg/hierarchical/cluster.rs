@@ -81,9 +81,10 @@ impl ClusterTree {
 
 fn cluster(order: &[usize], extents: &[Extent], range: Range<usize>) -> Cluster {
     let of_points = order[range.clone()].iter().map(|&point| extents[point]);
-    let extent = of_points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], [least, most]| {
-        [[0, 1].map(|k| low[k].min(least[k])), [0, 1].map(|k| high[k].max(most[k]))]
-    });
+    let extent =
+        of_points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], [least, most]| {
+            [[0, 1].map(|k| low[k].min(least[k])), [0, 1].map(|k| high[k].max(most[k]))]
+        });
     Cluster { range, extent, halves: None }
 }
 
@@ -110,7 +111,8 @@ mod tests {
     use super::*;
 
     fn spiral(n: usize) -> Vec<[f64; 2]> {
-        let at = |k: usize| [(k as f64).sqrt() * (k as f64).cos(), 0.3 * (k as f64).sqrt() * (k as f64).sin()];
+        let at =
+            |k: usize| [(k as f64).sqrt() * (k as f64).cos(), 0.3 * (k as f64).sqrt() * (k as f64).sin()];
         (0..n).map(at).collect()
     }
 
@@ -128,7 +130,9 @@ mod tests {
                 None => assert!(cluster.range.len() <= 20),
                 Some([first, second]) => {
                     let [first, second] = [first, second].map(|half| &tree.clusters[half]);
-                    assert!(first.range.start == cluster.range.start && second.range.end == cluster.range.end);
+                    assert!(
+                        first.range.start == cluster.range.start && second.range.end == cluster.range.end
+                    );
                     assert!(first.range.end == second.range.start && !first.range.is_empty());
                     assert!(first.diameter() < cluster.diameter());
                 }

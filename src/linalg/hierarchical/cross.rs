@@ -227,7 +227,7 @@ fn norm(values: &[f64]) -> f64 {
 
 /// The largest of the values at some places, and its place.
 fn largest(values: &[f64], places: impl Iterator<Item = usize>) -> (usize, f64) {
-    places.map(|place| (place, values[place])).fold((0, 0.0), |most: (usize, f64), next| {
-        if next.1.abs() > most.1.abs() { next } else { most }
-    })
+    places
+        .map(|place| (place, values[place]))
+        .fold((0, 0.0), |most: (usize, f64), next| if next.1.abs() > most.1.abs() { next } else { most })
 }

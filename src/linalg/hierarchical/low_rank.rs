@@ -115,7 +115,8 @@ mod tests {
     /// The sum of the terms at (i, j).
     fn entry(block: &LowRank, (m, n): (usize, usize), (i, j): (usize, usize)) -> f64 {
         let double: f64 = block.double.chunks_exact(m + n).map(|t| t[i] * t[m + j]).sum();
-        let single: f64 = block.single.chunks_exact(m + n).map(|t| f64::from(t[i]) * f64::from(t[m + j])).sum();
+        let single: f64 =
+            block.single.chunks_exact(m + n).map(|t| f64::from(t[i]) * f64::from(t[m + j])).sum();
         double + single
     }
 
@@ -128,7 +129,8 @@ mod tests {
     #[test]
     fn sums_of_products_have_their_rank() {
         let (m, n) = (40, 57);
-        let term = |k: usize, i: usize, j: usize| ((k * i) as f64 * 0.3).sin() * ((k * (j + 1)) as f64 * 0.23).cos();
+        let term =
+            |k: usize, i: usize, j: usize| ((k * i) as f64 * 0.3).sin() * ((k * (j + 1)) as f64 * 0.23).cos();
         let entries = |i: usize, j: usize, values: &mut [f64]| {
             let j = j - m;
             values[0] = (1..=5).map(|k| term(k, i, j)).sum();
@@ -174,7 +176,11 @@ mod tests {
                 all += value[0] * value[0];
             }
             assert!((norm / f64::sqrt(all) - 1.0).abs() < 0.2);
-            assert!(error.sqrt() <= bound && error.sqrt() > 1e-2 * bound, "{tolerance}: {}", error.sqrt() / bound);
+            assert!(
+                error.sqrt() <= bound && error.sqrt() > 1e-2 * bound,
+                "{tolerance}: {}",
+                error.sqrt() / bound
+            );
             ranks.push(rank(&block, (m, m)));
             let double = block.double.len() / (2 * m);
             assert!(if tolerance >= 1e-6 { double == 0 } else { double > 0 }, "{tolerance}: {double}");

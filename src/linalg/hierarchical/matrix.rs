@@ -147,9 +147,8 @@ impl Layout {
         if block.far {
             let mut lines = Lines::new(entries, rows.clone(), columns.clone(), components);
             let bound = tolerance * lines.norm() / (components as f64).sqrt();
-            let of = |component| {
-                LowRank::new(&approximate(&mut lines, component, CROSSES * bound), (m, n), bound)
-            };
+            let of =
+                |component| LowRank::new(&approximate(&mut lines, component, CROSSES * bound), (m, n), bound);
             let content = Content::Far((0..components).map(of).collect());
             if content.bytes() <= size_of::<f64>() * components * m * n {
                 return Stored { rows, columns, content };
@@ -252,8 +251,11 @@ impl HierarchicalMatrix {
     /// `weights` `[N]`.
     pub fn sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();
-        let of: Vec<usize> =
-            groups.iter().enumerate().flat_map(|(group, places)| places.clone().map(move |_| group)).collect();
+        let of: Vec<usize> = groups
+            .iter()
+            .enumerate()
+            .flat_map(|(group, places)| places.clone().map(move |_| group))
+            .collect();
         let mut sums = vec![vec![0.0; count * count]; self.signs.len()];
         for block in &self.blocks {
             let [rows, columns] = [&block.rows, &block.columns];
@@ -265,10 +267,12 @@ impl HierarchicalMatrix {
                     }
                 };
                 match &block.content {
-                    near @ Content::Near(_) => near.each(component, [rows.len(), columns.len()], |i, j, value| {
-                        let [i, j] = [rows.start + i, columns.start + j];
-                        add(of[i], of[j], weights[i] * weights[j] * value);
-                    }),
+                    near @ Content::Near(_) => {
+                        near.each(component, [rows.len(), columns.len()], |i, j, value| {
+                            let [i, j] = [rows.start + i, columns.start + j];
+                            add(of[i], of[j], weights[i] * weights[j] * value);
+                        })
+                    }
                     Content::Far(components) => {
                         let single: Vec<f64> =
                             components[component].single.iter().map(|&value| value.into()).collect();

@@ -5,7 +5,8 @@ use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 use super::super::factor::{CholeskyFactor, SymbolicFactor, SymmetricFactor};
 use super::super::ordering::{NodeGraph, nested_dissection, partition};
 use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
-use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, three, three_mut, wide};
+use super::super::wide::wide;
+use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, three, three_mut};
 use crate::error::Result;
 
 /// Motions of a part whose mean square is below this share of the largest are none: a part of few nodes, or of nodes

@@ -2,7 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, add, add_transposed, three, three_mut, wide};
+use super::super::wide::wide;
+use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, add, add_transposed, three, three_mut};
 use crate::error::{Error, Result};
 use crate::geometry::place;
 

@@ -75,7 +75,12 @@ impl Cells {
 
     /// Norm in which S is symmetric.
     fn norm(&self, values: &[f64]) -> f64 {
-        values.chunks(self.n()).flat_map(|plane| plane.iter().zip(&self.areas)).map(|(x, a)| a * x * x).sum::<f64>().sqrt()
+        values
+            .chunks(self.n())
+            .flat_map(|plane| plane.iter().zip(&self.areas))
+            .map(|(x, a)| a * x * x)
+            .sum::<f64>()
+            .sqrt()
     }
 }
 
@@ -147,7 +152,8 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     let (n, green) = (cells.n(), pair(30.0));
     let compressed = cells.compressed(&green, 1e-3);
     let mut random = Random(21);
-    let product = |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
+    let product =
+        |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
     for _ in 0..3 {
         let (v, w) = (random.vector(3 * n), random.vector(3 * n));
         let (mut sv, mut sw) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
@@ -162,7 +168,9 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     let mut expected = vec![0.0; 3 * n];
     dense.apply(&tractions, &mut expected);
     let scale = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    for (cell, sums) in [3, 400, n - 1].iter().zip(compressed.direct_in(&[3, 400, n - 1], &tractions).expect("sums")) {
+    for (cell, sums) in
+        [3, 400, n - 1].iter().zip(compressed.direct_in(&[3, 400, n - 1], &tractions).expect("sums"))
+    {
         for (plane, sum) in sums.into_iter().enumerate() {
             assert!((sum - expected[plane * n + cell]).abs() < 1e-12 * scale);
         }
@@ -222,7 +230,8 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
         let cells = Cells::irregular(m);
         let n = cells.n();
         let operator = cells.compressed(&green, 1e-8);
-        let product = |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
+        let product =
+            |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| cells.areas[k % n] * a[k] * b[k]).sum() };
         let inverse = |x: &[f64]| {
             let mut y = vec![0.0; 3 * n];
             assert!(operator.precondition(x, &mut y));
