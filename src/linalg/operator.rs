@@ -205,7 +205,7 @@ impl Flexibility for SharedFlexibility {
         self.0.apply_normal(pressure, normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         self.0.diagonal_blocks()
     }
 

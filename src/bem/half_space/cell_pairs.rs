@@ -11,6 +11,7 @@ use nalgebra::Matrix3;
 
 use super::far_field::Component;
 use super::green::{SurfaceGreen, assemble};
+use super::patch::PatchIntegrator;
 use super::polygon;
 use super::polygon_far::{HIGHEST, PolygonFar};
 use super::polygon_moments::{Moments, count};
@@ -20,12 +21,20 @@ const BEYOND: f64 = 0.1;
 
 /// A cell of the frame.
 #[derive(Debug, Clone)]
-struct Cell {
+pub(super) struct Cell {
     center: [f64; 2],
     corners: Vec<[f64; 2]>,
     area: f64,
     /// Largest distance of a corner from the centre.
     radius: f64,
+}
+
+impl Cell {
+    /// Centre and corners (counter-clockwise) in the x and y of the frame's plane, mm; area, mm2.
+    pub fn new(center: [f64; 2], corners: Vec<[f64; 2]>, area: f64) -> Self {
+        let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
+        Self { center, radius: radii.fold(0.0, f64::max), corners, area }
+    }
 }
 
 /// The cells of a frame and the Green's function between them.
@@ -52,25 +61,11 @@ pub(super) fn position(component: Component) -> (usize, usize) {
 }
 
 impl CellPairs {
-    /// For an operator of a relative accuracy `tolerance`, of cells in the order of the arguments (see
-    /// [`DenseFlexibility`](super::DenseFlexibility)).
-    pub fn new(
-        (centers, corners, areas): (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>),
-        green: &SurfaceGreen,
-        tolerance: f64,
-    ) -> Self {
+    /// For an operator of a relative accuracy `tolerance`.
+    pub fn new(cells: Vec<Cell>, green: &SurfaceGreen, tolerance: f64) -> Self {
         let components = green.components();
         let far = PolygonFar::new(green, &components, BEYOND * tolerance);
         let rule = Moments::new(far.order());
-        let cells: Vec<Cell> = centers
-            .into_iter()
-            .zip(corners)
-            .zip(areas)
-            .map(|((center, corners), area)| {
-                let radii = corners.iter().map(|p| (p[0] - center[0]).hypot(p[1] - center[1]));
-                Cell { center, radius: radii.fold(0.0, f64::max), corners, area }
-            })
-            .collect();
         let moments = cells
             .iter()
             .flat_map(|cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area))
@@ -150,7 +145,14 @@ impl CellPairs {
         self.far.add(d, order, &weights[..count(order)], values);
     }
 
-    /// N_IJ by integrals over both cells.
+    /// S_IJ by the integrals over both cells, made by an `integrator` of the same Green's function.
+    pub fn integrated(&self, integrator: &PatchIntegrator, i: usize, j: usize) -> Matrix3<f64> {
+        let (a, b) = (&self.cells[i], &self.cells[j]);
+        let on = |target: &Cell, source: &Cell| integrator.polygon(&source.corners, target.center);
+        0.5 * (on(a, b) + on(b, a).transpose() * (b.area / a.area))
+    }
+
+    /// N_IJ by exact integrals over both cells.
     fn exact(&self, i: usize, j: usize) -> Matrix3<f64> {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let ratio = (a.area / b.area).sqrt();
@@ -204,20 +206,16 @@ mod tests {
         SurfaceGreen::new(&stiffness, Side::Lower).expect("converges")
     }
 
-    fn cells() -> (Vec<[f64; 2]>, Vec<Vec<[f64; 2]>>, Vec<f64>) {
-        let triangle = vec![[0.0, 0.0], [0.3, 0.05], [0.1, 0.25]];
-        let centers = vec![[0.4 / 3.0, 0.1], [0.0; 2]];
-        let area = 0.5 * (0.3 * 0.25 - 0.1 * 0.05);
-        let square = vec![[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]];
-        (centers, vec![triangle, square], vec![area, 0.04])
+    fn triangle() -> Cell {
+        let corners = vec![[0.0, 0.0], [0.3, 0.05], [0.1, 0.25]];
+        Cell::new([0.4 / 3.0, 0.1], corners, 0.5 * (0.3 * 0.25 - 0.1 * 0.05))
     }
 
-    fn pairs(green: &SurfaceGreen, tolerance: f64, offset: [f64; 2]) -> CellPairs {
-        let (mut centers, mut corners, areas) = cells();
-        for point in corners[1].iter_mut().chain([&mut centers[1]]) {
-            *point = [point[0] + offset[0], point[1] + offset[1]];
-        }
-        CellPairs::new((centers, corners, areas), green, tolerance)
+    /// A triangle, and a square at `center`.
+    fn pairs(green: &SurfaceGreen, tolerance: f64, center: [f64; 2]) -> CellPairs {
+        let [x, y] = center;
+        let square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]].map(|[a, b]| [x + a, y + b]);
+        CellPairs::new(vec![triangle(), Cell::new(center, square.to_vec(), 0.04)], green, tolerance)
     }
 
     /// Truth: the exact integrals over both cells, made symmetric. The error keeps what was asked for, from where the expansion
@@ -257,8 +255,8 @@ mod tests {
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();
         let far = PolygonFar::new(&green, &green.components(), 1e-9);
-        let (centers, corners, _) = cells();
-        let moments = Moments::new(far.order()).of(&corners[0], centers[0]);
+        let Cell { center, corners, .. } = triangle();
+        let moments = Moments::new(far.order()).of(&corners, center);
         for order in 2..=5 {
             let error = |r: f64| {
                 let d = [r * 0.6, r * 0.8];
@@ -273,8 +271,8 @@ mod tests {
                 far.add(d, order, &weights[..count(order)], &mut values);
                 let found =
                     assemble(&std::array::from_fn(|c| values[c]), &std::array::from_fn(|c| values[6 + c]));
-                let target = [centers[0][0] + d[0], centers[0][1] + d[1]];
-                let expected = polygon::integrate(&green, &corners[0], target);
+                let target = [center[0] + d[0], center[1] + d[1]];
+                let expected = polygon::integrate(&green, &corners, target);
                 (found - expected).amax() / expected.amax()
             };
             let observed = (error(1.5) / error(3.0)).log2();

@@ -4,12 +4,13 @@ use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cell_pairs::{CellPairs, position};
+use super::cell_pairs::{Cell, CellPairs, position};
 use super::dense::check_cells;
 use super::far_field::Component;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
+use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::hierarchical::{ClusterTree, Extent, HierarchicalMatrix, Layout, Use};
 use crate::linalg::local_inverse::LocalInverse;
@@ -54,20 +55,11 @@ pub struct CompressedFlexibility {
     normal: Vec<Use>,
     /// Place in the tree of each cell, and root of its area.
     cells: Vec<(usize, f64)>,
+    /// For direct sums.
     integrator: PatchIntegrator,
-    /// Cells as they were given, for direct sums.
-    given: Polygons,
     inverses: [OnceLock<LocalInverse>; 2],
     /// Tractions and gaps in the order of the tree, `[3, N]` by planes.
     scratch: Mutex<[Vec<f64>; 2]>,
-}
-
-/// Centres `[N]` and corners `[N]` of cells in the x and y of the frame's plane, mm, and their areas `[N]`, mm2.
-#[derive(Debug, Clone)]
-struct Polygons {
-    centers: Vec<[f64; 2]>,
-    corners: Vec<Vec<[f64; 2]>>,
-    areas: Vec<f64>,
 }
 
 impl CompressedFlexibility {
@@ -91,17 +83,12 @@ impl CompressedFlexibility {
                 TOLERANCES[0], TOLERANCES[1]
             )));
         }
-        let given = Polygons { centers: centers.to_vec(), corners: cells.to_vec(), areas: areas.to_vec() };
-        let layout = layout(&given);
+        let layout = layout(centers, cells);
         let order = &layout.tree().order;
-        let ordered = Polygons {
-            centers: order.iter().map(|&cell| centers[cell]).collect(),
-            corners: order.iter().map(|&cell| cells[cell].clone()).collect(),
-            areas: order.iter().map(|&cell| areas[cell]).collect(),
-        };
+        let ordered = order.iter().map(|&cell| Cell::new(centers[cell], cells[cell].clone(), areas[cell]));
         let mut places = vec![(0, 0.0); order.len()];
         order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell].sqrt()));
-        let pairs = CellPairs::new((ordered.centers, ordered.corners, ordered.areas), green, tolerance);
+        let pairs = CellPairs::new(ordered.collect(), green, tolerance);
         let components = pairs.components();
         let entries = |i: usize, j: usize, values: &mut [f64]| pairs.entry(i, j, values);
         let bytes = layout.expected_bytes(&entries, components.len(), tolerance)
@@ -131,7 +118,6 @@ impl CompressedFlexibility {
             normal,
             cells: places,
             integrator: PatchIntegrator::new(green),
-            given,
             inverses: [OnceLock::new(), OnceLock::new()],
             scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]),
             pairs,
@@ -199,31 +185,24 @@ impl CompressedFlexibility {
         let inverse = self.inverses[which].get_or_init(make);
         self.in_order((x, y), |root| root * scale, |x, y| inverse.apply(x, y), |root| 1.0 / root);
     }
-
-    /// S_IJ by the integrals over both cells.
-    fn integrated(&self, i: usize, j: usize) -> Matrix3<f64> {
-        let Polygons { centers, corners, areas } = &self.given;
-        let on = |target: usize, source: usize| self.integrator.polygon(&corners[source], centers[target]);
-        0.5 * (on(i, j) + on(j, i).transpose() * (areas[j] / areas[i]))
-    }
 }
 
-fn layout(given: &Polygons) -> Layout {
+fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>]) -> Layout {
     let extent = |corners: &Vec<[f64; 2]>| -> Extent {
         let bound = |with: fn(f64, f64) -> f64, start: f64| {
             [0, 1].map(|axis| corners.iter().map(|p| p[axis]).fold(start, with))
         };
         [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
     };
-    let extents: Vec<Extent> = given.corners.iter().map(extent).collect();
-    Layout::new(ClusterTree::new(&given.centers, &extents, LEAF), ADMISSIBILITY)
+    let extents: Vec<Extent> = cells.iter().map(extent).collect();
+    Layout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY)
 }
 
 /// Bytes of what is kept beside the blocks of `n` cells with so many corners together.
 fn beside(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;
-    n * (vectors + moments + 200) + 2 * 16 * corners + LocalInverse::expected_bytes(n, 3)
+    n * (vectors + moments + 200) + 16 * corners + LocalInverse::expected_bytes(n, 3)
 }
 
 impl Flexibility for CompressedFlexibility {
@@ -239,7 +218,7 @@ impl Flexibility for CompressedFlexibility {
         self.multiply(&self.normal, pressure, normal_gap);
     }
 
-    fn diagonal_blocks(&self) -> Vec<Matrix3<f64>> {
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         self.cells.iter().map(|&(place, _)| self.pairs.matrix(place, place)).collect()
     }
 
@@ -267,7 +246,8 @@ impl Flexibility for CompressedFlexibility {
         for source in 0..n {
             let traction = Vector3::new(tractions[source], tractions[n + source], tractions[2 * n + source]);
             if traction != Vector3::zeros() {
-                sum += self.integrated(cell, source) * traction;
+                let [i, j] = [cell, source].map(|cell| self.cells[cell].0);
+                sum += self.pairs.integrated(&self.integrator, i, j) * traction;
             }
         }
         Some(sum.into())

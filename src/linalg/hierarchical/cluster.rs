@@ -138,10 +138,8 @@ mod tests {
                 }
             }
             for &point in &tree.order[cluster.range.clone()] {
-                for axis in 0..2 {
-                    assert!(cluster.extent[0][axis] <= extents[point][0][axis]);
-                    assert!(cluster.extent[1][axis] >= extents[point][1][axis]);
-                }
+                let ([low, high], [least, most]) = (cluster.extent, extents[point]);
+                assert!(low[0] <= least[0] && low[1] <= least[1] && high[0] >= most[0] && high[1] >= most[1]);
             }
         }
         let parts = tree.parts(60);

@@ -120,8 +120,10 @@ mod tests {
     use super::super::{ClusterTree, Extent, Layout};
     use super::*;
 
+    type Points = Vec<[f64; 2]>;
+
     /// Points with gaps and a cluster, and a kernel with a symmetric and an antisymmetric component.
-    fn example() -> (Vec<[f64; 2]>, impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
+    fn example() -> (Points, impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) {
         let at = |k: usize| {
             let (i, j) = ((k % 30) as f64, (k / 30) as f64);
             let bend = 0.3 * (i * PI / 7.0).sin();
@@ -135,7 +137,7 @@ mod tests {
         ((0..600).map(at).collect(), kernel)
     }
 
-    fn matrix(tolerance: f64) -> (HierarchicalMatrix, Vec<[f64; 2]>) {
+    fn matrix(tolerance: f64) -> (HierarchicalMatrix, Points) {
         let (points, kernel) = example();
         let extents: Vec<Extent> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
         let tree = ClusterTree::new(&points, &extents, 20);
