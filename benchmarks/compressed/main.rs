@@ -146,91 +146,104 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
 
 /// The value after a word of the command line, or what it is without.
 fn numbers(words: &[String], name: &str, otherwise: &[f64]) -> Outcome<Vec<f64>> {
-    let Some(at) = words.iter().position(|word| word == name) else { return Ok(otherwise.to_vec()) };
+    let Some(at) = words.iter().rposition(|word| word == name) else { return Ok(otherwise.to_vec()) };
     let found: Vec<f64> = words[at + 1..].iter().map_while(|word| word.parse().ok()).collect();
     if found.is_empty() { Err(format!("{name} needs a number").into()) } else { Ok(found) }
+}
+
+/// What is asked for.
+struct Settings {
+    sizes: Vec<f64>,
+    dense_up_to: f64,
+    tolerance: f64,
+    tilt: f64,
 }
 
 fn main() -> Outcome<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let threads = numbers(&words, "--threads", &[0.0])?[0] as usize;
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
-    let sizes = numbers(&words, "--cells", &[1000.0, 4000.0, 8000.0, 16_000.0, 32_000.0])?;
-    let dense_up_to = numbers(&words, "--dense", &[4000.0])?[0];
-    let tolerance = 10f64.powf(-numbers(&words, "--tolerance", &[8.0])?[0].abs());
-    let tilt = numbers(&words, "--tilt", &[30.0])?[0];
-    let green = green(tilt)?;
+    let settings = Settings {
+        sizes: numbers(&words, "--cells", &[1000.0, 4000.0, 8000.0, 16_000.0, 32_000.0])?,
+        dense_up_to: numbers(&words, "--dense", &[4000.0])?[0],
+        tolerance: 10f64.powf(-numbers(&words, "--tolerance", &[8.0])?[0].abs()),
+        tilt: numbers(&words, "--tilt", &[30.0])?[0],
+    };
+    if let [size] = settings.sizes[..] {
+        return measure(size, &settings);
+    }
     print!("{}# load: {}", machine::comment(), load());
+    let Settings { tilt, tolerance, .. } = settings;
+    let threads = rayon::current_num_threads();
+    println!("# fibres at {tilt} degrees, tolerance {tolerance:e}, {threads} threads\n");
     println!(
-        "# fibres at {tilt} degrees, tolerance {tolerance:e}, {} threads\n",
-        rayon::current_num_threads()
-    );
-    println!(
-        "| cells | operator | build, s | product, s | of pressures, s | MiB | bytes per cell | told before | inverse, s | iterations with it, without | \
-         error |"
+        "| cells | operator | build, s | product, s | of pressures, s | MiB | told before | bytes per cell | inverse, s | iterations with \
+         it, without | error |"
     );
     println!("|{}", "---|".repeat(11));
-    let mut seconds = Vec::new();
-    for size in sizes {
-        let (centers, corners, areas) = cells(size as usize);
-        let n = centers.len();
-        let tractions: Vec<f64> = (0..3 * n).map(|k| 1.0 + (k as f64 * 0.7).sin()).collect();
-        let before = resident();
-        let start = Instant::now();
-        let compressed = CompressedFlexibility::new(&centers, &corners, &areas, &green, tolerance)?;
-        let build = start.elapsed().as_secs_f64();
-        let (all, normal, gap) = products(&compressed, &tractions);
-        let start = Instant::now();
-        let mut preconditioned = vec![0.0; 3 * n];
-        compressed.precondition(&gap, &mut preconditioned);
-        let inverse = start.elapsed().as_secs_f64();
-        let held = resident().saturating_sub(before);
-        let expected = CompressedFlexibility::usual_bytes(n, tolerance);
-        let counts = [true, false].map(|inverse| iterations(&compressed, (&centers, &areas), inverse));
-        seconds.push((n as f64, build, all));
-        let row = |name: &str, build: f64, (all, normal): (f64, f64), bytes: usize, rest: &str| {
-            println!(
-                "| {n} | {name} | {build:.2} | {all:.4} | {normal:.4} | {:.0} | {} | {rest} |",
-                bytes as f64 / f64::from(1 << 20),
-                bytes / n
-            );
-        };
-        let mut error = "".to_owned();
-        let mut dense = None;
-        if size <= dense_up_to {
-            let start = Instant::now();
-            let operator = DenseFlexibility::new(&centers, &corners, &areas, &green)?;
-            let build = start.elapsed().as_secs_f64();
-            let (all, normal, expected) = products(&operator, &tractions);
-            let difference = norm(gap.iter().zip(&expected).map(|(a, b)| a - b));
-            error = format!("{:.1e}", difference / norm(expected.into_iter()));
-            dense = Some((build, (all, normal)));
+    // Each size in a process of its own: memory that another has freed would not be seen.
+    let mut seconds: Vec<[f64; 3]> = Vec::new();
+    for size in &settings.sizes {
+        let mut command = std::process::Command::new(std::env::current_exe()?);
+        let output = command.args(&words).args(["--cells", &size.to_string()]).output()?;
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
         }
-        row(
-            "compressed",
-            build,
-            (all, normal),
-            held,
-            &format!(
-                "{:.0} | {inverse:.2} | {}, {} | {error}",
-                expected as f64 / f64::from(1 << 20),
-                counts[0],
-                counts[1]
-            ),
-        );
-        if let Some((build, times)) = dense {
-            row("dense", build, times, 72 * n * n, "| | | ");
-        }
+        let rows = String::from_utf8(output.stdout)?;
+        print!("{rows}");
+        let cells = rows.lines().next().unwrap_or("").split('|').map(str::trim);
+        let values: Vec<f64> = cells.filter_map(|cell| cell.parse().ok()).collect();
+        seconds.push([values[0], values[1], values[2]]);
     }
     for pair in seconds.windows(2) {
-        let of = |a: f64, b: f64| (b / a).ln() / (pair[1].0 / pair[0].0).ln();
-        println!(
-            "\ngrowth: build N^{:.2}, product N^{:.2}",
-            of(pair[0].1, pair[1].1),
-            of(pair[0].2, pair[1].2)
-        );
+        let of = |k: usize| (pair[1][k] / pair[0][k]).ln() / (pair[1][0] / pair[0][0]).ln();
+        println!("\ngrowth from {} cells on: build N^{:.2}, product N^{:.2}", pair[0][0], of(1), of(2));
     }
     print!("\n# load at the end: {}", load());
+    Ok(())
+}
+
+/// The rows of one size.
+fn measure(size: f64, settings: &Settings) -> Outcome<()> {
+    let (green, tolerance) = (green(settings.tilt)?, settings.tolerance);
+    let (centers, corners, areas) = cells(size as usize);
+    let n = centers.len();
+    let tractions: Vec<f64> = (0..3 * n).map(|k| 1.0 + (k as f64 * 0.7).sin()).collect();
+    let before = resident();
+    let start = Instant::now();
+    let compressed = CompressedFlexibility::new(&centers, &corners, &areas, &green, tolerance)?;
+    let build = start.elapsed().as_secs_f64();
+    let (all, normal, gap) = products(&compressed, &tractions);
+    let start = Instant::now();
+    let mut preconditioned = vec![0.0; 3 * n];
+    compressed.precondition(&gap, &mut preconditioned);
+    let inverse = start.elapsed().as_secs_f64();
+    let held = resident().saturating_sub(before);
+    let told = CompressedFlexibility::usual_bytes(n, tolerance) as f64 / f64::from(1 << 20);
+    let counts = [true, false].map(|inverse| iterations(&compressed, (&centers, &areas), inverse));
+    let row = |name: &str, build: f64, (all, normal): (f64, f64), bytes: usize, rest: &str| {
+        println!(
+            "| {n} | {name} | {build:.2} | {all:.4} | {normal:.4} | {:.0} | {rest} |",
+            bytes as f64 / f64::from(1 << 20)
+        );
+    };
+    let mut error = String::new();
+    let mut dense = None;
+    if size <= settings.dense_up_to {
+        let start = Instant::now();
+        let operator = DenseFlexibility::new(&centers, &corners, &areas, &green)?;
+        let build = start.elapsed().as_secs_f64();
+        let (all, normal, expected) = products(&operator, &tractions);
+        let difference = norm(gap.iter().zip(&expected).map(|(a, b)| a - b));
+        error = format!("{:.1e}", difference / norm(expected.into_iter()));
+        dense = Some((build, (all, normal)));
+    }
+    let [with, without] = counts;
+    let rest = format!("{told:.0} | {} | {inverse:.2} | {with}, {without} | {error}", held / n);
+    row("compressed", build, (all, normal), held, &rest);
+    if let Some((build, times)) = dense {
+        row("dense", build, times, 72 * n * n, &format!("| {} | | | ", 72 * n));
+    }
     Ok(())
 }
 

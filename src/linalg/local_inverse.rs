@@ -5,7 +5,7 @@
 //! added, which keeps it symmetric and positive definite.
 //!
 //! # Source
-//! Heuer 1996, "Additive Schwarz methods for indefinite hypersingular integral equations in R³" and the literature there.
+//! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
 
 use std::ops::Range;
 use std::sync::Mutex;

@@ -8,6 +8,7 @@
 //! `N_IJ = ½ √(A_I A_J) Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,   μ = moments over the area.
 
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 use super::far_field::Component;
 use super::green::{SurfaceGreen, assemble};
@@ -66,14 +67,14 @@ impl CellPairs {
         let components = green.components();
         let far = PolygonFar::new(green, &components, BEYOND * tolerance);
         let rule = Moments::new(far.order());
-        let moments = cells
-            .iter()
-            .flat_map(|cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area))
-            .collect();
+        let over_area =
+            |cell: &Cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area).collect();
+        let of_cells: Vec<Vec<f64>> = cells.par_iter().map(over_area).collect();
+        let moments = of_cells.concat();
         let mut pairs = Self { cells, moments, green: green.clone(), components, far, scale: 1.0 };
         // Entries of the order of 1, whatever the units.
-        let own = (0..pairs.cells.len()).map(|cell| pairs.matrix(cell, cell).amax());
-        let largest = own.fold(0.0, f64::max);
+        let own = (0..pairs.cells.len()).into_par_iter().map(|cell| pairs.matrix(cell, cell).amax());
+        let largest = own.reduce(|| 0.0, f64::max);
         pairs.scale = 1.0 / largest;
         pairs
     }

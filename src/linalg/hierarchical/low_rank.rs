@@ -25,7 +25,7 @@ impl LowRank {
     /// The fewest terms whose sum differs from that of `terms` (of an `m` x `n` block) by `bound` at most, in the Frobenius norm.
     ///
     /// # Source
-    /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.1 (column pivoting).
+    /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).
     pub fn new(terms: &Terms, (m, n): (usize, usize), bound: f64) -> Self {
         let (q, mut w) = orthogonal(terms, (m, n));
         let mut shrunk = Self::default();
