@@ -2,6 +2,7 @@
 mod bad_input;
 mod cache;
 mod compare;
+mod compressed;
 mod doubts;
 mod interrupt;
 mod iterative;
