@@ -196,8 +196,13 @@ impl SurfaceGreen {
     }
 
     /// Without the trailing harmonics below [`DROPPED`].
-    fn truncated(mut self) -> Self {
-        let bound = DROPPED * self.largest();
+    fn truncated(self) -> Self {
+        self.truncated_at(DROPPED)
+    }
+
+    /// Without the trailing harmonics below this share of the largest one.
+    pub(super) fn truncated_at(mut self, share: f64) -> Self {
+        let bound = share * self.largest();
         let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
         let even = kept(self.even.iter().map(magnitude).collect());
         let odd = kept(self.odd.iter().map(magnitude).collect());
