@@ -1,6 +1,8 @@
-//! What the compressed operator of half-spaces costs beside the dense one: seconds of building, of a product, memory, error.
+//! What the compressed operator of half-spaces costs beside the dense one: seconds of building, of a product, memory,
+//! error.
 //!
-//!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance EXPONENT] [--tilt DEGREES] [--threads N]
+//!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance DIGITS] [--tilt DEGREES]
+//!         [--threads N]
 
 #[path = "../machine.rs"]
 mod machine;
@@ -98,8 +100,8 @@ fn products(operator: &dyn Flexibility, tractions: &[f64]) -> (f64, f64, Vec<f64
     (all, normal, gap)
 }
 
-/// Iterations of conjugate gradients to 1e-8 for the pressures that lower the cells of a disc by 1, with the approximate inverse
-/// or without.
+/// Iterations of conjugate gradients to 1e-8 for the pressures that lower the cells of a disc by 1, with the
+/// approximate inverse or without.
 fn iterations(
     operator: &CompressedFlexibility,
     (centers, areas): (&[[f64; 2]], &[f64]),

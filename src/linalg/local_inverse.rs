@@ -1,8 +1,8 @@
-//! Approximate inverse of a symmetric positive definite matrix of a smooth kernel in two levels, for preconditioning: exact
-//! inverses within groups of places that lie together, plus that of sums over larger groups.
+//! Approximate inverse of a symmetric positive definite matrix of a smooth kernel in two levels, for preconditioning:
+//! exact inverses within groups of places that lie together, plus that of sums over larger groups.
 //!
-//! The inverse of such a kernel is nearly local, so that groups tell its short waves; the sums tell the long ones. Both parts are
-//! added, which keeps it symmetric and positive definite.
+//! The inverse of such a kernel is nearly local, so that groups tell its short waves; the sums tell the long ones. Both
+//! parts are added, which keeps it symmetric and positive definite.
 //!
 //! # Source
 //! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
@@ -47,7 +47,8 @@ struct Group {
 }
 
 impl LocalInverse {
-    /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant field is.
+    /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant
+    /// field is.
     pub fn new(matrix: &HierarchicalMatrix, uses: &[Use], planes: usize, weights: &[f64]) -> Self {
         let ranges = matrix.tree().parts(GROUP);
         let larger = matrix.tree().parts(GROUP.max(matrix.n() / SUMS));

@@ -9,7 +9,8 @@ use serde_json::Value;
 /// Faces along the top of the plate.
 const FACES: usize = 32;
 
-/// A plate of one layer of hexahedra, `FACES` along x and y, as gmsh writes it in format 2.2; groups base, contact, plate.
+/// A plate of one layer of hexahedra, `FACES` along x and y, as gmsh writes it in format 2.2; groups base, contact,
+/// plate.
 fn plate() -> String {
     let nodes = FACES + 1;
     let at = |i: usize, j: usize, k: usize| (k * nodes + i) * nodes + j + 1;
@@ -84,9 +85,9 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Truth: docs/scene.md: above 1000 cells the operator is compressed, `check` and summary.json say so; with the skip switched off,
-/// or on as many cells as that at most, they do not. The answers are the same within the tolerance of the compression, and the
-/// fields of the half-space are written.
+/// Truth: docs/scene.md: above 1000 cells the operator is compressed, `check` and summary.json say so; with the skip
+/// switched off, or on as many cells as that at most, they do not. The answers are the same within the tolerance of the
+/// compression, and the fields of the half-space are written.
 #[test]
 fn compressed_half_spaces_are_told_and_change_nothing() {
     let folder = folder();
@@ -128,8 +129,8 @@ fn compressed_half_spaces_are_told_and_change_nothing() {
     }
 }
 
-/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 (exit code 2 for others), and what does not fit into the memory is refused
-/// before it is made (exit code 4).
+/// Truth: docs/scene.md: tolerances from 1e-12 to 1e-2 (exit code 2 for others), and what does not fit into the memory
+/// is refused before it is made (exit code 4).
 #[test]
 fn what_cannot_be_compressed_is_refused() {
     let folder = folder();

@@ -1,11 +1,13 @@
-//! Influences between the cells of a plane frame, made symmetric: by moments where the cells are far apart, by exact integrals
-//! elsewhere.
+//! Influences between the cells of a plane frame, made symmetric: by moments where the cells are far apart, by exact
+//! integrals elsewhere.
 //!
-//! Collocation gives K_IJ, the mean displacement of nothing but the centre of cell I; S_IJ = (A_I K_IJ + A_J K_JIᵀ) / (2 A_I).
-//! Here it is scaled to be symmetric itself, N = A^½ S A^-½. With both cells expanded about their centres the two halves
-//! need the same derivatives of the Green's function, at d = x_I - x_J:
+//! Collocation gives K_IJ, the mean displacement of nothing but the centre of cell I; S_IJ = (A_I K_IJ + A_J K_JIᵀ) /
+//! (2 A_I). Here it is scaled to be symmetric itself, N = A^½ S A^-½. With both cells expanded about their centres the
+//! two halves need the same derivatives of the Green's function, at d = x_I - x_J:
 //!
-//! `N_IJ = ½ √(A_I A_J) Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,   μ = moments over the area.
+//! `N_IJ = ½ √(A_I A_J) Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
+//!
+//! μ being the moments over the area.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -223,8 +225,8 @@ mod tests {
         Cell::new([x, y], corners.to_vec(), 0.04)
     }
 
-    /// Truth: the exact integrals over both cells, made symmetric. The error keeps what was asked for, from where the expansion
-    /// begins to far away, in all directions, and is not nothing where it begins.
+    /// Truth: the exact integrals over both cells, made symmetric. The error keeps what was asked for, from where the
+    /// expansion begins to far away, in all directions, and is not nothing where it begins.
     #[test]
     fn moments_give_the_integrals() {
         for green in [isotropic(), anisotropic()] {
@@ -253,8 +255,8 @@ mod tests {
         }
     }
 
-    /// Truth: a term of order k falls as (radius / distance)^k, so the error of orders up to p as the power p + 1 of it, or p + 2
-    /// where the next order is small.
+    /// Truth: a term of order k falls as (radius / distance)^k, so the error of orders up to p as the power p + 1 of
+    /// it, or p + 2 where the next order is small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();

@@ -1,4 +1,5 @@
-//! Flexibility of half-spaces on any plane frame, compressed: blocks of low rank between groups of cells that lie apart.
+//! Flexibility of half-spaces on any plane frame, compressed: blocks of low rank between groups of cells that lie
+//! apart.
 
 use std::sync::{Mutex, OnceLock};
 
@@ -29,8 +30,8 @@ pub const DENSE: usize = 1000;
 /// The tolerance where none is asked for.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// Bytes per cell of blocks of neighbours, and of others per square of the digits of the tolerance and unit of the logarithm of the
-/// number of cells over the third.
+/// Bytes per cell of blocks of neighbours, and of others per square of the digits of the tolerance and unit of the
+/// logarithm of the number of cells over the third.
 const NEAR: f64 = 12_500.0;
 const FAR: f64 = 130.0;
 const FEW: f64 = 180.0;
@@ -39,8 +40,8 @@ const FEW: f64 = 180.0;
 pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions, the same as
-/// [`DenseFlexibility`](super::DenseFlexibility) within a tolerance, in memory and time that grow little more than the number of
-/// cells.
+/// [`DenseFlexibility`](super::DenseFlexibility) within a tolerance, in memory and time that grow little more than the
+/// number of cells.
 ///
 /// Stored is N = A^½ S A^-½, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
@@ -63,12 +64,12 @@ pub struct CompressedFlexibility {
 }
 
 impl CompressedFlexibility {
-    /// The arguments are those of [`DenseFlexibility::new`](super::DenseFlexibility::new); products differ from those of the
-    /// dense operator by about `tolerance` times the norm of S.
+    /// The arguments are those of [`DenseFlexibility::new`](super::DenseFlexibility::new); products differ from those
+    /// of the dense operator by about `tolerance` times the norm of S.
     ///
     /// # Errors
-    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is not within
-    /// [`TOLERANCES`], the operator does not fit into the memory, or a stop is wished.
+    /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is
+    /// not within [`TOLERANCES`], the operator does not fit into the memory, or a stop is wished.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
@@ -124,8 +125,8 @@ impl CompressedFlexibility {
         })
     }
 
-    /// Bytes that it takes on `n` cells of like size with a tolerance, for materials like CFRP beside steel; measured, good to a
-    /// third. Before anything is computed they are found more closely.
+    /// Bytes that it takes on `n` cells of like size with a tolerance, for materials like CFRP beside steel; measured,
+    /// good to a third. Before anything is computed they are found more closely.
     pub fn usual_bytes(n: usize, tolerance: f64) -> usize {
         let digits = -tolerance.log10();
         let per_cell = NEAR + FAR * digits * digits * (n as f64 / FEW).ln().max(0.0);
@@ -142,8 +143,8 @@ impl CompressedFlexibility {
         self.matrix.bytes() + self.pairs.bytes()
     }
 
-    /// Puts `planes` of vectors in the order of the tree, times `factor(root of the area)`, `with` them, and puts what comes out
-    /// back in the order of the cells, times `back(root)`.
+    /// Puts `planes` of vectors in the order of the tree, times `factor(root of the area)`, `with` them, and puts what
+    /// comes out back in the order of the cells, times `back(root)`.
     fn in_order(
         &self,
         (x, y): (&[f64], &mut [f64]),

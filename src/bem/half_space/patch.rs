@@ -10,8 +10,8 @@ use crate::quadrature::gauss_legendre;
 /// Largest number of Gauss points per direction; where it does not suffice the exact integral is taken.
 const MAX_POINTS: usize = 16;
 
-/// With up to so many points per direction a polygon is too far for its exact integral; with more, one point takes as long as so
-/// many harmonics of that.
+/// With up to so many points per direction a polygon is too far for its exact integral; with more, one point takes as
+/// long as so many harmonics of that.
 const FEW_POINTS: usize = 4;
 const SLOWER: usize = 2;
 

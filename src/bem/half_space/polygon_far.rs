@@ -4,8 +4,8 @@
 //!
 //! `∂_z^a ∂_z̄^b Γ(φ) / r = D_ab(φ) / r^(1+a+b)`,   `D_ab = Σ γ_n P_a((n-1)/2) P_b(-(n+1)/2) exp(i (n-a+b) φ)`,
 //!
-//! P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the sum of these with its moments (Taylor). The D_ab are
-//! functions of the direction, tabulated over half a turn: the other half differs by signs.
+//! P_a(x) = x (x-1) ... (x-a+1). The integral over a polygon is the sum of these with its moments (Taylor). The D_ab
+//! are functions of the direction, tabulated over half a turn: the other half differs by signs.
 
 use std::f64::consts::PI;
 
@@ -109,8 +109,8 @@ impl PolygonFar {
         size_of_val(self.table.as_slice())
     }
 
-    /// Σ `weights` (`[count]`, powers of 1 / r included) times the functions in the direction of (x, y), y >= 0, up to an order;
-    /// adds to `values` `[components]`.
+    /// Σ `weights` (`[count]`, powers of 1 / r included) times the functions in the direction of (x, y), y >= 0, up to
+    /// an order; adds to `values` `[components]`.
     pub fn add(&self, [x, y]: [f64; 2], order: usize, weights: &[f64], values: &mut [f64]) {
         let position = y.atan2(x) * self.per_radian;
         let last = self.table.len() / self.stride - NODES;

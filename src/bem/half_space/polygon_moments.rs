@@ -26,8 +26,8 @@ impl Moments {
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, order by order as [`powers`] says, `[count]`; the values of a > b, which stand for
-    /// those of (b, a) too, are doubled: 2 Re, -2 Im. Corners counter-clockwise.
+    /// ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, order by order as [`powers`] says, `[count]`; the values of a > b, which
+    /// stand for those of (b, a) too, are doubled: 2 Re, -2 Im. Corners counter-clockwise.
     ///
     /// The triangle of the origin and an edge adds 2 area / (k + 2) times the mean of the integrand along the edge.
     pub fn of(&self, corners: &[[f64; 2]], origin: [f64; 2]) -> Vec<f64> {
@@ -71,8 +71,8 @@ impl Moments {
 mod tests {
     use super::*;
 
-    /// Truth: moments of a rectangle in closed form, about its centre and about another point (polynomials shifted by hand).
-    /// Tolerance: rounding.
+    /// Truth: moments of a rectangle in closed form, about its centre and about another point (polynomials shifted by
+    /// hand). Tolerance: rounding.
     #[test]
     fn moments_of_a_rectangle() {
         let corners = [[-0.3, -0.1], [0.3, -0.1], [0.3, 0.1], [-0.3, 0.1]];

@@ -13,8 +13,9 @@ pub struct Block {
     pub far: bool,
 }
 
-/// One of each pair of blocks that mirror each other: together they hold every pair of places once, those on the diagonal
-/// blocks in both orders. Far apart means that the smaller of the two diameters is at most `admissibility` times the distance.
+/// One of each pair of blocks that mirror each other: together they hold every pair of places once, those on the
+/// diagonal blocks in both orders. Far apart means that the smaller of the two diameters is at most `admissibility`
+/// times the distance.
 pub fn blocks(tree: &ClusterTree, admissibility: f64) -> Vec<Block> {
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {
@@ -44,8 +45,8 @@ mod tests {
     use super::super::cluster::{ClusterTree, Extent};
     use super::*;
 
-    /// Truth: every pair of places lies in one block and only one of the pair's two orders is stored, but on the diagonal; far
-    /// blocks are as far apart as asked for.
+    /// Truth: every pair of places lies in one block and only one of the pair's two orders is stored, but on the
+    /// diagonal; far blocks are as far apart as asked for.
     #[test]
     fn blocks_hold_every_pair_once() {
         let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();

@@ -43,8 +43,8 @@ pub struct ClusterTree {
 }
 
 impl ClusterTree {
-    /// Leaves have `leaf` points at most, unless those lie in one place. `points` `[N]` are what is cut by, `extents` `[N]`
-    /// what belongs to each.
+    /// Leaves have `leaf` points at most, unless those lie in one place. `points` `[N]` are what is cut by, `extents`
+    /// `[N]` what belongs to each.
     pub fn new(points: &[[f64; 2]], extents: &[Extent], leaf: usize) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut clusters = vec![cluster(&order, extents, 0..points.len())];
@@ -88,7 +88,8 @@ fn cluster(order: &[usize], extents: &[Extent], range: Range<usize>) -> Cluster 
     Cluster { range, extent, halves: None }
 }
 
-/// Puts the points on one side of the cut before those on the other; how many those are, `None` if all are in one place.
+/// Puts the points on one side of the cut before those on the other; how many those are, `None` if all are in one
+/// place.
 fn cut(points: &[[f64; 2]], order: &mut [usize]) -> Option<usize> {
     let bounds = [0, 1].map(|axis| {
         let along = order.iter().map(|&point| points[point][axis]);
@@ -116,7 +117,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Truth: what a tree is: halves make up their whole, every point has one place, extents hold what belongs to the points.
+    /// Truth: what a tree is: halves make up their whole, every point has one place, extents hold what belongs to the
+    /// points.
     #[test]
     fn halves_make_up_the_whole() {
         let points = spiral(500);

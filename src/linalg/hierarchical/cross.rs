@@ -1,14 +1,15 @@
 //! Adaptive cross approximation with partial pivoting: a block of low rank from some of its rows and columns.
 //!
-//! A kernel gives several components at once, each a matrix of its own. Rows and columns that one of them has asked for are kept
-//! for the others.
+//! A kernel gives several components at once, each a matrix of its own. Rows and columns that one of them has asked for
+//! are kept for the others.
 //!
 //! # Source
 //! Bebendorf 2000, "Approximation of boundary element matrices".
 
 use std::ops::Range;
 
-/// Entries of matrices over the places of a cluster tree: `entries(i, j, values)` writes entry (i, j) of each component.
+/// Entries of matrices over the places of a cluster tree: `entries(i, j, values)` writes entry (i, j) of each
+/// component.
 pub trait Entries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> Entries for F {}
@@ -187,7 +188,8 @@ impl<K: Entries> Cross<'_, '_, K> {
         free.max_by(|&a, &b| self.column[a].abs().total_cmp(&self.column[b].abs()))
     }
 
-    /// Adds the cross through row `i` if some entry of what is left of it exceeds `least`: the Frobenius norm of what was added.
+    /// Adds the cross through row `i` if some entry of what is left of it exceeds `least`: the Frobenius norm of what
+    /// was added.
     fn add(&mut self, i: usize, least: f64) -> Option<f64> {
         let (m, n) = self.lines.size();
         self.used[i] = true;

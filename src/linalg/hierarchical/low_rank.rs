@@ -22,7 +22,8 @@ pub(super) struct LowRank {
 }
 
 impl LowRank {
-    /// The fewest terms whose sum differs from that of `terms` (of an `m` x `n` block) by `bound` at most, in the Frobenius norm.
+    /// The fewest terms whose sum differs from that of `terms` (of an `m` x `n` block) by `bound` at most, in the
+    /// Frobenius norm.
     ///
     /// # Source
     /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).
@@ -124,8 +125,8 @@ mod tests {
         (block.double.len() + block.single.len()) / (m + n)
     }
 
-    /// Truth: a sum of five products has rank five, and crosses find it again with all of its components, one of which is zero and
-    /// one of which has a rank of its own. Tolerance: the bound.
+    /// Truth: a sum of five products has rank five, and crosses find it again with all of its components, one of which
+    /// is zero and one of which has a rank of its own. Tolerance: the bound.
     #[test]
     fn sums_of_products_have_their_rank() {
         let (m, n) = (40, 57);
@@ -152,8 +153,8 @@ mod tests {
         }
     }
 
-    /// Truth: the kernel 1 / r between two squares at a distance of their diagonal; the error is the bound, the rank grows with the
-    /// logarithm of it, and the terms that may be are in single precision.
+    /// Truth: the kernel 1 / r between two squares at a distance of their diagonal; the error is the bound, the rank
+    /// grows with the logarithm of it, and the terms that may be are in single precision.
     #[test]
     fn error_follows_the_bound() {
         let m = 144;

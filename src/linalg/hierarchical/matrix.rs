@@ -163,8 +163,8 @@ impl Layout {
         Stored { rows, columns, content: Content::Near(values) }
     }
 
-    /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far block differs
-    /// from what it should be by `tolerance` times its norm (Frobenius, all components together) at most.
+    /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far
+    /// block differs from what it should be by `tolerance` times its norm (Frobenius, all components together) at most.
     ///
     /// # Errors
     /// If a stop is wished.
@@ -247,7 +247,8 @@ impl HierarchicalMatrix {
         values
     }
 
-    /// Σ w_i w_j entry (i, j) over the places of each pair of `groups` (ascending ranges of all places), `[component][group][group]`;
+    /// Σ w_i w_j entry (i, j) over the places of each pair of `groups` (ascending ranges of all places),
+    /// `[component][group][group]`;
     /// `weights` `[N]`.
     pub fn sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();

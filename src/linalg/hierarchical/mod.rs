@@ -1,11 +1,12 @@
-//! Matrices of smooth kernels over points in the plane in blocks of low rank: a tree of clusters, pairs of clusters that are
-//! far apart for their size, and the approximation of each such block by some of its rows and columns.
+//! Matrices of smooth kernels over points in the plane in blocks of low rank: a tree of clusters, pairs of clusters
+//! that are far apart for their size, and the approximation of each such block by some of its rows and columns.
 //!
-//! What the kernel is does not matter here. It may have several components, each a matrix that is symmetric or antisymmetric;
-//! one of each pair of mirrored blocks is stored.
+//! What the kernel is does not matter here. It may have several components, each a matrix that is symmetric or
+//! antisymmetric; one of each pair of mirrored blocks is stored.
 //!
 //! # Source
-//! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical matrices".
+//! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical
+//! matrices".
 
 pub mod blocks;
 pub mod cluster;

@@ -1,4 +1,5 @@
-//! Products with matrices in blocks: the same bits for any number of threads, and nothing is allocated but the first time.
+//! Products with matrices in blocks: the same bits for any number of threads, and nothing is allocated but the first
+//! time.
 
 use rayon::prelude::*;
 
@@ -22,7 +23,8 @@ pub struct Use {
 const CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
-    /// `y = Σ sign C_component x`, planes of x and y `[planes, N]` as `uses` says, in the order of the tree; overwrites.
+    /// `y = Σ sign C_component x`, planes of x and y `[planes, N]` as `uses` says, in the order of the tree;
+    /// overwrites.
     pub fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         if scratch.len() < PARTS * y.len() {

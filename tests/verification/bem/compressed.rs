@@ -26,7 +26,8 @@ struct Cells {
 }
 
 impl Cells {
-    /// Triangles and distorted quadrangles over a square of the side 2, finer in the middle; some squares are cut in two.
+    /// Triangles and distorted quadrangles over a square of the side 2, finer in the middle; some squares are cut in
+    /// two.
     fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
@@ -99,9 +100,10 @@ fn largest(cells: &Cells, operator: &dyn Flexibility) -> f64 {
     value
 }
 
-/// Truth: the dense operator of the same cells, whose integrals are made in another way. The error of products, over the
-/// largest eigenvalue, follows the tolerance and stays below it, for a smooth vector and a rough one; for isotropic bodies and
-/// for CFRP with tilted fibres. Diagonal blocks and entries, which are integrals of their own: a tenth of the tolerance.
+/// Truth: the dense operator of the same cells, whose integrals are made in another way. The error of products, over
+/// the largest eigenvalue, follows the tolerance and stays below it, for a smooth vector and a rough one; for isotropic
+/// bodies and for CFRP with tilted fibres. Diagonal blocks and entries, which are integrals of their own: a tenth of
+/// the tolerance.
 #[test]
 fn products_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(27);
@@ -146,8 +148,8 @@ fn products_are_those_of_the_dense_operator() {
     }
 }
 
-/// Truth: Betti, v·A S w = w·A S v, and S positive definite, however coarse the tolerance; direct sums over the cells are
-/// products with the dense operator.
+/// Truth: Betti, v·A S w = w·A S v, and S positive definite, however coarse the tolerance; direct sums over the cells
+/// are products with the dense operator.
 #[test]
 fn compressed_operators_are_symmetric_and_sums_direct() {
     let cells = Cells::irregular(25);
@@ -180,8 +182,8 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     assert!(compressed.couples_normal_tangential() && compressed.unformed().is_empty());
 }
 
-/// Truth: equal isotropic bodies do not couple normal and tangential components, and the operator then has no such blocks: their
-/// products vanish exactly.
+/// Truth: equal isotropic bodies do not couple normal and tangential components, and the operator then has no such
+/// blocks: their products vanish exactly.
 #[test]
 fn vanishing_components_are_not_stored() {
     let cells = Cells::irregular(17);
@@ -198,8 +200,8 @@ fn vanishing_components_are_not_stored() {
     assert!(unlike.couples_normal_tangential() && unlike.bytes() > compressed.bytes());
 }
 
-/// Truth: every block is made by itself and parts of products are summed in a fixed order: one, two and three threads give the same
-/// bits, in products and in the approximate inverses.
+/// Truth: every block is made by itself and parts of products are summed in a fixed order: one, two and three threads
+/// give the same bits, in products and in the approximate inverses.
 #[test]
 fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
@@ -223,8 +225,9 @@ fn compressed_operators_give_the_same_bits_for_any_number_of_threads() {
     assert!(one == run(2) && one == run(3));
 }
 
-/// Truth: the approximate inverse is symmetric and positive definite in the areas, and the eigenvalues of it times S lie within a
-/// factor that grows little with the number of cells (here 25; of S itself they spread over more than 100).
+/// Truth: the approximate inverse is symmetric and positive definite in the areas, and the eigenvalues of it times S
+/// lie within a factor that grows little with the number of cells (here 25; of S itself they spread over more than
+/// 100).
 #[test]
 fn the_approximate_inverse_makes_eigenvalues_alike() {
     let green = pair(30.0);
@@ -304,9 +307,9 @@ fn model(cells: &Cells, operator: Box<dyn Flexibility>) -> Model {
     }
 }
 
-/// Truth: the solution on the dense operator. An indentation and a shift with friction: forces within ten tolerances, the
-/// certificate with its direct sums; pressures alone under a force. With its approximate inverse the compressed operator needs no
-/// more than twice the products.
+/// Truth: the solution on the dense operator. An indentation and a shift with friction: forces within ten tolerances,
+/// the certificate with its direct sums; pressures alone under a force. With its approximate inverse the compressed
+/// operator needs no more than twice the products.
 #[test]
 fn contacts_are_those_of_the_dense_operator() {
     let cells = Cells::irregular(24);
