@@ -9,7 +9,7 @@ use super::rough::Rough;
 /// A case of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Case {
-    /// (a) Frictionless Hertz under a force, the contact half as wide as the frame.
+    /// (a) Frictionless Hertz under a force.
     Hertz,
     /// (b) Equal spheres pressed and then pulled with 0.875 mu P (Cattaneo and Mindlin).
     PartialSlip,
@@ -72,15 +72,16 @@ impl Case {
         (self == Self::Hertz).then(|| hertz_radius(STEEL / (1.0 - NU * NU)).powi(2) / RADIUS)
     }
 
-    /// Writes its scene (and what it reads) with `n` x `n` cells into `folder`; `method` as in the scene's `[solver]`.
+    /// Writes its scene (and what it reads) with `n` x `n` cells into `folder`; `method` as in the scene's `[solver]`, `width` the
+    /// diameter of a contact of spheres over the side of the frame.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write(self, folder: &Path, n: usize, method: &str) -> Outcome<()> {
+    pub fn write(self, folder: &Path, n: usize, (method, width): (&str, f64)) -> Outcome<()> {
         let mut scene = match self {
-            Self::Hertz => bodies("rigid", 2.0 * hertz_radius(STEEL / (1.0 - NU * NU)), n),
+            Self::Hertz => bodies("rigid", hertz_radius(STEEL / (1.0 - NU * NU)) / width, n),
             Self::PartialSlip | Self::Cycles | Self::Rolling => {
-                bodies("steel", 1.25 * hertz_radius(STEEL / (1.0 - NU * NU) / 2.0), n)
+                bodies("steel", hertz_radius(STEEL / (1.0 - NU * NU) / 2.0) / width, n)
             }
             Self::Fibres => fibres(n),
             Self::Roughness => {

@@ -1,7 +1,7 @@
 //! What contacts of half-spaces cost from 64 to 1024 cells along the frame: seconds, products, memory, error.
 //!
 //!     cargo build --release && cargo run --release --example contact -- [LETTERS] [--cells N ..] [--threads N ..]
-//!         [--repeats N] [--limit SECONDS] [--uzawa]
+//!         [--repeats N] [--limit SECONDS] [--width SHARE] [--uzawa]
 
 mod cases;
 #[path = "../machine.rs"]
@@ -26,6 +26,8 @@ struct Settings {
     repeats: usize,
     /// A case is not taken further when a run takes longer than this.
     limit: f64,
+    /// Diameter of the contact of spheres (a, b, e, f) over the side of the frame.
+    width: f64,
     uzawa: bool,
 }
 
@@ -37,10 +39,16 @@ impl Settings {
             threads: vec![1, 2],
             repeats: 3,
             limit: 60.0,
+            width: 0.5,
             uzawa: false,
         };
         let mut words = words.iter().peekable();
         while let Some(word) = words.next() {
+            if word == "--width" {
+                let share: f64 = words.next().ok_or("--width: a share of the frame is missing")?.parse()?;
+                settings.width = share.clamp(0.01, 1.0);
+                continue;
+            }
             let mut numbers = Vec::new();
             while let Some(number) = words.peek().and_then(|next| next.parse().ok()) {
                 numbers.push(number);
@@ -57,7 +65,7 @@ impl Settings {
                 }
                 (other, _) => {
                     return Err(format!(
-                        "{other}: allowed are letters of abcdef, --cells N .., --threads N .., --repeats N, --limit SECONDS, --uzawa"
+                        "{other}: allowed are letters of abcdef, --cells N .., --threads N .., --repeats N, --limit SECONDS, --width SHARE, --uzawa"
                     )
                     .into());
                 }
@@ -114,8 +122,9 @@ fn measure_case(
     for &n in cells {
         let mut longest: f64 = 0.0;
         for &threads in &settings.threads {
-            let some: Outcome<Vec<Run>> =
-                (0..settings.repeats).map(|_| measure::run(program, case, n, threads, "auto")).collect();
+            let some: Outcome<Vec<Run>> = (0..settings.repeats)
+                .map(|_| measure::run(program, case, (n, threads), ("auto", settings.width)))
+                .collect();
             let run = measure::median(some?);
             eprintln!("{} {n} {threads}: {:.3} s, {}", case.letter(), run.total, run.status);
             longest = longest.max(run.total);
@@ -176,7 +185,8 @@ fn uzawa(program: &std::path::Path, settings: &Settings) -> Outcome<()> {
     let cells = settings.cells.as_deref().unwrap_or(Case::Fibres.cells());
     for &n in cells.iter().filter(|n| **n <= 128) {
         for method in ["auto", "bb", "uzawa"] {
-            let run = measure::run(program, Case::Fibres, n, settings.threads[0], method)?;
+            let run =
+                measure::run(program, Case::Fibres, (n, settings.threads[0]), (method, settings.width))?;
             println!(
                 "| {n} | {method} | {:.3} | {} | {:.1e} ({}) | {:.6} |",
                 run.total, run.applications, run.residual, run.status, run.quantity

@@ -37,13 +37,13 @@ pub fn program() -> Outcome<PathBuf> {
     if program.exists() { Ok(program) } else { Err("build the program first: cargo build --release".into()) }
 }
 
-/// Runs `case` on `n` x `n` cells.
+/// Runs `case` on `n` x `n` cells; `how`: method and width as [`Case::write`] takes them.
 ///
 /// # Errors
 /// If the program cannot be run or leaves no summary.
-pub fn run(program: &Path, case: Case, n: usize, threads: usize, method: &str) -> Outcome<Run> {
+pub fn run(program: &Path, case: Case, (n, threads): (usize, usize), how: (&str, f64)) -> Outcome<Run> {
     let folder = tempfile::tempdir()?;
-    case.write(folder.path(), n, method)?;
+    case.write(folder.path(), n, how)?;
     let out = folder.path().join("out");
     let done = Command::new(program)
         .args(["run", "--quiet", "--threads", &threads.to_string(), "--out"])
