@@ -132,7 +132,8 @@ pub(super) struct Bordered {
     columns: Vec<Vec<f64>>,
     /// Work on each motion per traction.
     constraints: Vec<Vec<f64>>,
-    schur: LU<f64, nalgebra::Dyn, nalgebra::Dyn>,
+    /// `None` if the motions do not follow from the tractions in contact.
+    schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -140,15 +141,23 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Bordered {
-    /// `None` if the motions do not follow from the tractions in contact.
-    pub fn new(columns: Vec<Vec<f64>>, constraints: Vec<Vec<f64>>) -> Option<Self> {
+    pub fn new(columns: Vec<Vec<f64>>, constraints: Vec<Vec<f64>>) -> Self {
         let m = columns.len();
         let schur = DMatrix::from_fn(m, m, |i, j| dot(&constraints[i], &columns[j])).lu();
-        schur.is_invertible().then_some(Self { columns, constraints, schur })
+        let schur = schur.is_invertible().then_some(schur);
+        Self { columns, constraints, schur }
+    }
+
+    /// What `tractions` do on each motion.
+    pub fn works(&self, tractions: &[f64]) -> impl Iterator<Item = f64> {
+        self.constraints.iter().map(|constraint| dot(constraint, tractions))
     }
 
     /// Changes `tractions` by the least sum of squares that makes them do the `works`.
     pub fn satisfy(&self, works: &[f64], tractions: &mut [f64]) {
+        if self.schur.is_none() {
+            return;
+        }
         let m = works.len();
         let defect = DVector::from_fn(m, |k, _| works[k] - dot(&self.constraints[k], tractions));
         let gram = DMatrix::from_fn(m, m, |i, j| dot(&self.constraints[i], &self.constraints[j]));
@@ -160,8 +169,12 @@ impl Bordered {
 
     /// `tractions` (found with the motions held) and the motions' `amounts` such that the tractions do the works.
     pub fn correct(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
+        let Some(schur) = &self.schur else {
+            amounts.copy_from_slice(works);
+            return;
+        };
         let defect = DVector::from_fn(works.len(), |k, _| dot(&self.constraints[k], tractions) - works[k]);
-        let Some(solved) = self.schur.solve(&defect) else { return };
+        let Some(solved) = schur.solve(&defect) else { return };
         for (k, column) in self.columns.iter().enumerate() {
             amounts[k] = solved[k];
             tractions.iter_mut().zip(column).for_each(|(t, c)| *t -= solved[k] * c);

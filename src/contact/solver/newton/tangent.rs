@@ -26,7 +26,7 @@ pub(super) struct Tangent<'s, 'p> {
     /// The equations without gap, wear and reference.
     linear: Increment<'s>,
     inverse: &'s mut Inverse,
-    bordered: Option<Bordered>,
+    bordered: Bordered,
 }
 
 /// What the linear equations are made of besides the increment.
@@ -81,7 +81,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
             change: &mut workspace.change,
             linear: problem.homogeneous(&given.flexibility, &given.nothing),
             inverse: &mut workspace.inverse,
-            bordered: None,
+            bordered: Bordered::new(Vec::new(), Vec::new()),
         };
         tangent.bordered = tangent.border();
         tangent.keep_wear(it);
@@ -176,23 +176,6 @@ impl<'s, 'p> Tangent<'s, 'p> {
                 }
             }
         }
-        for (k, free) in self.free.iter().enumerate() {
-            rows[self.tractions + k] = self.work(free, &self.change.hatted);
-        }
-    }
-
-    /// Mean over the frame of what hatted tractions do on a free motion.
-    fn work(&self, free: &Free, hatted: &[f64]) -> f64 {
-        let n = self.problem.n();
-        let total: f64 = self.problem.areas.iter().sum();
-        let mut sum = 0.0;
-        for active in self.active.iter().filter(|active| active.end == free.end) {
-            let base = active.end * 3 * n + active.cell;
-            let column = self.column(free, active.cell);
-            let work: f64 = (0..3).map(|plane| column[plane] * hatted[base + plane * n]).sum();
-            sum += self.problem.areas[active.cell] * work;
-        }
-        sum / total
     }
 
     /// Right-hand side of the step from the evaluated state `it`; the part of the step that is known beforehand stays in
@@ -269,9 +252,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
 
     /// Changes the unknown tractions `x` by as little as makes them do the prescribed works to the last digit.
     pub fn carry_forces(&self, rhs: &[f64], x: &mut [f64]) {
-        if let Some(bordered) = &self.bordered {
-            bordered.satisfy(&rhs[self.tractions..], &mut x[..self.tractions]);
-        }
+        self.bordered.satisfy(&rhs[self.tractions..], &mut x[..self.tractions]);
     }
 
     /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
@@ -287,10 +268,7 @@ impl<'s, 'p> Tangent<'s, 'p> {
     }
 
     /// What the preconditioner needs of the free motions.
-    fn border(&mut self) -> Option<Bordered> {
-        if self.free.is_empty() {
-            return None;
-        }
+    fn border(&mut self) -> Bordered {
         let m = self.free.len();
         let total: f64 = self.problem.areas.iter().sum();
         let (mut columns, mut constraints) = (Vec::with_capacity(m), Vec::with_capacity(m));
@@ -337,16 +315,15 @@ impl LinearSystem for Tangent<'_, '_> {
         self.spread(x);
         self.evaluate();
         self.gather(x, image);
+        let works = self.bordered.works(&x[..self.tractions]);
+        image[self.tractions..].iter_mut().zip(works).for_each(|(row, work)| *row = work);
     }
 
     fn precondition(&mut self, image: &[f64], x: &mut [f64]) {
         let (rows, motions) = image.split_at(self.tractions);
         let (tractions, amounts) = x.split_at_mut(self.tractions);
         self.inverse.apply(self.problem, &self.active, rows, tractions);
-        match &self.bordered {
-            Some(bordered) => bordered.correct(motions, tractions, amounts),
-            None => amounts.copy_from_slice(motions),
-        }
+        self.bordered.correct(motions, tractions, amounts);
     }
 }
 
