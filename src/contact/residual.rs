@@ -4,6 +4,9 @@ use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
 use super::iterate::Iterate;
 
+/// Rounding of a sum of a few numbers by the largest of them.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 impl Increment<'_> {
     /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
     /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
@@ -43,6 +46,9 @@ impl Increment<'_> {
                 }
             }
         }
+        if p_max == 0.0 && self.overlap_is_rounding(it) {
+            parts[0] = 0.0;
+        }
         for part in &mut parts {
             // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
@@ -51,6 +57,18 @@ impl Increment<'_> {
             let [force, shear] = self.force_residuals(it, end);
             [worse(normal, force), worse(tangential, shear)]
         })
+    }
+
+    /// Whether what bodies overlap by is what the numbers that gaps are made of cannot resolve.
+    fn overlap_is_rounding(&self, it: &Iterate) -> bool {
+        let n = self.n();
+        let mut normal = it.gap.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+        let [deepest, largest] = normal
+            .try_fold([0.0_f64; 2], |[deepest, largest], gap| {
+                gap.is_finite().then(|| [deepest.max(-gap), largest.max(gap.abs())])
+            })
+            .unwrap_or([f64::INFINITY, 0.0]);
+        deepest <= ROUNDING * largest
     }
 
     /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.

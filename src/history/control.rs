@@ -126,7 +126,8 @@ impl Path {
     /// Controls at `fraction` of the path; `now` is the present rigid motion (x, y, n; about x, y, n), the guess for what is
     /// free.
     pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> Controls {
-        let between = |from: f64, to: f64| from + fraction * (to - from);
+        // What is prescribed to the last digit.
+        let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
         let (mut rigid, mut turn) = now;
         let normal = match self.end.normal {

@@ -26,6 +26,14 @@ const STICK_PASSES: usize = 8;
 /// Slip below this share of the stroke counts as none when cells leave the set that sticks.
 const NO_SLIP: f64 = 1e-6;
 
+/// Cells that stick are not moved by less than this share of the stroke.
+const CREEP: f64 = 1e-3;
+
+/// Cycles without wear, at most, and the change of the forces at their ends from cycle to cycle, by their range, at which they have
+/// settled.
+const MOST_CYCLES: usize = 10;
+const SETTLED: f64 = 1e-3;
+
 /// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
 /// only single cells at the rim come and go.
 const MOST_LOST: f64 = 0.05;
@@ -38,6 +46,20 @@ struct Stroke {
     at: Vec<f64>,
     /// Iterations and operator applications not yet in any entry.
     spent: [usize; 2],
+}
+
+impl Stroke {
+    /// Takes over the state at an end; what did not slip on the way there sticks.
+    fn take(&mut self, it: &Iterate, end: usize, no_slip: f64) {
+        let n = self.stuck.len();
+        self.it.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
+        self.it.rigid[end] = it.rigid[0];
+        self.it.floating[end] = it.floating[0];
+        for (i, stuck) in self.stuck.iter_mut().enumerate() {
+            *stuck = it.hatted[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= no_slip;
+        }
+        self.at.copy_from_slice(&it.gap[..2 * n]);
+    }
 }
 
 /// Sums over the stages of a jump.
@@ -109,7 +131,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The first cycle, resolved stroke by stroke without wear: +amplitude, then -amplitude.
+    /// The first cycles, resolved stroke by stroke without wear, until one is like the one before: where cells come to stick is
+    /// a matter of their history.
     fn first_strokes(
         &mut self,
         step: &Step,
@@ -121,26 +144,35 @@ impl Run<'_> {
         let along = [cycles.angle.cos() * cycles.amplitude, cycles.angle.sin() * cycles.amplitude];
         let mut pair = Iterate::new(n, vec![center; 2]);
         pair.floating = vec![self.state.floating; 2];
-        let mut stuck = vec![true; n];
-        let mut at = vec![0.0; 2 * n];
-        let mut spent = [0; 2];
-        for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
-            let rigid = [center[0] + sign * along[0], center[1] + sign * along[1], self.state.rigid[2]];
-            let (it, report) = self.stroke_to(step, rigid, observer)?;
-            spent = [spent[0] + report.iterations, spent[1] + report.applications];
-            if self.result.outcome != Outcome::Converged {
-                break;
+        let mut stroke = Stroke { it: pair, stuck: vec![true; n], at: vec![0.0; 2 * n], spent: [0; 2] };
+        let mut before = [[f64::INFINITY; 2]; 2];
+        for _ in 0..MOST_CYCLES {
+            let mut forces = before;
+            for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let rigid = [center[0] + sign * along[0], center[1] + sign * along[1], self.state.rigid[2]];
+                let (it, report) = self.stroke_to(step, rigid, observer)?;
+                stroke.spent = [stroke.spent[0] + report.iterations, stroke.spent[1] + report.applications];
+                stroke.take(&it, end, NO_SLIP * cycles.amplitude);
+                if self.result.outcome != Outcome::Converged {
+                    return Ok(stroke);
+                }
+                let ([x, y, _], _) = self.prepared.resultants(&it.tractions);
+                forces[end] = [x, y];
             }
-            pair.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
-            pair.rigid[end] = it.rigid[0];
-            pair.floating[end] = it.floating[0];
-            for (i, stuck) in stuck.iter_mut().enumerate() {
-                let slip = it.slip[i].hypot(it.slip[n + i]);
-                *stuck &= it.hatted[2 * n + i] > 0.0 && slip <= NO_SLIP * cycles.amplitude;
+            let between = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+            let range = between(forces[0], forces[1]);
+            let change = between(forces[0], before[0]).max(between(forces[1], before[1]));
+            if change <= SETTLED * range {
+                return Ok(stroke);
             }
-            at.copy_from_slice(&it.gap[..2 * n]);
+            before = forces;
         }
-        Ok(Stroke { it: pair, stuck, at, spent })
+        self.result.warnings.push(format!(
+            "step \"{}\": after {MOST_CYCLES} cycles without wear the tractions still change from cycle to cycle; the stroke ends are \
+             those of the last one",
+            step.name
+        ));
+        Ok(stroke)
     }
 
     /// One increment without wear to a given rigid motion; the state follows.
@@ -378,26 +410,33 @@ impl Run<'_> {
     }
 }
 
-/// Cells that stick at both ends join the set that sticks through the cycle (at the tangential gap they have now);
-/// cells of the set that slipped leave it. Returns whether the set changed.
+/// Cells that stick at both ends join the set that sticks through the cycle (at the tangential gap they have now); cells of the set
+/// that slipped at both ends leave it, and those that slipped at one end stick where they came to. Returns whether the set changed.
 fn update_stuck(problem: &Increment, stroke: &mut Stroke, amplitude: f64) -> bool {
     let n = problem.n();
     let it = &stroke.it;
     let mut changed = false;
     for i in 0..n {
-        let both = problem.sticks(it, 0, i) && problem.sticks(it, 1, i);
-        let slip = (0..2)
-            .map(|end| it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]))
-            .fold(0.0, f64::max);
-        if stroke.stuck[i] && !both && slip > NO_SLIP * amplitude {
-            stroke.stuck[i] = false;
-            changed = true;
-        } else if !stroke.stuck[i] && both && slip <= NO_SLIP * amplitude {
-            stroke.stuck[i] = true;
-            stroke.at[i] = it.gap[i];
-            stroke.at[n + i] = it.gap[n + i];
-            changed = true;
-        }
+        let gap = |end: usize| [it.gap[end * 3 * n + i], it.gap[end * 3 * n + n + i]];
+        let slip = [0, 1].map(|end| it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]));
+        let sticks = [0, 1].map(|end| problem.sticks(it, end, i));
+        let slips = [0, 1].map(|end| !sticks[end] && slip[end] > NO_SLIP * amplitude);
+        let moved = match (stroke.stuck[i], slips) {
+            (true, [true, true]) => {
+                stroke.stuck[i] = false;
+                changed = true;
+                continue;
+            }
+            (true, [true, false]) if slip[0] > CREEP * amplitude => gap(0),
+            (true, [false, true]) if slip[1] > CREEP * amplitude => gap(1),
+            (false, [false, false]) if sticks == [true; 2] && slip[0].max(slip[1]) <= NO_SLIP * amplitude => {
+                gap(0)
+            }
+            _ => continue,
+        };
+        stroke.stuck[i] = true;
+        (stroke.at[i], stroke.at[n + i]) = (moved[0], moved[1]);
+        changed = true;
     }
     changed
 }

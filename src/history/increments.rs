@@ -307,7 +307,7 @@ impl Run<'_> {
             _ => Outcome::NotConverged("iterations"),
         };
         if record.contact_area == 0.0 && record.converged {
-            self.result.warnings.push(self.prepared.open_note(record, checks.min_gap));
+            self.result.warnings.extend(self.prepared.open_note(record, self.held.normal, checks.min_gap));
         }
         let n = self.prepared.n();
         let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
@@ -321,11 +321,15 @@ impl Run<'_> {
         }
         let told = |earlier: &IncrementRecord| earlier.contact_touches_edge && earlier.name == record.name;
         if record.contact_touches_edge && !self.result.records.iter().any(told) {
-            self.result.warnings.push(format!(
+            let note = format!(
                 "step \"{}\" ({}): the contact reaches the rim of the frame; if the bodies reach further, enlarge \
                  the frame",
                 record.name, record.increment
-            ));
+            );
+            // Strokes have no entry of their own.
+            if !self.result.warnings.contains(&note) {
+                self.result.warnings.push(note);
+            }
         }
     }
 

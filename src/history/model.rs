@@ -175,7 +175,9 @@ impl<'a> Prepared<'a> {
 
     /// The approach of one end of an iterate.
     pub fn approach(&self, it: &Iterate, end: usize) -> f64 {
-        self.first_touch - self.motion(&it.rigid[end], &it.floating[end])[2]
+        let approach = self.first_touch - self.motion(&it.rigid[end], &it.floating[end])[2];
+        // What is left of a difference of two equal numbers is none.
+        if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
 
     /// The part of a direction (x, y, n) along which the bodies float.

@@ -1,23 +1,27 @@
 //! What to say of an increment in which nothing is in contact.
 
 use super::model::Prepared;
-use super::step::IncrementRecord;
+use super::step::{IncrementRecord, Normal};
 use crate::error::doubtful;
 
 impl Prepared<'_> {
     /// Nothing is in contact although `record` converged; `left` is the smallest gap, in the scene's length.
     ///
-    /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it.
-    pub(super) fn open_note(&self, record: &IncrementRecord, left: f64) -> String {
+    /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
+    /// of zero, which asks for that.
+    pub(super) fn open_note(&self, record: &IncrementRecord, held: Normal, left: f64) -> Option<String> {
+        if held == Normal::Force(0.0) {
+            return None;
+        }
         let place = format!("step \"{}\" ({})", record.name, record.increment);
         if record.approach <= 0.0 || record.max_wear_depth > 0.0 {
-            return format!(
+            return Some(format!(
                 "{place}: nothing is in contact; check approach, gap and frame if contact was meant"
-            );
+            ));
         }
         let areas = &self.model.frame.areas;
         let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
-        doubtful(&format!(
+        Some(doubtful(&format!(
             "{place}: none of the {} cells of the frame touches, although body 2 was moved {:.4e} past the first touch of \
              the surfaces: the cell that is nearest is still {left:.4e} open. Either the cells (mean side {side:.3e}) are \
              coarser than the contact: take cells of a tenth of its width or less, or approach by more than {:.4e}; or \
@@ -25,6 +29,6 @@ impl Prepared<'_> {
             areas.len(),
             record.approach,
             record.approach + left
-        ))
+        )))
     }
 }

@@ -94,7 +94,7 @@ pub(super) fn resultants(prepared: &Prepared, problem: &Increment, it: &Iterate,
 pub(super) fn touches_edge(prepared: &Prepared, it: &Iterate) -> bool {
     let n = prepared.n();
     (0..it.rigid.len())
-        .any(|end| (0..n).any(|i| prepared.edge[i] && it.tractions[end * 3 * n + 2 * n + i] > 0.0))
+        .any(|end| (0..n).any(|i| prepared.edge[i] && it.hatted[end * 3 * n + 2 * n + i] > 0.0))
 }
 
 /// The fields of one end, for output.

@@ -227,3 +227,23 @@ fn forces_and_moments_act_together() {
     assert!(found.certificate.natural_residual <= 1e-8);
     assert!(found.certificate.tangential_gap_energy.abs() < 1e-8);
 }
+
+/// Truth: docs/theory-contact.md: under no force the bodies just touch, turned or not, and nothing is wrong with that.
+#[test]
+fn turned_bodies_without_load_just_touch() {
+    for friction in [FrictionLaw::None, FrictionLaw::Coulomb { mu: 0.3 }] {
+        let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.5, 24), sphere(RADIUS));
+        model.friction = friction;
+        let turned = [rotate([0.003, -0.002]), Step { normal: press(0.0).normal, ..rotate([0.001, 0.004]) }];
+        for steps in
+            [vec![press(0.0), turned[0].clone()], vec![press(50.0), turned[0].clone(), turned[1].clone()]]
+        {
+            let result = solve(&model, &steps);
+            let found = last(&result);
+            assert!(found.contact_area == 0.0 && found.normal_force == 0.0, "{found:?}");
+            assert!(found.certificate.natural_residual == 0.0, "{found:?}");
+            let doubts = |note: &&String| !note.starts_with("friction depends on the load path");
+            assert_eq!(result.warnings.iter().find(doubts), None);
+        }
+    }
+}

@@ -1,13 +1,13 @@
 //! Wear: the reference cycles, identities, orders, limits.
 
-use orthowear::contact::SolverOptions;
+use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{Integrator, Outcome, Step};
 use orthowear::wear::WearLaw;
 
 use crate::common::{
-    fretting, frp_wear, half_spaces, indent, press, reference, relative, shift, solve, solve_with, sphere,
-    sphere_on_frp, step,
+    fretting, frp_wear, half_spaces, im7, indent, press, reference, relative, shift, solve, solve_with,
+    sphere, sphere_on_frp, steel, step,
 };
 
 /// k = i / mu of the reference scene, 1/MPa.
@@ -200,4 +200,52 @@ fn explicit_agrees_below_the_critical_jump() {
     let fine = volume(16, Integrator::Sdirk2);
     let errors = [8, 16].map(|jumps| relative(volume(jumps, Integrator::Explicit), fine));
     assert!(errors[0] < 2e-2 && errors[1] < 0.65 * errors[0], "{errors:?}");
+}
+
+/// Truth: the same strokes one after the other, 24 of them, of which the last cycles differ by less than 0.1 % of the range of the
+/// tangential force: cells stick where their history has brought them, and tilted fibres couple that with the pressures.
+#[test]
+fn stroke_ends_follow_from_strokes() {
+    let mut model = half_spaces(&im7(30.0), None, (0.7, 24), sphere(10.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.4 };
+    let strokes = (0..24).map(|k| shift(0.002, if k % 2 == 0 { 0.0 } else { 180.0 }));
+    let strokes: Vec<Step> = std::iter::once(indent(0.02)).chain(strokes).collect();
+    let one_by_one = solve(&model, &strokes).records;
+    let wanted = [&one_by_one[23], &one_by_one[24]];
+    let range = wanted[0].tangential_force[0] - wanted[1].tangential_force[0];
+    for method in [Method::Auto, Method::GaussSeidel] {
+        let options = SolverOptions { method, ..SolverOptions::default() };
+        let cycle =
+            solve_with(&model, &[indent(0.02), fretting(1, 0.002, 1, Integrator::BackwardEuler)], &options);
+        assert_eq!(cycle.outcome, Outcome::Converged);
+        let ends = cycle.records[1].stroke_ends.expect("ends of strokes");
+        for (found, wanted) in ends.iter().zip(wanted) {
+            let apart = (found.tangential_force[0] - wanted.tangential_force[0]).abs();
+            assert!(
+                apart < 2e-3 * range,
+                "{method:?} {} {}",
+                found.tangential_force[0],
+                wanted.tangential_force[0]
+            );
+            assert!(relative(found.normal_force, wanted.normal_force) < 1e-3, "{method:?} {found:?}");
+            assert!(found.stick_area > 0.0 && found.stick_area < 0.9 * found.contact_area, "{found:?}");
+        }
+    }
+}
+
+/// Truth: docs/theory-wear.md: cycles end at the rim where wear takes the contact there, not where it was from the start; that it is
+/// there is said once a step.
+#[test]
+fn contact_that_begins_at_the_rim_wears() {
+    let mut model = half_spaces(&steel(), None, (0.5, 8), |_, _| 0.0);
+    model.friction = FrictionLaw::Coulomb { mu: 0.3 };
+    let run = solve(&model, &[press(50.0), fretting(10, 0.01, 2, Integrator::BackwardEuler)]);
+    assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
+    assert_eq!(run.records.last().expect("records").cycles_done, 10);
+    assert_eq!(
+        run.warnings.iter().filter(|note| note.contains("rim of the frame")).count(),
+        2,
+        "{:?}",
+        run.warnings
+    );
 }

@@ -2,7 +2,7 @@
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::history::Model;
-use orthowear::history::step::{Outcome, Spin, Step, Tangential, Tilt};
+use orthowear::history::step::{Outcome, Rolling, Spin, Step, Tangential, Tilt};
 
 use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
@@ -107,6 +107,18 @@ fn a_window_too_small_is_no_verdict() {
     same(&model, &[press(1.0), spun], Method::BarzilaiBorwein);
 }
 
+/// Truth: as above, for rolling, where the slip of a cell is measured from the one ahead, outside the contact at its rim: on frames
+/// that could be made of coarser cells and on such that could not.
+#[test]
+fn rolling_on_a_window_is_rolling_on_the_frame() {
+    for cells in [96, 97] {
+        let mut model = half_spaces(&steel(), Some(&steel()), (0.6, cells), sphere(10.0));
+        model.friction = orthowear::friction::FrictionLaw::Coulomb { mu: 0.3 };
+        let rolling = Rolling { quarter_turns: 0, creepage: [2e-3, 1e-3], spin: 0.0, distance: 1.0 };
+        same(&model, &[press(800.0), Step { rolling: Some(rolling), ..step("roll") }], Method::Newton);
+    }
+}
+
 /// Truth: by hand. Where no force presses the bodies they just touch, whatever was before: the centres of the four cells in the
 /// middle, h / 2 off it along x and y, where the gap is h² / 4R.
 #[test]
@@ -118,4 +130,6 @@ fn bodies_without_load_just_touch() {
         let touch = (1.0_f64 / 64.0).powi(2) / 40.0;
         assert!((last.approach - touch).abs() < 1e-15 && last.contact_area == 0.0, "{}", last.approach);
     }
+    let run = solve_with(&model, &[indent(0.003), indent(0.0)], &SolverOptions::default());
+    assert_eq!(run.records[1].approach, 0.0);
 }

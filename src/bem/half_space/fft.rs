@@ -79,7 +79,7 @@ impl FftFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        check(cells, spacing)?;
+        check(cells, spacing, green)?;
         let table = Arc::new(KernelTable::new(cells, spacing, green));
         interrupt::check()?;
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
@@ -387,7 +387,10 @@ fn wrapped_offset(index: usize, period: usize, cells: usize) -> Option<isize> {
     }
 }
 
-pub(super) fn check(cells: [usize; 2], spacing: [f64; 2]) -> Result<()> {
+/// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
+const SIZES: [f64; 2] = [1e-15, 1e15];
+
+pub(super) fn check(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
     if cells.contains(&0) {
         return Err(Error::input(format!(
             "the contact frame has {} x {} cells; each direction needs at least one",
@@ -398,6 +401,15 @@ pub(super) fn check(cells: [usize; 2], spacing: [f64; 2]) -> Result<()> {
         return Err(Error::input(format!(
             "the cells of the contact frame have the sides {} x {}; both must be positive and finite",
             spacing[0], spacing[1]
+        )));
+    }
+    let moderate = |size: f64| (SIZES[0]..=SIZES[1]).contains(&size);
+    let compliance = green.largest();
+    if !(spacing.into_iter().all(moderate) && moderate(compliance)) {
+        return Err(Error::input(format!(
+            "the cells of the contact frame have the sides {:.3e} x {:.3e}, and the half-spaces a compliance of {compliance:.2e} (displacement \
+             by pressure and length): what is computed lies between {:e} and {:e}; choose units in which these are closer to 1",
+            spacing[0], spacing[1], SIZES[0], SIZES[1]
         )));
     }
     // Symbol, kernel table, one transform on its way (two planes) and the work space, about 2n per direction.

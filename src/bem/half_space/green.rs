@@ -183,7 +183,8 @@ impl SurfaceGreen {
         }
     }
 
-    fn largest(&self) -> f64 {
+    /// Largest coefficient, 1/MPa.
+    pub(super) fn largest(&self) -> f64 {
         self.even.iter().map(magnitude).fold(0.0, f64::max)
     }
 

@@ -32,8 +32,9 @@ impl KernelTable {
     /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
         let (integrator, far) = (PatchIntegrator::new(green), FarField::new(green, spacing));
-        let near_cells: [usize; 2] =
-            std::array::from_fn(|axis| cells[axis].min((far.reach() / spacing[axis]).ceil() as usize + 1));
+        let near_cells: [usize; 2] = std::array::from_fn(|axis| {
+            cells[axis].min(((far.reach() / spacing[axis]).ceil() as usize).saturating_add(1))
+        });
         let width = 2 * near_cells[1] - 1;
         let mut near = vec![Matrix3::zeros(); near_cells[0] * width];
         near.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {

@@ -66,7 +66,7 @@ impl PeriodicFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        check(cells, spacing)?;
+        check(cells, spacing, green)?;
         check_repetition(cells, spacing, periodic)?;
         let padded = [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size(2 * cells[a] - 1) });
         let convolution = Convolution::padded(cells, padded);

@@ -128,10 +128,19 @@ fn touch(problem: &Increment, it: &mut Iterate) {
     for (end, spec) in problem.ends.iter().enumerate() {
         let free = spec.normal == NormalControl::Force(0.0) && spec.balance.is_none();
         let planes = end * 3 * n..(end + 1) * 3 * n;
-        if free && problem.rigid_axes.is_none() && it.hatted[planes.clone()].iter().all(|t| *t == 0.0) {
+        if !(free && problem.rigid_axes.is_none() && it.hatted[planes.clone()].iter().all(|t| *t == 0.0)) {
+            continue;
+        }
+        let least = |it: &mut Iterate| {
             problem.evaluate(it);
-            let least = it.gap[planes][2 * n..].iter().copied().fold(f64::INFINITY, f64::min);
-            it.rigid[end][2] -= least;
+            it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        it.rigid[end][2] -= least(it);
+        // What rounding leaves of an overlap would be an error without any pressure to measure it by.
+        let mut lift = least(it).abs();
+        while least(it) < 0.0 {
+            it.rigid[end][2] += lift;
+            lift *= 2.0;
         }
     }
 }

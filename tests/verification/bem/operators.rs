@@ -236,6 +236,10 @@ fn unusable_frames_are_refused() {
     assert_eq!(grid([0, 4], [0.1, 0.1]).0, Kind::Input);
     assert_eq!(grid([4, 4], [0.1, f64::NAN]).0, Kind::Input);
     assert_eq!(grid([4, 4], [-0.1, 0.1]).0, Kind::Input);
+    for size in [1e20, 1e-20] {
+        let (kind, message) = grid([4, 4], [size, size]);
+        assert!(kind == Kind::Input && message.contains("units"), "{message}");
+    }
     let (kind, message) = grid([1_000_000, 1_000_000], [0.1, 0.1]);
     assert!(kind == Kind::Resources && message.contains("bytes") && message.contains("fewer cells"));
     let (centers, cells, areas) = grid_polygons([2, 2], [1.0, 1.0]);

@@ -27,6 +27,9 @@ const MARGIN: usize = 2;
 /// Windows tried before the whole frame is taken.
 const TRIALS: usize = 6;
 
+/// Iterations on a window, at most: what takes more is a matter of the whole frame.
+const MOST_ITERATIONS: usize = 500;
+
 /// Share of the frame above which a window saves nothing.
 const WORTH: f64 = 0.75;
 
@@ -77,6 +80,8 @@ impl<'p> Nested<'_, 'p, '_> {
         let start = Start::of(it);
         let balanced = self.problem.ends.iter().any(|end| end.balance.is_some());
         let mut rectangle = match contact(it, self.frame) {
+            // Where the contact was is not where moments are in equilibrium now.
+            Some(_) if balanced => return None,
             Some(rectangle) => grown(rectangle, MARGIN, self.frame),
             None => self.coarse(it, watch)?,
         };
@@ -178,7 +183,8 @@ impl<'p> Nested<'_, 'p, '_> {
 
     /// Solves a part from the `state` in it.
     fn on_part(&mut self, part: &Part, state: &mut Iterate, options: &SolverOptions, watch: &mut Watch) {
-        let max_iterations = self.options.max_iterations.saturating_sub(self.report.iterations);
+        let left = self.options.max_iterations.saturating_sub(self.report.iterations);
+        let max_iterations = left.min(MOST_ITERATIONS);
         let options = SolverOptions { max_iterations, ..*options };
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);

@@ -9,7 +9,7 @@
 use super::super::super::Iterate;
 use super::super::super::window::{Part, Window};
 use super::super::{SolverOptions, Watch};
-use super::{Nested, Rectangle, contact};
+use super::{MARGIN, Nested, Rectangle, contact, grown};
 
 /// Natural residual on coarser cells.
 const TOLERANCE: f64 = 1e-3;
@@ -17,13 +17,17 @@ const TOLERANCE: f64 = 1e-3;
 impl Nested<'_, '_, '_> {
     /// Solves on the cells in contact.
     pub(super) fn in_contact(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<()> {
-        let rectangle = contact(it, self.frame)?;
+        // Rolling material comes from beside the contact.
+        let rectangle = grown(contact(it, self.frame)?, MARGIN, self.frame);
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
         let mut factor = self.coarsest(rectangle);
         while factor > 1 {
-            self.correct((&part, &mut state), (rectangle, factor), it, watch)?;
+            // Where the slip is measured from cell to cell coarser ones say nothing.
+            if self.correct((&part, &mut state), (rectangle, factor), it, watch).is_none() {
+                break;
+            }
             factor /= 2;
         }
         self.on_part(&part, &mut state, self.options, watch);

@@ -132,7 +132,7 @@ pub(super) struct Bordered {
     columns: Vec<Vec<f64>>,
     /// Work on each motion per traction.
     constraints: Vec<Vec<f64>>,
-    /// `None` if the motions do not follow from the tractions in contact.
+    /// `None` if there are no motions, or they do not follow from the tractions in contact.
     schur: Option<LU<f64, nalgebra::Dyn, nalgebra::Dyn>>,
 }
 
@@ -143,8 +143,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 impl Bordered {
     pub fn new(columns: Vec<Vec<f64>>, constraints: Vec<Vec<f64>>) -> Self {
         let m = columns.len();
-        let schur = DMatrix::from_fn(m, m, |i, j| dot(&constraints[i], &columns[j])).lu();
-        let schur = schur.is_invertible().then_some(schur);
+        let schur = (m > 0).then(|| DMatrix::from_fn(m, m, |i, j| dot(&constraints[i], &columns[j])).lu());
+        let schur = schur.filter(LU::is_invertible);
         Self { columns, constraints, schur }
     }
 
