@@ -192,13 +192,16 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Rolling on a window of the frame's own cells: what comes from outside enters there.
+/// Rolling on a window: what comes from outside enters there, and the passage of a longer cell takes longer.
 fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
+    let ahead = |of_frame: usize| (0..window.factor).fold(of_frame, |cell, _| upstream.from[cell]);
     let mut from: Vec<usize> = (0..window.n()).collect();
-    window.pairs(|cell, of_frame| from[cell] = place[upstream.from[of_frame]].unwrap_or(cell));
-    Upstream { from, creep: window.restrict(&upstream.creep) }
+    window.pairs(|cell, of_frame| from[cell] = place[ahead(of_frame)].unwrap_or(cell));
+    let mut creep = window.restrict(&upstream.creep);
+    creep.iter_mut().for_each(|creep| *creep *= window.factor as f64);
+    Upstream { from, creep }
 }
 
 /// What is prescribed at an end, on a window.
@@ -210,10 +213,8 @@ fn on_window(end: &End, window: &Window) -> Option<End> {
             window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
             SlipReference::OtherEnd { stuck: picked, at: window.restrict(at) }
         }
-        SlipReference::Upstream(upstream) if window.factor == 1 => {
-            SlipReference::Upstream(upstream_on(upstream, window))
-        }
-        SlipReference::OtherEnd { .. } | SlipReference::Upstream(_) => return None,
+        SlipReference::Upstream(upstream) => SlipReference::Upstream(upstream_on(upstream, window)),
+        SlipReference::OtherEnd { .. } => return None,
     };
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);

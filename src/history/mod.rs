@@ -22,7 +22,7 @@ pub use model::Model;
 use crate::contact::solver::on_windows;
 use crate::contact::{Method, SolverOptions};
 use crate::error::Result;
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::linalg::operator::Flexibility;
 use crate::wear::WearLaw;
 use control::Held;
@@ -86,6 +86,7 @@ pub fn run(
     };
     if prepared.ellipse.is_some() {
         result.warnings.extend(path_dependence(&model.friction, steps));
+        result.warnings.extend(large_friction(prepared.ellipse, model.flexibility.as_ref()));
     }
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
@@ -103,6 +104,22 @@ pub fn run(
         }
     }
     Ok(run.result)
+}
+
+/// Friction coefficient from which a contact is told to be a case of large friction.
+const LARGE_FRICTION: f64 = 1.0;
+
+/// A note where friction may be too large for one answer only (Klarbring 1990: "Examples of non-uniqueness and
+/// non-existence of solutions to quasistatic contact problems with friction"): it has to act on the pressures, or there
+/// is one however large it is.
+fn large_friction(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
+    let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
+    (mu >= LARGE_FRICTION && operator.couples_normal_tangential()).then(|| {
+        format!(
+            "the friction coefficient {mu} is large, and tractions in the surface change the pressures: such a contact may have several \
+             answers, of which the start and the load path pick one; see whether more increments, or solver.skip = false, give the same"
+        )
+    })
 }
 
 /// What the operator allows to skip.

@@ -204,3 +204,20 @@ fn wear_per_rolled_distance() {
     let rolled = record.rolling.expect("rolling");
     assert_eq!((rolled.creepage, rolled.spin, rolled.distance), (creepage, spin, distance));
 }
+
+/// Truth: convergence with the cells. Tilted fibres couple pressures and tractions; steel rolls on them as on cells twice as long, to
+/// 0.1 % of the force, and Newton steps alone find it.
+#[test]
+fn rolling_on_tilted_fibres() {
+    let rolled = |cells| {
+        let mut model = half_spaces(&im7(30.0), Some(&steel()), (0.6, cells), sphere(10.0));
+        model.friction = FrictionLaw::Coulomb { mu: 0.3 };
+        converged(&model, &[press(200.0), roll(0, [0.002, 0.001], 0.0)]).records.remove(1)
+    };
+    let [coarse, fine] = [64, 128].map(rolled);
+    assert_eq!(fine.method, "newton");
+    for k in 0..2 {
+        let apart = (fine.tangential_force[k] - coarse.tangential_force[k]).abs();
+        assert!(apart < 1e-3 * fine.tangential_force[0].abs(), "{fine:?} {coarse:?}");
+    }
+}

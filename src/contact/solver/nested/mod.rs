@@ -9,7 +9,7 @@ mod surface;
 
 use super::super::balance::FLOATING;
 use super::super::window::{Operator, Part, Window};
-use super::super::{Increment, Iterate, Pressures};
+use super::super::{Increment, Iterate, Pressures, SlipReference};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
 
 /// Frames of fewer cells are solved as they are.
@@ -29,6 +29,9 @@ const TRIALS: usize = 6;
 
 /// Iterations on a window, at most: what takes more is a matter of the whole frame.
 const MOST_ITERATIONS: usize = 500;
+
+/// Natural residual above which rolling is not yet steady.
+const UNSTEADY: f64 = 0.1;
 
 /// Share of the frame above which a window saves nothing.
 const WORTH: f64 = 0.75;
@@ -82,6 +85,8 @@ impl<'p> Nested<'_, 'p, '_> {
         let mut rectangle = match contact(it, self.frame) {
             // Where the contact was is not where moments are in equilibrium now.
             Some(_) if balanced => return None,
+            // That of a body that does not roll yet says little.
+            Some(_) if self.begins_to_roll(self.problem, it, self.all()) => self.coarse(it, watch)?,
             Some(rectangle) => grown(rectangle, MARGIN, self.frame),
             None => self.coarse(it, watch)?,
         };
@@ -108,6 +113,26 @@ impl<'p> Nested<'_, 'p, '_> {
         None
     }
 
+    /// The whole frame.
+    fn all(&self) -> Rectangle {
+        self.frame.map(|cells| [0, cells])
+    }
+
+    /// Whether slip is measured from cell to cell.
+    fn rolls(&self) -> bool {
+        self.problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
+    }
+
+    /// Whether it does, and `problem` is still so far from steady that coarser cells have to find the way.
+    fn begins_to_roll(&mut self, problem: &Increment, it: &mut Iterate, rectangle: Rectangle) -> bool {
+        if !self.rolls() || self.coarsest(rectangle) == 1 {
+            return false;
+        }
+        problem.evaluate(it);
+        self.report.applications += problem.applications();
+        problem.natural_residual(it) > UNSTEADY
+    }
+
     /// How many times as long the sides of the coarsest cells are on which a rectangle is still seen.
     fn coarsest(&self, rectangle: Rectangle) -> usize {
         let mut factor = 1;
@@ -123,7 +148,7 @@ impl<'p> Nested<'_, 'p, '_> {
 
     /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
     fn coarse(&mut self, it: &mut Iterate, watch: &mut Watch) -> Option<Rectangle> {
-        let mut rectangle = [[0, self.frame[0]], [0, self.frame[1]]];
+        let mut rectangle = self.all();
         let mut factor = self.coarsest(rectangle);
         let options =
             SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..*self.options };

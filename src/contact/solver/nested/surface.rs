@@ -22,12 +22,12 @@ impl Nested<'_, '_, '_> {
         let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        let mut factor = self.coarsest(rectangle);
+        // What coarser cells lack of slips from cell to cell is not in their gaps: they only serve as a start.
+        let rolls_on =
+            self.rolls() && !self.begins_to_roll(&part.problem(self.problem), &mut state, rectangle);
+        let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
         while factor > 1 {
-            // Where the slip is measured from cell to cell coarser ones say nothing.
-            if self.correct((&part, &mut state), (rectangle, factor), it, watch).is_none() {
-                break;
-            }
+            self.correct((&part, &mut state), (rectangle, factor), it, watch)?;
             factor /= 2;
         }
         self.on_part(&part, &mut state, self.options, watch);
@@ -47,7 +47,7 @@ impl Nested<'_, '_, '_> {
         let mut coarse = Part::new(self.problem, window, operator)?;
         part.give_back(state, it);
         let mut change = coarse.state(it);
-        if change.hatted[..2 * window.n()].iter().any(|q| *q != 0.0) {
+        if !self.rolls() && change.hatted[..2 * window.n()].iter().any(|q| *q != 0.0) {
             coarse.problem(self.problem).evaluate(&mut change);
             part.problem(self.problem).evaluate(state);
             self.report.applications += 2 * self.problem.applications();
