@@ -388,7 +388,7 @@ fn wrapped_offset(index: usize, period: usize, cells: usize) -> Option<isize> {
 }
 
 /// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
-const SIZES: [f64; 2] = [1e-15, 1e15];
+const SIZES: [f64; 2] = [1e-20, 1e20];
 
 pub(super) fn check(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
     if cells.contains(&0) {

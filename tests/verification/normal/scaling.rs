@@ -34,7 +34,8 @@ fn force_grows_with_the_power_three_halves() {
 
 /// Truth: `hertz-scaling-law` and `str-units-scale`: the same contact in m-N-Pa, mm-N-MPa, um-uN-MPa, nm-nN-GPa and km-GN-GPa, and with
 /// all lengths times 1e-9 and loads times 1e-18, has the same dimensionless answer to 1e-9 in the same number of iterations;
-/// so has one twice as large under four times the force, and one a million times stiffer under as many times the force.
+/// so has one twice as large under four times the force, one a million times stiffer under as many times the force, and those near
+/// what an operator takes.
 #[test]
 fn units_and_sizes_leave_dimensionless_answers_alone() {
     // Unit of length in mm, unit of stress in MPa; the force follows.
@@ -55,7 +56,7 @@ fn units_and_sizes_leave_dimensionless_answers_alone() {
     };
     let reference = run(1.0, 1.0, (1.0, 1.0));
     let systems = [(1e3, 1e-6), (1e-3, 1.0), (1e-6, 1e3), (1e6, 1e3), (1.0, 1.0)];
-    let sizes = [(1.0, 1.0), (1e-9, 1.0), (2.0, 1.0), (1.0, 1e6)];
+    let sizes = [(1.0, 1.0), (1e-9, 1.0), (2.0, 1.0), (1.0, 1e6), (1e-11, 1e5), (1e12, 1e-12)];
     for (length, stress) in systems {
         for size in sizes {
             let found = run(length, stress, size);
