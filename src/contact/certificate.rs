@@ -1,6 +1,7 @@
 //! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
 use super::{Increment, Iterate};
+use crate::linalg::operator::Defect;
 
 /// Independent checks of a state; all are relative and all are 0 for an exact solution.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,16 +67,16 @@ fn operator_defect(problem: &Increment, it: &Iterate) -> Option<f64> {
         let planes = if normal_only { 2..3 } else { 0..3 };
         let cells: Vec<usize> =
             (0..count).map(|k| loaded[(2 * k + 1) * loaded.len() / (2 * count)]).collect();
-        let (mut defect, mut size) = (0.0_f64, 0.0_f64);
-        let Some(sums) = problem.flexibility.direct_in(&cells, tractions) else { continue };
-        for (cell, direct) in cells.iter().zip(sums) {
-            for plane in planes.clone() {
-                defect = defect.max((elastic[plane * n + cell] - direct[plane]).abs());
-                size = size.max(direct[plane].abs());
+        let defect = match problem.flexibility.direct_in(&cells, tractions) {
+            Some(sums) => {
+                let sums = cells.iter().zip(&sums);
+                sums.flat_map(|(cell, sum)| planes.clone().map(move |plane| (plane * n + cell, sum[plane])))
+                    .fold(Defect::default(), |defect, (place, sum)| defect.and(elastic[place], sum))
             }
-        }
-        if size > 0.0 {
-            worst = larger(worst, Some(defect / size));
+            None => problem.flexibility.harmonic_defect(tractions, elastic, planes).unwrap_or_default(),
+        };
+        if defect.size > 0.0 {
+            worst = larger(worst, Some(defect.difference / defect.size));
         }
     }
     worst

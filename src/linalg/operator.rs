@@ -3,6 +3,7 @@
 //! Vectors over a frame of N cells are stored by component planes, `[x_0..x_N, y_0..y_N, n_0..n_N]`, length 3N,
 //! in the local axes (x, y, n) of each cell.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -65,6 +66,12 @@ pub trait Flexibility: Send + Sync {
         cells.iter().map(|&cell| self.direct(cell, tractions)).collect()
     }
 
+    /// How far `gap` is from S tractions (both `[3, N]` by planes) in some of its harmonics, by plain sums over the cells, in the
+    /// components `planes`; `None` if the frame does not repeat itself.
+    fn harmonic_defect(&self, _tractions: &[f64], _gap: &[f64], _planes: Range<usize>) -> Option<Defect> {
+        None
+    }
+
     /// Cells along x and y, if they form a uniform grid, cell (ix, iy) at the index `ix * cells[1] + iy`.
     fn grid(&self) -> Option<[usize; 2]> {
         None
@@ -105,6 +112,27 @@ pub trait Flexibility: Send + Sync {
     /// If a body cannot be solved, or memory does not suffice.
     fn form(&self, _cells: &[usize]) -> Result<()> {
         Ok(())
+    }
+}
+
+/// How far something is from what it is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Defect {
+    /// Largest difference.
+    pub difference: f64,
+    /// Largest of what it should be.
+    pub size: f64,
+}
+
+impl Defect {
+    /// With one more place, where `found` should be `expected`.
+    pub fn and(self, found: f64, expected: f64) -> Self {
+        Self::or_more(self, (found - expected).abs(), expected.abs())
+    }
+
+    /// With one more place of that difference and size.
+    pub fn or_more(self, difference: f64, size: f64) -> Self {
+        Self { difference: self.difference.max(difference), size: self.size.max(size) }
     }
 }
 
@@ -227,6 +255,10 @@ impl Flexibility for SharedFlexibility {
 
     fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         self.0.direct_in(cells, tractions)
+    }
+
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        self.0.harmonic_defect(tractions, gap, planes)
     }
 
     fn grid(&self) -> Option<[usize; 2]> {

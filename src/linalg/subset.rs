@@ -1,12 +1,13 @@
 //! An operator on some of the cells of another one.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
-use super::operator::{Entries, Flexibility};
+use super::operator::{Defect, Entries, Flexibility};
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -26,6 +27,16 @@ impl SubsetFlexibility {
         let n = whole.n_cells();
         assert!(places.iter().all(|&place| place < n), "a cell outside of the operator");
         Self { whole, places, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
+    }
+
+    /// Tractions `[3, M]` of the places as those of the whole, `[3, N]`.
+    fn scattered(&self, tractions: &[f64]) -> Vec<f64> {
+        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let mut whole = vec![0.0; 3 * n];
+        for (i, traction) in tractions.iter().enumerate() {
+            whole[i / m * n + self.places[i % m]] = *traction;
+        }
+        whole
     }
 
     /// Runs `product` of the whole on scattered `values` and gathers its result, both by `planes`; what it says of itself.
@@ -86,13 +97,24 @@ impl Flexibility for SubsetFlexibility {
     }
 
     fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        let (n, m) = (self.whole.n_cells(), self.places.len());
-        let mut whole = vec![0.0; 3 * n];
-        for (i, traction) in tractions.iter().enumerate() {
-            whole[i / m * n + self.places[i % m]] = *traction;
-        }
+        let whole = self.scattered(tractions);
         let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
         self.whole.direct_in(&places, &whole)
+    }
+
+    /// That of the whole, or of what it gives in the places, whichever is larger.
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        let whole = self.scattered(tractions);
+        let mut moved = vec![0.0; whole.len()];
+        self.whole.apply(&whole, &mut moved);
+        let mut defect = self.whole.harmonic_defect(&whole, &moved, planes.clone())?;
+        let (n, m) = (self.whole.n_cells(), self.places.len());
+        for plane in planes {
+            for (gap, place) in gap[plane * m..(plane + 1) * m].iter().zip(&self.places) {
+                defect = defect.and(*gap, moved[plane * n + place]);
+            }
+        }
+        Some(defect)
     }
 
     /// The part of the inverse of the whole: still symmetric and positive definite.

@@ -46,27 +46,48 @@ pub(super) struct Line<'a> {
     pub clearance: f64,
 }
 
-impl Line<'_> {
+impl<'a> Line<'a> {
+    /// That along `axis` of a frame of `cells`, `padded`, of the sides `spacing`.
+    pub(super) fn new(
+        axis: usize,
+        (cells, padded): ([usize; 2], [usize; 2]),
+        spacing: [f64; 2],
+        (admittance, clearance): (&'a Admittance, f64),
+    ) -> Self {
+        let datum = 0.5 * cells[axis] as f64 * spacing[axis];
+        Self { admittance, axis, cells: cells[axis], padded: padded[axis], spacing, datum, clearance }
+    }
+
     /// The transform of K over the padded cells for the harmonic `index` of the `count` cells in the periodic direction.
     pub(super) fn symbol(&self, index: usize, count: usize) -> Vec<Hermitian> {
         if index == 0 {
             return self.transformed(|d| self.plane_strain(d));
         }
-        let k = 2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis]);
+        let k = self.wavenumber(index, count);
         let paired = 2 * index == count;
-        let reach = self.cells as f64 + LN_RETURNING / (self.clearance * k * self.spacing[self.axis]);
-        if reach <= self.padded as f64 {
+        let period = self.period(k);
+        if period <= self.padded {
             return (0..self.padded).map(|j| self.aliased(j, self.padded, (k, paired))).collect();
         }
-        let period = fast_size(reach.ceil() as usize);
         let wide: Vec<Hermitian> = (0..period).map(|j| self.aliased(j, period, (k, paired))).collect();
         let kernel = sampled(&wide);
         self.transformed(|d| kernel[d.rem_euclid(period as isize) as usize])
     }
 
+    /// Wavenumber of the harmonic `index` of the `count` cells in the periodic direction.
+    pub(super) fn wavenumber(&self, index: usize, count: usize) -> f64 {
+        2.0 * PI * index as f64 / (count as f64 * self.spacing[1 - self.axis])
+    }
+
+    /// Cells after which the line may repeat itself without K returning, for the wavenumber `k`, not zero.
+    pub(super) fn period(&self, k: f64) -> usize {
+        fast_size((self.cells as f64 + LN_RETURNING / (self.clearance * k * self.spacing[self.axis])).ceil()
+            as usize)
+    }
+
     /// Sum over the aliases of wavenumber `j` of `period` cells; at k itself, or the mean of k and -k where the two are one
     /// on the grid.
-    fn aliased(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
+    pub(super) fn aliased(&self, j: usize, period: usize, (k, paired): (f64, bool)) -> Hermitian {
         let h = self.spacing[self.axis];
         let signed = if 2 * j <= period { j as f64 } else { j as f64 - period as f64 };
         let kappa = 2.0 * PI * signed / (period as f64 * h);
@@ -106,7 +127,7 @@ impl Line<'_> {
 
     /// K for k = 0: with W = A ± i B along the open direction, the integral over the cell of
     /// -A/π ln(|x| / datum) - B/2 sgn(x).
-    fn plane_strain(&self, d: isize) -> Upper {
+    pub(super) fn plane_strain(&self, d: isize) -> Upper {
         let along = if self.axis == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let h = self.spacing[self.axis];
         let [xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im] = hermitian(&self.admittance.at(along));

@@ -22,6 +22,7 @@ pub mod fft;
 mod fft_plan;
 mod filter;
 pub mod green;
+mod harmonics;
 mod kernel_table;
 mod line;
 mod offsets;

@@ -11,6 +11,7 @@
 //! # Source
 //! Stanley and Kato 1997, "An FFT-based method for rough surface contact"; docs/theory-half-space.md.
 
+use std::ops::Range;
 use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Complex, Matrix3};
@@ -20,6 +21,8 @@ use super::fft::{CrossBlocks, check};
 use super::fft_plan::{Buffers, Convolution, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
+use super::harmonics::{Harmonics, Repeated};
+use super::line::Line;
 use super::offsets;
 use super::periodic_symbol::{PLANES, closed, open_along};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
@@ -28,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::operator::{Entries, Flexibility};
+use crate::linalg::operator::{Defect, Entries, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
 const SLENDER: f64 = 1e3;
@@ -45,6 +48,9 @@ pub struct PeriodicFlexibility {
     coupled: bool,
     buffers: Mutex<Buffers>,
     spacing: [f64; 2],
+    periodic: [bool; 2],
+    /// Decay of K per k d along an open direction.
+    clearance: f64,
     admittance: Admittance,
     normal_inverse: OnceLock<Filter>,
     full_inverse: OnceLock<Filter>,
@@ -89,6 +95,8 @@ impl PeriodicFlexibility {
             coupled,
             buffers,
             spacing,
+            periodic,
+            clearance: green.clearance(),
             admittance,
             normal_inverse,
             full_inverse,
@@ -162,6 +170,26 @@ impl Flexibility for PeriodicFlexibility {
 
     fn couples_normal_tangential(&self) -> bool {
         self.coupled
+    }
+
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        let (cells, spacing, admittance) = (self.convolution.cells, self.spacing, &self.admittance);
+        let repeated = Repeated { cells, spacing, admittance, tractions, displacements: gap };
+        let Harmonics { found, expected } = match self.periodic {
+            [true, true] => repeated.closed(),
+            periodic => repeated.open(&Line::new(
+                usize::from(periodic[0]),
+                (cells, self.convolution.padded),
+                spacing,
+                (admittance, self.clearance),
+            )),
+        };
+        let pairs = found.iter().zip(&expected);
+        let entries =
+            pairs.flat_map(|(found, expected)| planes.clone().map(|plane| (found[plane], expected[plane])));
+        Some(entries.fold(Defect::default(), |defect, (found, expected)| {
+            defect.or_more((found - expected).norm(), expected.norm())
+        }))
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {

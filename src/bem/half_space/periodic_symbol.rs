@@ -39,17 +39,9 @@ pub(super) fn open_along(
     convolution: &Convolution,
     spacing: [f64; 2],
     axis: usize,
-    (admittance, clearance): (&Admittance, f64),
+    material: (&Admittance, f64),
 ) -> Vec<f64> {
-    let line = Line {
-        admittance,
-        axis,
-        cells: convolution.cells[axis],
-        padded: convolution.padded[axis],
-        spacing,
-        datum: 0.5 * convolution.cells[axis] as f64 * spacing[axis],
-        clearance,
-    };
+    let line = Line::new(axis, (convolution.cells, convolution.padded), spacing, material);
     let count = convolution.padded[1 - axis];
     let harmonics: Vec<Vec<Hermitian>> =
         (0..count / 2 + 1).into_par_iter().map(|index| symbol_or_nothing(&line, index, count)).collect();

@@ -7,6 +7,7 @@ use orthowear::bem::half_space::{CrossBlocks, PatchIntegrator, PeriodicFlexibili
 use orthowear::error::Kind;
 use orthowear::geometry::fibre_axes;
 use orthowear::linalg::operator::Flexibility;
+use orthowear::linalg::subset::SubsetFlexibility;
 use std::f64::consts::PI;
 
 fn periodic(
@@ -251,6 +252,55 @@ fn symmetric_and_positive() {
         for i in 0..n {
             let expected: f64 = (0..n).map(|j| dense[(2 * n + i, 2 * n + j)] * pressure[j]).sum();
             assert!((normal[i] - expected).abs() < 1e-14 * largest * n as f64);
+        }
+    }
+}
+
+/// Truth: harmonics of the displacements are those of the tractions times the admittance, or convolved with the kernel of a line, by
+/// plain sums over cells and wavenumbers; an operator whose answer is a millionth off in one cell, or is another body's, is told.
+#[test]
+fn plain_sums_tell_a_wrong_product() {
+    let cases = [
+        ([24, 18], [true, true]),
+        ([40, 1], [true, true]),
+        ([7, 9], [true, true]),
+        ([20, 16], [false, true]),
+        ([15, 22], [true, false]),
+        ([64, 1], [false, true]),
+        ([1, 30], [true, false]),
+    ];
+    for (cells, directions) in cases {
+        for tilt in [0.0, 30.0] {
+            let operator = periodic(cells, [0.1, 0.15], directions, &pair(tilt));
+            let n = operator.n_cells();
+            let tractions = Random(11).vector(3 * n);
+            let mut gap = applied(&operator, &tractions);
+            let told = |gap: &[f64]| {
+                let defect = operator.harmonic_defect(&tractions, gap, 0..3).expect("harmonics");
+                defect.difference / defect.size
+            };
+            assert!(told(&gap) < 1e-12, "{cells:?} {tilt}: {}", told(&gap));
+            let other = applied(&periodic(cells, [0.1, 0.15], directions, &pair(tilt + 10.0)), &tractions);
+            assert!(told(&other) > 1e-3, "{cells:?} {tilt}: {}", told(&other));
+            let largest = gap.iter().fold(0.0_f64, |most, g| most.max(g.abs()));
+            // The first of the cells, eight at most, that are looked at along an open direction.
+            let first = cells.map(|count| count / (2 * count.min(8)));
+            gap[2 * n + first[0] * cells[1] + first[1]] += 1e-6 * largest;
+            assert!(told(&gap) > 1e-9, "{cells:?} {tilt}: {}", told(&gap));
+            let places: Vec<usize> = (0..n).filter(|cell| cell % 3 != 1).collect();
+            let of_places = |planes: &[f64]| -> Vec<f64> {
+                (0..3).flat_map(|plane| places.iter().map(move |place| planes[plane * n + place])).collect()
+            };
+            let part = SubsetFlexibility::new(Box::new(operator), places.clone());
+            let loads = of_places(&tractions);
+            let mut gap = applied(&part, &loads);
+            let told = |gap: &[f64]| {
+                let defect = part.harmonic_defect(&loads, gap, 0..3).expect("harmonics");
+                defect.difference / defect.size
+            };
+            assert!(told(&gap) < 1e-12, "{cells:?} {tilt}: {}", told(&gap));
+            gap[0] += 1e-6 * largest;
+            assert!(told(&gap) > 1e-9, "{cells:?} {tilt}: {}", told(&gap));
         }
     }
 }
