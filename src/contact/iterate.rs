@@ -2,6 +2,35 @@
 
 use super::balance::FLOATING;
 
+/// What all of a state follows from.
+#[derive(Debug, Clone)]
+pub struct Unknowns {
+    hatted: Vec<f64>,
+    rigid: Vec<[f64; 3]>,
+    floating: Vec<[f64; FLOATING]>,
+}
+
+impl Unknowns {
+    /// Those of a state.
+    pub fn of(it: &Iterate) -> Self {
+        Self { hatted: it.hatted.clone(), rigid: it.rigid.clone(), floating: it.floating.clone() }
+    }
+
+    /// Takes those of a state of the same size.
+    pub fn take(&mut self, it: &Iterate) {
+        self.hatted.copy_from_slice(&it.hatted);
+        self.rigid.copy_from_slice(&it.rigid);
+        self.floating.copy_from_slice(&it.floating);
+    }
+
+    /// Puts them into a state of the same size, which has to be evaluated then.
+    pub fn put(&self, it: &mut Iterate) {
+        it.hatted.copy_from_slice(&self.hatted);
+        it.rigid.copy_from_slice(&self.rigid);
+        it.floating.copy_from_slice(&self.floating);
+    }
+}
+
 /// Tractions and what follows from them; the buffers are made once and reused.
 #[derive(Debug, Clone)]
 pub struct Iterate {
@@ -44,6 +73,13 @@ impl Iterate {
             wear_rate: vec![0.0; n],
             gradient: zeros(),
         }
+    }
+
+    /// Takes the unknowns of another state of the same size; it has to be evaluated then.
+    pub(crate) fn follow(&mut self, other: &Self) {
+        self.hatted.copy_from_slice(&other.hatted);
+        self.rigid.copy_from_slice(&other.rigid);
+        self.floating.copy_from_slice(&other.floating);
     }
 
     /// Cuts the hatted tractions to p >= 0 and |q̂| <= p.

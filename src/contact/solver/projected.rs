@@ -1,5 +1,6 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
+use super::super::iterate::Unknowns;
 use super::super::projection::{Equilibrium, Motions, StepSizes, project};
 use super::super::{Increment, Iterate};
 use super::{SolveReport, SolverOptions, Stop, Watch};
@@ -42,7 +43,7 @@ pub(super) fn iterate(
     problem.evaluate(it);
     let mut report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
     let mut steps = rule.first();
-    let mut best = Best { it: it.clone(), measure: f64::INFINITY, at: 0 };
+    let mut best = Best { unknowns: Unknowns::of(it), measure: f64::INFINITY, at: 0 };
     let mut next = it.clone();
     let mut equilibrium = Equilibrium::Held;
     let balances = problem.ends.iter().any(|end| end.balance.is_some());
@@ -77,7 +78,9 @@ pub(super) fn iterate(
             break;
         }
         if report.iterations > best.at + PATIENCE {
-            it.clone_from(&best.it);
+            best.unknowns.put(it);
+            problem.evaluate(it);
+            report.applications += problem.applications();
             best.at = report.iterations;
             steps = rule.restart();
         }
@@ -93,7 +96,11 @@ pub(super) fn iterate(
         std::mem::swap(it, &mut next);
     }
     if !matches!(report.stop, Stop::GrossSliding | Stop::ContactLost | Stop::NotFinite) {
-        it.clone_from(&best.it);
+        if best.at < report.iterations {
+            best.unknowns.put(it);
+            problem.evaluate(it);
+            report.applications += problem.applications();
+        }
     }
     report
 }
@@ -104,14 +111,14 @@ fn finite_motions(it: &Iterate) -> bool {
 
 /// The best state so far.
 struct Best {
-    it: Iterate,
+    unknowns: Unknowns,
     measure: f64,
     at: usize,
 }
 
 impl Best {
     fn take(&mut self, it: &Iterate, measure: f64, at: usize) {
-        self.it.clone_from(it);
+        self.unknowns.take(it);
         self.measure = measure;
         self.at = at;
     }

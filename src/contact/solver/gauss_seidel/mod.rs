@@ -10,6 +10,7 @@
 mod local;
 mod sweeps;
 
+use super::super::iterate::Unknowns;
 use super::super::{End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl};
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::cell_matrix::CellMatrix;
@@ -139,7 +140,7 @@ fn solve(problem: &Increment, it: &mut Iterate, options: &SolverOptions, watch: 
     if report.left.is_some() {
         return report;
     }
-    let start = it.clone();
+    let start = Unknowns::of(it);
     let mut cells = in_reach(problem, it);
     loop {
         let Some(mut sweeps) = formed(problem, it, &cells) else {
@@ -150,7 +151,9 @@ fn solve(problem: &Increment, it: &mut Iterate, options: &SolverOptions, watch: 
             report.stop = stop;
             let worse = report.residual.is_nan() || report.residual > residual;
             if worse && !matches!(stop, Stop::Converged | Stop::Interrupted) {
-                it.clone_from(&start);
+                start.put(it);
+                problem.evaluate(it);
+                report.applications += problem.applications();
                 (report.stop, report.residual) = (Stop::Iterations, residual);
             }
             return report;

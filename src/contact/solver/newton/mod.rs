@@ -14,6 +14,7 @@ mod rolling;
 mod tangent;
 mod unknowns;
 
+use super::super::iterate::Unknowns;
 use super::super::{Increment, Iterate, SlipReference};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
@@ -71,7 +72,7 @@ struct Solve<'s, 'p> {
     given: Given<'p>,
     workspace: Workspace,
     /// What the solve started from.
-    start: Iterate,
+    start: Unknowns,
 }
 
 /// The method.
@@ -100,7 +101,7 @@ impl Solver for Newton {
         let rolls = problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();
-        let solve = Solve { problem, options, report, krylov, given, workspace, start: it.clone() };
+        let solve = Solve { problem, options, report, krylov, given, workspace, start: Unknowns::of(it) };
         if rolls { solve.roll(it, watch) } else { solve.run(it, watch) }
     }
 }
@@ -170,7 +171,7 @@ impl Solve<'_, '_> {
             Stop::Iterations if report.iterations < left => false,
             // A loose tolerance is not enough to say that there is no equilibrium, and the way there may matter.
             Stop::GrossSliding | Stop::ContactLost if tolerance > self.options.tolerance => {
-                it.clone_from(&self.start);
+                self.start.put(it);
                 self.approach(it, self.options.tolerance, usize::MAX, watch)
             }
             stop => {
@@ -182,7 +183,7 @@ impl Solve<'_, '_> {
 
     /// A Newton step from `it` to `trial`.
     fn step(&mut self, it: &Iterate, trial: &mut Iterate) {
-        trial.clone_from(it);
+        trial.follow(it);
         let mut tangent = Tangent::new(self.problem, it, &self.given, &mut self.workspace);
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];

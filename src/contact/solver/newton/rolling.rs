@@ -3,6 +3,7 @@
 //! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
 //! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
 
+use super::super::super::iterate::Unknowns;
 use super::super::super::{Increment, Iterate};
 use super::super::split::without_friction;
 use super::super::{SolveReport, Stop, Watch, solve_whole};
@@ -24,7 +25,7 @@ impl Solve<'_, '_> {
             self.press(it, watch);
         }
         let mut trial = it.clone();
-        let (mut best, mut least) = (it.clone(), f64::INFINITY);
+        let (mut best, mut least) = (Unknowns::of(it), f64::INFINITY);
         let mut in_vain = 0;
         for step in 0.. {
             let residual = self.problem.natural_residual(it);
@@ -35,7 +36,7 @@ impl Solve<'_, '_> {
             }
             in_vain += 1;
             if residual < least {
-                best.clone_from(it);
+                best.take(it);
                 (least, in_vain) = (residual, 0);
             }
             if step >= MOST.min(self.options.max_iterations) {
@@ -53,7 +54,9 @@ impl Solve<'_, '_> {
             }
             std::mem::swap(it, &mut trial);
         }
-        it.clone_from(&best);
+        best.put(it);
+        self.problem.evaluate(it);
+        self.report.applications += self.problem.applications();
         self.report.residual = least;
         self.report
     }
