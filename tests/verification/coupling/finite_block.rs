@@ -153,23 +153,3 @@ fn the_certificate_solves_the_body_afresh() {
         assert!((found - spoilt).abs() < 1e-11 + 1e-3 * spoilt, "{friction:?} {spoilt:e}: {found:e}");
     }
 }
-
-/// Prints the table of docs/theory-coupling.md.
-#[test]
-#[ignore = "a minute; makes a table of the documentation"]
-fn table_of_blocks() {
-    let frame = ContactFrame::grid([1.2; 2], [24; 2], [0.0; 2], 0.0).unwrap();
-    let aluminium = Stiffness::isotropic(70e3, 0.33).expect("an admissible material");
-    for (name, material) in
-        [("isotropic", aluminium), ("tilt 0", im7(0.0)), ("tilt 30", im7(30.0)), ("tilt 90", im7(90.0))]
-    {
-        let mut half_space = HalfSpaceBody::new(&material, Side::Lower, &frame).unwrap();
-        let reference = normal_force(&mut half_space, &frame);
-        print!("{name}: half-space {reference:.2} N, block");
-        for size in [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)] {
-            let apart = normal_force(&mut block(&material, size, &frame), &frame) / reference - 1.0;
-            print!(" {:+.2} %", 100.0 * apart);
-        }
-        println!();
-    }
-}

@@ -1,0 +1,145 @@
+//! How much stiffer a block clamped at its base is than the half-space it stands for, by its size: the table of
+//! docs/theory-coupling.md.
+//!
+//!     cargo run --release --example blocks
+
+use std::sync::Arc;
+
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::{ElasticBody, FeBody, HalfSpaceBody};
+use orthowear::contact::SolverOptions;
+use orthowear::coupling::{Coupling, couple, surface_distance};
+use orthowear::error::{Error, Result};
+use orthowear::fem::{FeSpec, HexFormulation, Support};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::friction::FrictionLaw;
+use orthowear::geometry::fibre_axes;
+use orthowear::history::step::{FrameState, IncrementRecord, Normal, Observer, Step};
+use orthowear::history::{Model, run};
+use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::mesh::structured::{self, GradedBlock, Solids};
+use orthowear::wear::WearLaw;
+
+/// Half of the frame's side, mm, and its cells along it.
+const FRAME: (f64, usize) = (1.2, 24);
+
+/// Half-width and depth of a block, mm, its elements from the contact to the side and down to the base.
+const SIZES: [(f64, usize, usize); 4] = [(6.0, 6, 10), (12.0, 8, 12), (24.0, 10, 14), (48.0, 12, 17)];
+
+fn main() -> Result<()> {
+    let frame = ContactFrame::grid([FRAME.0; 2], [FRAME.1; 2], [0.0; 2], 0.0)?;
+    let mut materials = vec![("isotropic".to_owned(), Stiffness::isotropic(70e3, 0.33)?)];
+    for tilt in [0.0, 30.0, 90.0] {
+        materials.push((format!("fibre at {tilt} degrees"), frp(tilt)?));
+    }
+    let sizes: Vec<String> = SIZES.iter().map(|(size, ..)| format!("{size} mm")).collect();
+    println!("| lower body | half-space, N | {} |", sizes.join(" | "));
+    println!("|{}", "---|".repeat(2 + SIZES.len()));
+    for (name, material) in materials {
+        let reference = force(&mut HalfSpaceBody::new(&material, Side::Lower, &frame)?, &frame)?;
+        print!("| {name} | {reference:.2} |");
+        for size in SIZES {
+            let apart = force(&mut block(&material, size, &frame)?, &frame)? / reference - 1.0;
+            print!(" {:+.2} % |", 100.0 * apart);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+/// IM7/8551-7, the fibre tilted out of the surface.
+fn frp(tilt: f64) -> Result<Stiffness> {
+    let constants = Orthotropic {
+        e1: 167_230.0,
+        e2: 9544.0,
+        e3: 9544.0,
+        g12: 5292.0,
+        g13: 5292.0,
+        g23: 3483.0,
+        nu12: 0.272,
+        nu13: 0.272,
+        nu23: 0.369,
+    };
+    Ok(Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(tilt.to_radians(), 0.0)))
+}
+
+/// A block clamped at its base, with the frame's cells for elements at the contact.
+fn block(
+    material: &Stiffness,
+    (size, outer, deep): (f64, usize, usize),
+    frame: &ContactFrame,
+) -> Result<FeBody> {
+    let graded = GradedBlock {
+        half_width: [size; 2],
+        depth: size,
+        patch_half_width: [FRAME.0; 2],
+        patch_cells: [FRAME.1; 2],
+        outer_cells: outer,
+        depth_cells: deep,
+        first_depth: Some(2.0 * FRAME.0 / FRAME.1 as f64),
+        solids: Solids::Hex8,
+        side: structured::Side::Lower,
+        distortion: 0.0,
+    };
+    let base =
+        Support { group: "base".into(), components: [true; 3], value: [0.0; 3], gradient: [[0.0; 3]; 3] };
+    let spec = FeSpec {
+        name: "block".into(),
+        mesh: Arc::new(graded.mesh()?),
+        regions: vec![(None, material.clone().into())],
+        formulation: HexFormulation::Enhanced,
+        supports: vec![base],
+        foundations: Vec::new(),
+        pressures: Vec::new(),
+        tractions: Vec::new(),
+        body_force: [0.0; 3],
+    };
+    FeBody::new(spec, "contact", Side::Lower, frame)
+}
+
+/// Normal force, N, of a steel half-space with the gap of a sphere of 50 mm on `lower`, at an approach of 0.02 mm.
+fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
+    let steel = Stiffness::isotropic(210e3, 0.3)?;
+    let mut upper = HalfSpaceBody::new(&steel, Side::Upper, frame)?;
+    let gap = InitialGap::from(GapShape::Sphere { radius: 50.0 });
+    let distance = surface_distance(&gap, frame, lower, &upper)?;
+    let coupled = couple(lower, &mut upper, frame, Coupling::Schur, SkipVanishing)?;
+    let model = Model {
+        frame: frame.clone(),
+        initial_gap: coupled.initial_gap(&distance),
+        flexibility: coupled.flexibility,
+        floating: Vec::new(),
+        friction: FrictionLaw::None,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    };
+    let press = Step {
+        name: "press".into(),
+        normal: Some(Normal::Approach(0.02)),
+        tangential: None,
+        tilt: None,
+        spin: None,
+        increments: 1,
+        friction: false,
+        wear: false,
+        cycles: None,
+        row: None,
+        rolling: None,
+    };
+    let result = run(&model, &[press], &SolverOptions::default(), &mut Silent)?;
+    match result.records.first() {
+        Some(record) if record.converged => Ok(record.normal_force),
+        _ => Err(Error::numerical("the contact did not converge")),
+    }
+}
+
+/// Nobody looks on.
+struct Silent;
+
+impl Observer for Silent {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        Ok(())
+    }
+}
