@@ -3,6 +3,9 @@
 //!
 //!     cargo run --release --example blocks
 
+#[path = "../im7.rs"]
+mod im7;
+
 use std::sync::Arc;
 
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
@@ -13,10 +16,9 @@ use orthowear::error::{Error, Result};
 use orthowear::fem::{FeSpec, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::friction::FrictionLaw;
-use orthowear::geometry::fibre_axes;
 use orthowear::history::step::{FrameState, IncrementRecord, Normal, Observer, Step};
 use orthowear::history::{Model, run};
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::material::Stiffness;
 use orthowear::mesh::structured::{self, GradedBlock, Solids};
 use orthowear::wear::WearLaw;
 
@@ -30,7 +32,7 @@ fn main() -> Result<()> {
     let frame = ContactFrame::grid([FRAME.0; 2], [FRAME.1; 2], [0.0; 2], 0.0)?;
     let mut materials = vec![("isotropic".to_owned(), Stiffness::isotropic(70e3, 0.33)?)];
     for tilt in [0.0, 30.0, 90.0] {
-        materials.push((format!("fibre at {tilt} degrees"), frp(tilt)?));
+        materials.push((format!("fibre at {tilt} degrees"), im7::im7(tilt)?));
     }
     let sizes: Vec<String> = SIZES.iter().map(|(size, ..)| format!("{size} mm")).collect();
     println!("| lower body | half-space, N | {} |", sizes.join(" | "));
@@ -45,22 +47,6 @@ fn main() -> Result<()> {
         println!();
     }
     Ok(())
-}
-
-/// IM7/8551-7, the fibre tilted out of the surface.
-fn frp(tilt: f64) -> Result<Stiffness> {
-    let constants = Orthotropic {
-        e1: 167_230.0,
-        e2: 9544.0,
-        e3: 9544.0,
-        g12: 5292.0,
-        g13: 5292.0,
-        g23: 3483.0,
-        nu12: 0.272,
-        nu13: 0.272,
-        nu23: 0.369,
-    };
-    Ok(Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(tilt.to_radians(), 0.0)))
 }
 
 /// A block clamped at its base, with the frame's cells for elements at the contact.

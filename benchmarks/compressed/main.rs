@@ -4,6 +4,8 @@
 //!     cargo run --release --example compressed -- [--cells N ..] [--dense N] [--tolerance DIGITS] [--tilt DEGREES]
 //!         [--threads N]
 
+#[path = "../im7.rs"]
+mod im7;
 #[path = "../machine.rs"]
 mod machine;
 
@@ -11,9 +13,8 @@ use std::error::Error;
 use std::time::Instant;
 
 use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
-use orthowear::geometry::fibre_axes;
 use orthowear::linalg::operator::Flexibility;
-use orthowear::material::{Orthotropic, Stiffness};
+use orthowear::material::Stiffness;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -63,21 +64,9 @@ fn cells(n: usize) -> Cells {
 
 /// CFRP with fibres at an angle below steel.
 fn green(tilt: f64) -> Outcome<SurfaceGreen> {
-    let constants = Orthotropic {
-        e1: 167_230.0,
-        e2: 9544.0,
-        e3: 9544.0,
-        g12: 5292.0,
-        g13: 5292.0,
-        g23: 3483.0,
-        nu12: 0.272,
-        nu13: 0.272,
-        nu23: 0.369,
-    };
-    let cfrp = Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(tilt.to_radians(), 0.0));
     let steel = Stiffness::isotropic(210e3, 0.3)?;
     Ok(SurfaceGreen::sum(&[
-        &SurfaceGreen::new(&cfrp, Side::Lower)?,
+        &SurfaceGreen::new(&im7::im7(tilt)?, Side::Lower)?,
         &SurfaceGreen::new(&steel, Side::Upper)?,
     ]))
 }

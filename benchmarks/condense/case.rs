@@ -5,13 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support};
-use orthowear::geometry::fibre_axes;
 use orthowear::linalg::ordering::{NodeGraph, nested_dissection};
-use orthowear::material::{Orthotropic, Stiffness};
 use orthowear::mesh::Mesh;
 use orthowear::mesh::structured::GradedBlock;
 
 use crate::Outcome;
+use crate::im7::im7;
 
 /// Names of the blocks: n^3 equal elements, and one graded towards a patch of 24 x 24.
 pub const NAMES: [&str; 4] = ["20", "30", "40", "graded"];
@@ -58,7 +57,7 @@ impl Case {
         let model = FeModel::new(FeSpec {
             name: "block".into(),
             mesh: Arc::new(mesh),
-            regions: vec![(None, im7()?.into())],
+            regions: vec![(None, im7(30.0)?.into())],
             formulation: HexFormulation::Enhanced,
             supports: vec![base],
             foundations: vec![],
@@ -140,19 +139,4 @@ impl Case {
 fn contact(mesh: &Mesh, half: f64) -> Vec<usize> {
     let on = |x: &[f64; 3]| x[2].abs() < 1e-9 && x[0].abs() < half && x[1].abs() < half;
     mesh.points.iter().enumerate().filter(|(_, x)| on(x)).map(|(node, _)| node).collect()
-}
-
-fn im7() -> Outcome<Stiffness> {
-    let constants = Orthotropic {
-        e1: 167_230.0,
-        e2: 9544.0,
-        e3: 9544.0,
-        g12: 5292.0,
-        g13: 5292.0,
-        g23: 3483.0,
-        nu12: 0.272,
-        nu13: 0.272,
-        nu23: 0.369,
-    };
-    Ok(Stiffness::orthotropic(&constants)?.rotated(&fibre_axes(30f64.to_radians(), 0.0)))
 }

@@ -4,6 +4,8 @@
 
 mod case;
 mod compare;
+#[path = "../im7.rs"]
+mod im7;
 #[path = "../machine.rs"]
 mod machine;
 mod measure;

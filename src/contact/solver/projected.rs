@@ -95,12 +95,11 @@ pub(super) fn iterate(
         steps = rule.next(problem, it, &next);
         std::mem::swap(it, &mut next);
     }
-    if !matches!(report.stop, Stop::GrossSliding | Stop::ContactLost | Stop::NotFinite) {
-        if best.at < report.iterations {
-            best.unknowns.put(it);
-            problem.evaluate(it);
-            report.applications += problem.applications();
-        }
+    let as_it_is = matches!(report.stop, Stop::GrossSliding | Stop::ContactLost | Stop::NotFinite);
+    if !as_it_is && best.at < report.iterations {
+        best.unknowns.put(it);
+        problem.evaluate(it);
+        report.applications += problem.applications();
     }
     report
 }
