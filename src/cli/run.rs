@@ -269,6 +269,10 @@ pub(super) fn reason(word: Option<&str>) -> String {
         }
         Some("contact-lost") => "the bodies came apart (contact-lost): check approach, forces and moments",
         Some("frame-edge") => "contact reached the edge of the frame (frame-edge): enlarge frame.half_width",
+        Some("stick-zone") => {
+            "the cells that stick through a fretting cycle did not settle (stick-zone): more jumps, another amplitude or more \
+             cells may help, more iterations do not"
+        }
         Some("linear-solver") => {
             "the systems of a body were not solved (linear-solver): raise solver.memory_limit"
         }

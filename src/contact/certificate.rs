@@ -43,7 +43,7 @@ impl StateChecks {
 }
 
 fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    a.into_iter().chain(b).reduce(f64::max)
+    a.into_iter().chain(b).reduce(|a, b| if a.is_nan() || a > b { a } else { b })
 }
 
 /// Share of the energy of all cells, each by itself, below which the elastic energy is that of the errors of the tractions.

@@ -336,7 +336,7 @@ impl Run<'_> {
             }
         }
         // The set of cells that stick did not come to rest.
-        jump.report.stop = Stop::Iterations;
+        jump.report.stop = Stop::Unsettled;
         Ok(())
     }
 

@@ -303,6 +303,7 @@ impl Run<'_> {
             Stop::Interrupted => Outcome::Interrupted,
             Stop::GrossSliding => Outcome::NotConverged("gross-sliding"),
             Stop::ContactLost => Outcome::NotConverged("contact-lost"),
+            Stop::Unsettled => Outcome::NotConverged("stick-zone"),
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };

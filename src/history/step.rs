@@ -234,7 +234,7 @@ pub struct IncrementRecord {
 pub enum Outcome {
     /// All steps converged.
     Converged,
-    /// A step did not; the reason is one of "iterations", "gross-sliding", "contact-lost", "frame-edge".
+    /// A step did not; the reason is one of "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone".
     NotConverged(&'static str),
     /// A signal stopped the run.
     Interrupted,

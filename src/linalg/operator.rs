@@ -67,7 +67,7 @@ pub trait Flexibility: Send + Sync {
     }
 
     /// How far `gap` is from S tractions (both `[3, N]` by planes) in some of its harmonics, by plain sums over the cells, in the
-    /// components `planes`; `None` if the frame does not repeat itself.
+    /// components `planes`; `None` if the frame does not repeat itself, or has no harmonic but uniform ones and those of two cells.
     fn harmonic_defect(&self, _tractions: &[f64], _gap: &[f64], _planes: Range<usize>) -> Option<Defect> {
         None
     }
@@ -130,9 +130,10 @@ impl Defect {
         Self::or_more(self, (found - expected).abs(), expected.abs())
     }
 
-    /// With one more place of that difference and size.
+    /// With one more place of that difference and size; a difference that is no number stays one.
     pub fn or_more(self, difference: f64, size: f64) -> Self {
-        Self { difference: self.difference.max(difference), size: self.size.max(size) }
+        let worse = difference.is_nan() || difference > self.difference;
+        Self { difference: if worse { difference } else { self.difference }, size: self.size.max(size) }
     }
 }
 

@@ -102,7 +102,7 @@ pub struct Summary {
     pub units: Units,
     /// How the run ended.
     pub status: Status,
-    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge" or "linear-solver".
+    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone" or "linear-solver".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The message of the error that ended a failed run.

@@ -3,6 +3,8 @@
 //! Every rule compares sizes that differ by orders of magnitude in no sensible scene; none reads names of units but the
 //! one for moduli in N and mm or N and m.
 
+use std::f64::consts::PI;
+
 use super::plan::{BodySpec, FeSpec, FrameSpec, Plan};
 use crate::frame::GapShape;
 use crate::history::step::{Normal, Tangential};
@@ -112,11 +114,26 @@ fn modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     }
 }
 
-/// Half of the least side and the least cell of a grid frame.
+/// Half of the least side and the least cell of a grid frame, along the directions in which it does not repeat itself if there are
+/// any.
 fn grid_sizes(frame: &FrameSpec) -> Option<[f64; 2]> {
-    let FrameSpec::Grid { half_width, cells, .. } = frame else { return None };
+    let FrameSpec::Grid { half_width, cells, periodic, .. } = frame else { return None };
     let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
-    Some([half_width[0].min(half_width[1]), cell(0).min(cell(1))])
+    let axes = (0..2).filter(|&axis| !periodic[axis] || *periodic == [true; 2]);
+    Some(
+        axes.fold([f64::INFINITY; 2], |[half, side], axis| {
+            [half.min(half_width[axis]), side.min(cell(axis))]
+        }),
+    )
+}
+
+/// Length along the endless direction of a frame that repeats itself in one.
+fn period(frame: &FrameSpec) -> Option<f64> {
+    match frame {
+        FrameSpec::Grid { half_width, periodic: [true, false], .. } => Some(2.0 * half_width[0]),
+        FrameSpec::Grid { half_width, periodic: [false, true], .. } => Some(2.0 * half_width[1]),
+        _ => None,
+    }
 }
 
 /// The same of any frame: of a mesh frame half of its largest extent, and the side of a square as large as a face.
@@ -191,7 +208,11 @@ fn force_estimate(plan: &Plan, radius: f64) -> Option<(String, f64)> {
         .filter_map(BodySpec::elastic)
         .map(|elastic| 0.9 / young(&elastic.stiffness).into_iter().product::<f64>().cbrt())
         .sum();
-    let width = (0.75 * force * radius * compliance).cbrt();
+    let width = match period(&plan.frame) {
+        None => (0.75 * force * radius * compliance).cbrt(),
+        // A line contact.
+        Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
+    };
     (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
 }
 

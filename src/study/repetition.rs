@@ -24,7 +24,7 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     let gap = plan.gap.evaluate(frame).at("gap")?;
     // Cells outside of an outline stay open: contact need not be complete.
     let whole = frame.places.is_none();
-    if grid.periodic == [true; 2] && whole && plan.wear.intensity(plan.friction.ellipse()).is_none() {
+    if grid.periodic == [true; 2] && whole {
         approaches(plan, gap.iter().sum::<f64>() / gap.len() as f64)?;
     }
     let seams = [0, 1].into_iter().filter(|&axis| grid.periodic[axis] && grid.cells[axis] >= FEW);
@@ -33,9 +33,14 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     Ok(seams.filter_map(|axis| seam(plan, &grid, axis, &heights)).collect())
 }
 
-/// Refuses an approach of at least the `mean` distance of the surfaces.
+/// Refuses an approach of at least the `mean` distance of the surfaces, before sliding may have worn them.
 fn approaches(plan: &Plan, mean: f64) -> Result<(), Failure> {
+    let wears = plan.wear.intensity(plan.friction.ellipse()).is_some();
     for (index, step) in plan.steps.iter().enumerate() {
+        let slides = step.tangential.is_some() || step.spin.is_some() || step.cycles.is_some();
+        if wears && (slides || step.rolling.is_some()) {
+            break;
+        }
         let Some(Normal::Approach(approach)) = step.normal else { continue };
         if approach > 0.0 && approach >= mean {
             let error = Error::input(format!(

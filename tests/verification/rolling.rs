@@ -2,13 +2,14 @@
 
 use std::f64::consts::PI;
 
+use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{Outcome, Rolling, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 use orthowear::wear::WearLaw;
 
-use crate::common::{half_spaces, im7, press, relative, solve, sphere, steel, step};
+use crate::common::{half_spaces, im7, press, rectangle, relative, solve, solve_with, sphere, steel, step};
 use crate::periodic::repeated;
 
 fn roll(quarter_turns: u8, creepage: [f64; 2], spin: f64) -> Step {
@@ -220,4 +221,19 @@ fn rolling_on_tilted_fibres() {
         let apart = (fine.tangential_force[k] - coarse.tangential_force[k]).abs();
         assert!(apart < 1e-3 * fine.tangential_force[0].abs(), "{fine:?} {coarse:?}");
     }
+}
+
+/// Truth: `max_iterations` is the only limit on the iterations of a step: friction three hundred times weaker across takes thousands on
+/// the cells in contact, ends certified, and is what the whole frame gives.
+#[test]
+fn rolling_with_little_friction_across() {
+    let mut model = rectangle(&steel(), Some(&steel()), ([0.8; 2], [72, 60]), sphere(10.0));
+    model.friction = FrictionLaw::Elliptic { mu: [0.3, 0.0009], angle: 77_f64.to_radians() };
+    let steps = [press(50.0), roll(0, [0.001, 0.0], 0.0)];
+    let windows = converged(&model, &steps);
+    let whole = solve_with(&model, &steps, &SolverOptions { skip: false, ..SolverOptions::default() });
+    assert_eq!(whole.outcome, Outcome::Converged);
+    let [a, b] = [&windows, &whole].map(|result| result.records[1].tangential_force);
+    assert!((0..2).all(|k| (a[k] - b[k]).abs() < 1e-6 * a[0].hypot(a[1])), "{a:?} {b:?}");
+    assert!(windows.records[1].iterations > 500, "{}", windows.records[1].iterations);
 }

@@ -15,7 +15,10 @@ const ZERO: Vector = [Complex::new(0.0, 0.0); 3];
 const WAVES: [i64; 3] = [63, 211, 389];
 
 /// Targets along an open direction, for each harmonic of the other one.
-const TARGETS: usize = 8;
+const TARGETS: usize = 16;
+
+/// Terms of the sums over wavenumbers of a harmonic along an open direction, at most; longer waves are left out.
+const TERMS: usize = 10_000_000;
 
 /// A cut of the unit circle into `count` equal parts, exp(2π i k / count) at k.
 struct Circle(Vec<Complex<f64>>);
@@ -93,7 +96,7 @@ impl Repeated<'_> {
         Harmonics { found, expected }
     }
 
-    /// The weighted sum over the cells.
+    /// The weighted mean over the cells.
     fn harmonic(&self, values: &[f64], weight: impl Fn(usize, usize) -> Complex<f64>) -> Vector {
         let (n, ny) = (self.n(), self.cells[1]);
         let mut sum = ZERO;
@@ -101,28 +104,43 @@ impl Repeated<'_> {
             let weight = weight(cell / ny, cell % ny);
             sum.iter_mut().enumerate().for_each(|(c, sum)| *sum += weight * values[c * n + cell]);
         }
-        sum
+        sum.map(|sum| sum / n as f64)
     }
 
-    /// Some harmonics along the periodic direction of a frame that is open along `line`'s axis, in some of its cells: the
-    /// convolution of those of the tractions with K(d).
+    /// Some harmonics along the periodic direction of a frame that is open along `line`'s axis, in some of its loaded rows of
+    /// cells: the convolution of those of the tractions with K(d).
     pub(super) fn open(&self, line: &Line) -> Harmonics {
         let (axis, count) = (line.axis, self.cells[1 - line.axis]);
         let circle = Circle::new(count);
         let mut harmonics = Harmonics { found: Vec::new(), expected: Vec::new() };
+        let loaded = self.loaded_rows(axis);
+        let targets = TARGETS.min(loaded.len());
+        let targets: Vec<usize> =
+            (0..targets).map(|k| loaded[(2 * k + 1) * loaded.len() / (2 * targets)]).collect();
         for wave in [0].into_iter().chain(waves(count)) {
+            if wave > 0 && loaded.len() * line.period(line.wavenumber(wave as usize, count)) > TERMS {
+                continue;
+            }
             let [found, load] = [self.displacements, self.tractions]
                 .map(|values| self.along(values, axis, |place| circle.at(wave, place).conj()));
-            let targets = TARGETS.min(line.cells);
-            let targets: Vec<usize> =
-                (0..targets).map(|k| (2 * k + 1) * line.cells / (2 * targets)).collect();
             harmonics.found.extend(targets.iter().map(|&target| found[target]));
             harmonics.expected.extend(line.convolved(wave as usize, count, &load, &targets));
         }
         harmonics
     }
 
-    /// The weighted sums along the other axis than `axis`, for each cell along that one.
+    /// Cells along `axis` whose row along the other one carries tractions.
+    fn loaded_rows(&self, axis: usize) -> Vec<usize> {
+        let (n, ny) = (self.n(), self.cells[1]);
+        let mut loaded = vec![false; self.cells[axis]];
+        for (k, _) in self.tractions.iter().enumerate().filter(|(_, traction)| **traction != 0.0) {
+            let cell = k % n;
+            loaded[[cell / ny, cell % ny][axis]] = true;
+        }
+        (0..loaded.len()).filter(|&row| loaded[row]).collect()
+    }
+
+    /// The weighted means along the other axis than `axis`, for each cell along that one.
     fn along(&self, values: &[f64], axis: usize, weight: impl Fn(usize) -> Complex<f64>) -> Vec<Vector> {
         let (n, ny) = (self.n(), self.cells[1]);
         let mut sums = vec![ZERO; self.cells[axis]];
@@ -132,6 +150,8 @@ impl Repeated<'_> {
             let sum = &mut sums[place[axis]];
             sum.iter_mut().enumerate().for_each(|(c, sum)| *sum += weight * values[c * n + cell]);
         }
+        let count = self.cells[1 - axis] as f64;
+        sums.iter_mut().flatten().for_each(|sum| *sum /= count);
         sums
     }
 }

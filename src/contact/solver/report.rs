@@ -15,6 +15,8 @@ pub enum Stop {
     ContactLost,
     /// The watcher asked for it.
     Interrupted,
+    /// Each solution converged, but the cells that stick through a fretting cycle changed from one to the next.
+    Unsettled,
     /// A traction or a gap was not a number.
     NotFinite,
 }

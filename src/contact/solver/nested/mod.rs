@@ -27,7 +27,7 @@ const MARGIN: usize = 2;
 /// Windows tried before the whole frame is taken.
 const TRIALS: usize = 6;
 
-/// Iterations on a window, at most: what takes more is a matter of the whole frame.
+/// Iterations on coarser cells, and on a window that may yet grow, at most: what takes more is a matter of the whole frame.
 const MOST_ITERATIONS: usize = 500;
 
 /// Natural residual above which rolling is not yet steady.
@@ -201,7 +201,9 @@ impl<'p> Nested<'_, 'p, '_> {
     ) -> Option<()> {
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
-        self.on_part(&part, &mut state, options, watch);
+        let options =
+            SolverOptions { max_iterations: MOST_ITERATIONS.min(options.max_iterations), ..*options };
+        self.on_part(&part, &mut state, &options, watch);
         part.give_back(&state, it);
         Some(())
     }
@@ -209,8 +211,7 @@ impl<'p> Nested<'_, 'p, '_> {
     /// Solves a part from the `state` in it.
     fn on_part(&mut self, part: &Part, state: &mut Iterate, options: &SolverOptions, watch: &mut Watch) {
         let left = self.options.max_iterations.saturating_sub(self.report.iterations);
-        let max_iterations = left.min(MOST_ITERATIONS);
-        let options = SolverOptions { max_iterations, ..*options };
+        let options = SolverOptions { max_iterations: left.min(options.max_iterations), ..*options };
         let before = self.report.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
         let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);

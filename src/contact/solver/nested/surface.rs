@@ -9,7 +9,7 @@
 use super::super::super::Iterate;
 use super::super::super::window::{Part, Window};
 use super::super::{SolverOptions, Watch};
-use super::{MARGIN, Nested, Rectangle, contact, grown};
+use super::{MARGIN, MOST_ITERATIONS, Nested, Rectangle, contact, grown};
 
 /// Natural residual on coarser cells.
 const TOLERANCE: f64 = 1e-3;
@@ -54,7 +54,9 @@ impl Nested<'_, '_, '_> {
             add_defect((&part.window, state), (&mut coarse, &change));
         }
         let before = change.hatted.clone();
-        let options = SolverOptions { tolerance: TOLERANCE.max(self.options.tolerance), ..*self.options };
+        let max_iterations = MOST_ITERATIONS.min(self.options.max_iterations);
+        let tolerance = TOLERANCE.max(self.options.tolerance);
+        let options = SolverOptions { tolerance, max_iterations, ..*self.options };
         // Only whether to stop matters here.
         let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
         self.on_part(&coarse, &mut change, &options, &mut told);
