@@ -9,58 +9,24 @@ use std::time::Instant;
 
 use crate::contact::certificate::StateChecks;
 use crate::contact::solver::{SolveReport, Stop};
-use crate::contact::{End, Increment, Iterate, NormalControl, SlipReference, TangentialControl};
+use crate::contact::{End, Iterate, NormalControl, SlipReference, TangentialControl};
 use crate::error::Result;
 
 use super::control::Held;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
 use super::step::{Cycles, Integrator, Observer, Outcome, Spin, Step, StrokeEnd, Tangential};
+use super::strokes::{Stroke, settled};
 use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-/// Passes over the set of cells that stick through a cycle, at most.
+/// Solutions of a stage with strokes between them to find the cells that stick, at most.
 const STICK_PASSES: usize = 8;
-
-/// Slip below this share of the stroke counts as none when cells leave the set that sticks.
-const NO_SLIP: f64 = 1e-6;
-
-/// Cells that stick are not moved by less than this share of the stroke.
-const CREEP: f64 = 1e-3;
-
-/// Cycles without wear, at most, and the change of the forces at their ends from cycle to cycle, by their range, at which they have
-/// settled.
-const MOST_CYCLES: usize = 10;
-const SETTLED: f64 = 1e-3;
 
 /// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
 /// only single cells at the rim come and go.
 const MOST_LOST: f64 = 0.05;
-
-/// The two stroke ends, solved, and the set of cells that stick.
-#[derive(Clone)]
-struct Stroke {
-    it: Iterate,
-    stuck: Vec<bool>,
-    at: Vec<f64>,
-    /// Iterations and operator applications not yet in any entry.
-    spent: [usize; 2],
-}
-
-impl Stroke {
-    /// Takes over the state at an end; what did not slip on the way there sticks.
-    fn take(&mut self, it: &Iterate, end: usize, no_slip: f64) {
-        let n = self.stuck.len();
-        self.it.hatted[end * 3 * n..(end + 1) * 3 * n].copy_from_slice(&it.hatted);
-        self.it.rigid[end] = it.rigid[0];
-        self.it.floating[end] = it.floating[0];
-        for (i, stuck) in self.stuck.iter_mut().enumerate() {
-            *stuck = it.hatted[2 * n + i] > 0.0 && it.slip[i].hypot(it.slip[n + i]) <= no_slip;
-        }
-        self.at.copy_from_slice(&it.gap[..2 * n]);
-    }
-}
 
 /// Sums over the stages of a jump.
 struct Jump {
@@ -78,6 +44,17 @@ impl Default for Jump {
         let report = SolveReport { stop: Stop::Converged, residual: 0.0, ..SolveReport::default() };
         let checks = StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() };
         Self { report, checks, dissipation: 0.0, overshot: false }
+    }
+}
+
+impl Jump {
+    /// Takes over what one more solution says.
+    fn add(&mut self, report: &SolveReport) {
+        self.report = SolveReport {
+            iterations: self.report.iterations + report.iterations,
+            applications: self.report.applications + report.applications,
+            ..report.clone()
+        };
     }
 }
 
@@ -129,89 +106,6 @@ impl Run<'_> {
             self.return_to_center(step, center, observer)?;
         }
         Ok(())
-    }
-
-    /// The first cycles, resolved stroke by stroke without wear, until one is like the one before: where cells come to stick is
-    /// a matter of their history.
-    fn first_strokes(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        center: [f64; 3],
-        observer: &mut dyn Observer,
-    ) -> Result<Stroke> {
-        let n = self.prepared.n();
-        let along = [cycles.angle.cos() * cycles.amplitude, cycles.angle.sin() * cycles.amplitude];
-        let mut pair = Iterate::new(n, vec![center; 2]);
-        pair.floating = vec![self.state.floating; 2];
-        let mut stroke = Stroke { it: pair, stuck: vec![true; n], at: vec![0.0; 2 * n], spent: [0; 2] };
-        let mut before = [[f64::INFINITY; 2]; 2];
-        for _ in 0..MOST_CYCLES {
-            let mut forces = before;
-            for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let rigid = [center[0] + sign * along[0], center[1] + sign * along[1], self.state.rigid[2]];
-                let (it, report) = self.stroke_to(step, rigid, observer)?;
-                stroke.spent = [stroke.spent[0] + report.iterations, stroke.spent[1] + report.applications];
-                stroke.take(&it, end, NO_SLIP * cycles.amplitude);
-                if self.result.outcome != Outcome::Converged {
-                    return Ok(stroke);
-                }
-                let ([x, y, _], _) = self.prepared.resultants(&it.tractions);
-                forces[end] = [x, y];
-            }
-            let between = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-            let range = between(forces[0], forces[1]);
-            let change = between(forces[0], before[0]).max(between(forces[1], before[1]));
-            if change <= SETTLED * range {
-                return Ok(stroke);
-            }
-            before = forces;
-        }
-        self.result.warnings.push(format!(
-            "step \"{}\": after {MOST_CYCLES} cycles without wear the tractions still change from cycle to cycle; the stroke ends are \
-             those of the last one",
-            step.name
-        ));
-        Ok(stroke)
-    }
-
-    /// One increment without wear to a given rigid motion; the state follows.
-    fn stroke_to(
-        &mut self,
-        step: &Step,
-        rigid: [f64; 3],
-        observer: &mut dyn Observer,
-    ) -> Result<(Iterate, SolveReport)> {
-        let clock = Instant::now();
-        let loads = self.carried(step, self.held.loads_at_shift());
-        let reference = SlipReference::Previous(self.state.reference.clone());
-        let end = self.end(step, &loads, reference)?;
-        let worn = self.state.worn.clone();
-        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
-        let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
-        let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
-        it.floating = vec![self.state.floating];
-        if self.options.skip {
-            problem.hat_tractions(&self.state.tractions, &mut it.hatted);
-        }
-        let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
-        let (report, checks) =
-            solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
-        let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        let values = state::resultants(&self.prepared, &problem, &it, 0);
-        let fields = state::frame_state(&problem, &it, 0, &worn);
-        self.state.take(&it, 0);
-        let approach = self.prepared.approach(&it, 0);
-        let mut record = entry(&step.name, 1, approach, &values);
-        record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
-        record.certificate = state::certificate(&checks, approach, balance);
-        record.seconds = clock.elapsed().as_secs_f64();
-        self.finish(&mut record, &report, &checks);
-        self.hint_at_spin(step);
-        if self.result.outcome != Outcome::Converged {
-            self.deliver(record, fields, observer)?;
-        }
-        Ok((it, report))
     }
 
     /// Integrates the wear over `size` cycles; the worn depth of the state and the stroke follow.
@@ -314,6 +208,7 @@ impl Run<'_> {
         let loads = self.carried(step, self.held.loads_at_shift());
         let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let before = jump.checks;
+        let mut forces = [[f64::INFINITY; 2]; 2];
         for _ in 0..STICK_PASSES {
             let reference = SlipReference::OtherEnd { stuck: stroke.stuck.clone(), at: stroke.at.clone() };
             let end = self.end(step, &loads, reference)?;
@@ -325,13 +220,21 @@ impl Run<'_> {
                 observer,
                 stage,
             )?;
-            jump.report = SolveReport {
-                iterations: jump.report.iterations + report.iterations,
-                applications: jump.report.applications + report.applications,
-                ..report
-            };
+            jump.add(&report);
             jump.checks = before.worst(&checks);
-            if report.stop != Stop::Converged || !update_stuck(&problem, stroke, cycles.amplitude) {
+            if report.stop != Stop::Converged || stroke.consistent(&problem, cycles.amplitude) {
+                return Ok(());
+            }
+            let now = [0, 1].map(|end| self.tangential_force(&stroke.it, end));
+            if settled(now, forces) {
+                return Ok(());
+            }
+            forces = now;
+            let depth: Vec<f64> =
+                worn.iter().zip(&stroke.it.wear_rate).map(|(worn, rate)| worn + repeats * rate).collect();
+            let report = self.resettle(step, cycles, &depth, stroke, (observer, stage))?;
+            jump.add(&report);
+            if report.stop != Stop::Converged {
                 return Ok(());
             }
         }
@@ -389,7 +292,7 @@ impl Run<'_> {
 
     /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
     /// end to end, and the moment of its friction with it.
-    fn hint_at_spin(&mut self, step: &Step) {
+    pub(super) fn hint_at_spin(&mut self, step: &Step) {
         let Spin::Moment(moment) = self.held.spin else { return };
         if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
             self.result.warnings.push(format!(
@@ -408,35 +311,4 @@ impl Run<'_> {
         self.stroke_to(step, rigid, observer)?;
         Ok(())
     }
-}
-
-/// Cells that stick at both ends join the set that sticks through the cycle (at the tangential gap they have now); cells of the set
-/// that slipped at both ends leave it, and those that slipped at one end stick where they came to. Returns whether the set changed.
-fn update_stuck(problem: &Increment, stroke: &mut Stroke, amplitude: f64) -> bool {
-    let n = problem.n();
-    let it = &stroke.it;
-    let mut changed = false;
-    for i in 0..n {
-        let gap = |end: usize| [it.gap[end * 3 * n + i], it.gap[end * 3 * n + n + i]];
-        let slip = [0, 1].map(|end| it.slip[end * 2 * n + i].hypot(it.slip[end * 2 * n + n + i]));
-        let sticks = [0, 1].map(|end| problem.sticks(it, end, i));
-        let slips = [0, 1].map(|end| !sticks[end] && slip[end] > NO_SLIP * amplitude);
-        let moved = match (stroke.stuck[i], slips) {
-            (true, [true, true]) => {
-                stroke.stuck[i] = false;
-                changed = true;
-                continue;
-            }
-            (true, [true, false]) if slip[0] > CREEP * amplitude => gap(0),
-            (true, [false, true]) if slip[1] > CREEP * amplitude => gap(1),
-            (false, [false, false]) if sticks == [true; 2] && slip[0].max(slip[1]) <= NO_SLIP * amplitude => {
-                gap(0)
-            }
-            _ => continue,
-        };
-        stroke.stuck[i] = true;
-        (stroke.at[i], stroke.at[n + i]) = (moved[0], moved[1]);
-        changed = true;
-    }
-    changed
 }

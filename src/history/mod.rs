@@ -14,6 +14,7 @@ mod open;
 mod rolling;
 mod state;
 pub mod step;
+mod strokes;
 
 use std::time::Instant;
 

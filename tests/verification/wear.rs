@@ -233,6 +233,32 @@ fn stroke_ends_follow_from_strokes() {
     }
 }
 
+/// Truth: cells stick where strokes bring them, whichever solver finds the two ends and whether or not work is skipped: one answer.
+#[test]
+fn worn_volumes_do_not_depend_on_the_solver() {
+    let mut model = half_spaces(&im7(60.0), Some(&im7(45.0)), (1.0, 32), sphere(14.0));
+    model.friction = FrictionLaw::Coulomb { mu: 0.6 };
+    model.wear = WearLaw::Archard { i: 2e-5 };
+    let mut cycles = fretting(1000, 5.4e-4, 1, Integrator::Sdirk2);
+    cycles.cycles.as_mut().expect("cycles").angle = 40_f64.to_radians();
+    let worn = |options: SolverOptions| {
+        let result = solve_with(&model, &[press(1.125), cycles.clone()], &options);
+        assert_eq!(result.outcome, Outcome::Converged);
+        let record = &result.records[1];
+        assert!(record.stick_area > 0.0, "{record:?}");
+        [record.worn_volume, record.tangential_force[0], record.tangential_force[1], record.peak_pressure]
+    };
+    let usual = worn(SolverOptions::default());
+    for options in [
+        SolverOptions { skip: false, ..SolverOptions::default() },
+        SolverOptions { method: Method::BarzilaiBorwein, ..SolverOptions::default() },
+    ] {
+        for (found, wanted) in worn(options).iter().zip(usual) {
+            assert!(relative(*found, wanted) < 1e-4, "{found} {wanted}");
+        }
+    }
+}
+
 /// Truth: docs/theory-wear.md: cycles end at the rim where wear takes the contact there, not where it was from the start; that it is
 /// there is said once a step.
 #[test]
