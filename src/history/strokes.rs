@@ -158,13 +158,13 @@ impl Run<'_> {
         let loads = self.carried(step, self.held.loads_at_shift());
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let tolerance = self.options.tolerance.max(TOLERANCE);
-        let options = SolverOptions { tolerance, ..self.options.clone() };
+        let options = SolverOptions { tolerance, ..self.options };
         let mut reference = stroke.it.gap[3 * n..5 * n].to_vec();
         let mut sum = SolveReport { stop: Stop::Converged, ..SolveReport::default() };
         let mut before = [[f64::INFINITY; 2]; 2];
         for _ in 0..MOST_CYCLES {
             let mut forces = before;
-            for end in 0..2 {
+            for (end, force) in forces.iter_mut().enumerate() {
                 let spec = self.end(step, &loads, SlipReference::Previous(reference))?;
                 let mut problem = problem(&self.prepared, &self.options, worn, laws, vec![spec]);
                 let mut it = Iterate::new(n, vec![stroke.it.rigid[end]]);
@@ -179,7 +179,7 @@ impl Run<'_> {
                     return Ok(sum);
                 }
                 stroke.take(&it, end, CREEP * cycles.amplitude);
-                forces[end] = self.tangential_force(&it, 0);
+                *force = self.tangential_force(&it, 0);
                 reference = it.gap[..2 * n].to_vec();
             }
             if settled(forces, before) {
