@@ -366,10 +366,21 @@ impl Flexibility for SumFlexibility {
         self.parts.iter().any(|part| part.precondition(gap, tractions))
     }
 
+    /// Parts that have no such sum count by their products, which are then compared with nothing; `None` if all are like
+    /// that.
     fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let direct: Vec<_> = self.parts.iter().map(|part| part.direct_in(cells, tractions)).collect();
+        if direct.iter().all(Option::is_none) {
+            return None;
+        }
+        let n = self.n_cells();
         let mut sum = vec![[0.0; 3]; cells.len()];
-        for part in &self.parts {
-            let gaps = part.direct_in(cells, tractions)?;
+        let mut product = vec![0.0; 3 * n];
+        for (part, direct) in self.parts.iter().zip(direct) {
+            let gaps = direct.unwrap_or_else(|| {
+                part.apply(tractions, &mut product);
+                cells.iter().map(|cell| [0, 1, 2].map(|plane| product[plane * n + cell])).collect()
+            });
             sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
         }
         Some(sum)
