@@ -10,6 +10,7 @@ use crate::bem::half_space::{
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad};
+use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::{Flexibility, SharedFlexibility};
 use crate::linalg::subset::SubsetFlexibility;
 use crate::material::Stiffness;
@@ -25,6 +26,9 @@ pub struct HalfSpaceBody {
     cells: PlaneCells,
     /// Tolerance of a compressed operator.
     tolerance: f64,
+    /// Blocks of an operator that is made for fields alone.
+    cross: CrossBlocks,
+    memory: MemoryLimit,
     /// Its own operator: the one that was taken, or made when fields are asked for.
     operator: OnceLock<Arc<dyn Flexibility>>,
 }
@@ -39,13 +43,47 @@ impl HalfSpaceBody {
         // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
         let green = SurfaceGreen::new(&local, side)?;
-        let cells = PlaneCells::new(frame)?;
-        Ok(Self { side, green, axes, cells, tolerance: TOLERANCE, operator: OnceLock::new() })
+        let (cells, cross) = (PlaneCells::new(frame)?, CrossBlocks::SkipVanishing);
+        let memory = MemoryLimit::of_machine();
+        Ok(Self { side, green, axes, cells, tolerance: TOLERANCE, cross, memory, operator: OnceLock::new() })
     }
 
     /// With another relative tolerance of an operator that is compressed.
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
+    }
+
+    /// With all blocks, and no compression, of an operator that fields alone need, or without.
+    pub fn with_blocks(self, cross: CrossBlocks) -> Self {
+        Self { cross, ..self }
+    }
+
+    /// With a limit of the memory for an operator that is compressed.
+    pub fn with_memory(self, memory: MemoryLimit) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// Bytes that its operator takes with these blocks, before it is made.
+    pub fn operator_bytes(&self, cross: CrossBlocks) -> usize {
+        match &self.cells {
+            // Nine planes of the symbol and the padded vectors of one application.
+            PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
+            PlaneCells::Polygons { centers, corners, areas } if compressed(areas.len(), cross) => {
+                CompressedFlexibility::usual_bytes((centers, corners, areas), &self.green, self.tolerance)
+            }
+            PlaneCells::Polygons { areas, .. } => {
+                72usize.saturating_mul(areas.len()).saturating_mul(areas.len())
+            }
+        }
+    }
+
+    /// Seconds that making a compressed operator usually takes.
+    pub fn building_seconds(&self) -> f64 {
+        CompressedFlexibility::usual_seconds(self.cells.n(), &self.green, self.tolerance)
+    }
+
+    fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
+        self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
     }
 }
 
@@ -131,11 +169,19 @@ impl PlaneCells {
         Ok(Self::Polygons { centers, corners, areas: frame.areas.clone() })
     }
 
+    /// Number of cells.
+    fn n(&self) -> usize {
+        match self {
+            Self::Grid { cells, places, .. } => places.as_ref().map_or(cells[0] * cells[1], Vec::len),
+            Self::Polygons { areas, .. } => areas.len(),
+        }
+    }
+
     fn flexibility(
         &self,
         green: &SurfaceGreen,
         cross: CrossBlocks,
-        tolerance: f64,
+        (tolerance, memory): (f64, &MemoryLimit),
     ) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
@@ -149,7 +195,7 @@ impl PlaneCells {
                 }
             }
             Self::Polygons { centers, corners, areas } if compressed(areas.len(), cross) => {
-                Box::new(CompressedFlexibility::new(centers, corners, areas, green, tolerance)?)
+                Box::new(CompressedFlexibility::within((centers, corners, areas), green, tolerance, memory)?)
             }
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
@@ -173,7 +219,7 @@ pub fn half_space_flexibility(
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, cross, TOLERANCE)
+    PlaneCells::new(frame)?.flexibility(green, cross, (TOLERANCE, &MemoryLimit::of_machine()))
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.
@@ -200,11 +246,7 @@ impl ElasticBody for HalfSpaceBody {
     }
 
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
-        let operator = self.cells.flexibility(&self.green, cross, self.tolerance)?;
-        if cross == CrossBlocks::Keep {
-            return Ok(Some(operator));
-        }
-        let shared: Arc<dyn Flexibility> = operator.into();
+        let shared: Arc<dyn Flexibility> = self.make(cross)?.into();
         self.operator = OnceLock::from(shared.clone());
         Ok(Some(Box::new(SharedFlexibility(shared))))
     }
@@ -213,8 +255,7 @@ impl ElasticBody for HalfSpaceBody {
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         if self.operator.get().is_none() {
             // A second thread may have been faster; both operators are equal.
-            let cross = CrossBlocks::SkipVanishing;
-            let _ = self.operator.set(self.cells.flexibility(&self.green, cross, self.tolerance)?.into());
+            let _ = self.operator.set(self.make(self.cross)?.into());
         }
         let operator = self.operator.get().expect("set above");
         let n = operator.n_cells();

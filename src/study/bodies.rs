@@ -2,6 +2,7 @@
 
 use super::failure::{AtKey, Failure};
 use super::memory;
+use super::prepare::cross;
 use super::skips::needs_solves;
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
 use crate::coupling::mesh_distance;
@@ -80,20 +81,22 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
     Ok(frame.keep(&covered))
 }
 
-/// Body `index` (0 or 1) of a plan within the memory `left` for it, ready to give its flexibility on the frame.
+/// Body `index` (0 or 1) of a plan within the memory `left` for it, ready to give its flexibility on the frame; and the bytes
+/// that it keeps then.
 pub(super) fn body(
     plan: &Plan,
     index: usize,
     frame: &ContactFrame,
     left: MemoryLimit,
-) -> Result<Box<dyn ElasticBody>, Failure> {
+) -> Result<(Box<dyn ElasticBody>, usize), Failure> {
     let key = KEYS[index];
-    memory::ensure(plan, index, frame, &left).at(key)?;
     Ok(match &plan.bodies[index] {
-        BodySpec::Rigid => Box::new(RigidBody),
+        BodySpec::Rigid => (Box::new(RigidBody), 0),
         BodySpec::HalfSpace(elastic) => {
-            let tolerance = plan.solver.compression_tolerance;
-            Box::new(half_space(elastic, index, frame)?.with_tolerance(tolerance))
+            let body = half_space_of(plan, elastic, index, frame)?.with_memory(left);
+            memory::ensure(plan, frame, &body, &left).at(key)?;
+            let held = memory::of_half_space(plan, frame, &body);
+            (Box::new(body), held)
         }
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
@@ -102,9 +105,21 @@ pub(super) fn body(
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
             let body =
                 FeBody::new_with(fe.inputs(key), &fe.contact, SIDES[index], frame, &resources).at(key)?;
-            Box::new(body.with_limits(plan.limits.clone()))
+            let held = memory::held(&body);
+            (Box::new(body.with_limits(plan.limits.clone())), held)
         }
     })
+}
+
+/// Body `index` of `elastic` as a half-space with the settings of a plan.
+pub(super) fn half_space_of(
+    plan: &Plan,
+    elastic: &Elastic,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<HalfSpaceBody, Failure> {
+    let body = half_space(elastic, index, frame)?;
+    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan)))
 }
 
 /// Body `index` of `elastic` as a half-space.

@@ -1,6 +1,6 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-use super::bodies::{KEYS, face_map, frame};
+use super::bodies::{KEYS, face_map, frame, half_space_of};
 use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
@@ -36,8 +36,8 @@ const BANDWIDTH: f64 = 6e9;
 /// Seconds per point of the zero-padded grid and application of a half-space operator.
 const PER_POINT: f64 = 4.0e-8;
 
-/// Seconds per cell, times the logarithm of the number of cells, of compressing an operator.
-const PER_COMPRESSED: f64 = 1e-4;
+/// Products of an increment on an operator with an approximate inverse.
+const WITH_INVERSE: f64 = 70.0;
 
 /// What a cache is expected to have of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,8 +105,11 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     }
     let n_solves: usize = plan.steps.iter().map(solves).sum();
     let application: f64 = bodies.iter().map(|body| body.application).sum();
-    // First-order iterations grow with the number of cells across the contact: measured.
-    let iterations = 8.0 * (frame.n_cells() as f64).sqrt();
+    // First-order iterations grow with the number of cells across the contact, those with an approximate inverse
+    // hardly: measured.
+    let inverse =
+        plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_))) && compresses(plan, &frame);
+    let iterations = if inverse { WITH_INVERSE } else { 8.0 * (frame.n_cells() as f64).sqrt() };
     let held = of_frame(plan, &frame) as f64 + bodies[0].held_bytes as f64;
     let memory_bytes =
         (of_frame(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
@@ -135,7 +138,6 @@ fn solves(step: &Step) -> usize {
 
 fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> Result<BodyForecast, Failure> {
     let n = frame.n_cells() as f64;
-    memory::ensure(plan, index, frame, &left).at(KEYS[index])?;
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => BodyForecast {
             what: "rigid".to_owned(),
@@ -153,12 +155,14 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
                 let tolerance = plan.solver.compression_tolerance;
                 what.push_str(&format!("; its operator is compressed to {tolerance:e}"));
             }
-            let held_bytes = of_half_space(plan, frame);
+            let body = half_space_of(plan, elastic, index, frame)?;
+            memory::ensure(plan, frame, &body, &left).at(KEYS[index])?;
+            let held_bytes = of_half_space(plan, frame, &body);
             let memory_bytes = held_bytes as f64;
             let (seconds, application) = if frame.grid.is_some() {
                 (0.1 + n * 2e-6, 4.0 * n * PER_POINT)
             } else if compressed {
-                (n * n.ln() * PER_COMPRESSED, memory_bytes / BANDWIDTH)
+                (body.building_seconds(), memory_bytes / BANDWIDTH)
             } else {
                 (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
             };

@@ -1,10 +1,11 @@
 //! What is taken of the memory that a run may have.
 
 use super::prepare::cross;
-use crate::bem::half_space::CompressedFlexibility;
+use crate::bem::half_space::CrossBlocks;
+use crate::bem::half_space::compressed::MEND;
 use crate::body::BodyEquations::FiniteElements;
-use crate::body::ElasticBody;
 use crate::body::half_space::compressed;
+use crate::body::{ElasticBody, HalfSpaceBody};
 use crate::contact::solver;
 use crate::error::Result;
 use crate::frame::ContactFrame;
@@ -42,35 +43,34 @@ pub(super) fn compresses(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan))
 }
 
-/// Bytes of a half-space on `frame`.
-pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame) -> usize {
-    // Nine planes of the symbol and the padded vectors of one application; a matrix on other frames.
+/// Bytes of the operator of a half-space on `frame`.
+pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
     match frame.grid {
+        // Of the whole grid, of which the body may have a part.
         Some(grid) => 4 * 8 * 16 * grid.cells[0] * grid.cells[1],
-        None if compresses(plan, frame) => {
-            CompressedFlexibility::usual_bytes(frame.n_cells(), plan.solver.compression_tolerance)
-        }
-        None => 72usize.saturating_mul(frame.n_cells()).saturating_mul(frame.n_cells()),
+        None if compresses(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
+        None => body.operator_bytes(CrossBlocks::Keep),
     }
 }
-
-/// Checks that body `index` fits, where that is known before it is made; a meshed body does so itself.
+/// Checks that the operator of a half-space fits.
 ///
 /// # Errors
 /// If it does not (kind `Resources`).
-pub(super) fn ensure(plan: &Plan, index: usize, frame: &ContactFrame, left: &MemoryLimit) -> Result<()> {
-    if !matches!(plan.bodies[index], BodySpec::HalfSpace(_)) {
-        return Ok(());
-    }
+pub(super) fn ensure(
+    plan: &Plan,
+    frame: &ContactFrame,
+    body: &HalfSpaceBody,
+    left: &MemoryLimit,
+) -> Result<()> {
     let what = format!("the operator on {} cells", frame.n_cells());
-    left.ensure(of_half_space(plan, frame) as u128, &what, "use fewer cells in the frame")
+    let mend = if compresses(plan, frame) { MEND } else { "use fewer cells in the frame" };
+    left.ensure(of_half_space(plan, frame, body) as u128, &what, mend)
 }
 
-/// Bytes that a body keeps.
-pub(super) fn held(plan: &Plan, index: usize, frame: &ContactFrame, body: &dyn ElasticBody) -> usize {
-    match (&plan.bodies[index], body.equations()) {
-        (BodySpec::HalfSpace(_), _) => of_half_space(plan, frame),
-        (_, FiniteElements(body)) => body.condensed().held_bytes(),
+/// Bytes that a meshed body keeps.
+pub(super) fn held(body: &dyn ElasticBody) -> usize {
+    match body.equations() {
+        FiniteElements(body) => body.condensed().held_bytes(),
         _ => 0,
     }
 }

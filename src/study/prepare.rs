@@ -74,8 +74,8 @@ pub fn prepare_on<'p>(
         }
         progress(key, 0.0);
         let left = memory::left(plan, &frame, held);
-        let made = timings.measure(key, || body(plan, index, &frame, left))?;
-        held += memory::held(plan, index, &frame, made.as_ref());
+        let (made, bytes) = timings.measure(key, || body(plan, index, &frame, left))?;
+        held += bytes;
         bodies.push(made);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =

@@ -1,13 +1,15 @@
-//! Influences between the cells of a plane frame, made symmetric: by moments where the cells are far apart, by exact
-//! integrals elsewhere.
+//! Influences between the cells of a plane frame, made symmetric: by moments where the source is far away for its size,
+//! by exact integrals elsewhere.
 //!
 //! Collocation gives K_IJ, the mean displacement of nothing but the centre of cell I; S_IJ = (A_I K_IJ + A_J K_JIᵀ) /
-//! (2 A_I). Here it is scaled to be symmetric itself, N = A^½ S A^-½. With both cells expanded about their centres the
-//! two halves need the same derivatives of the Green's function, at d = x_I - x_J:
+//! (2 A_I). Here it is what forces do instead of tractions, F = S A^-1, which is symmetric itself and hardly depends on
+//! the sizes of cells that are apart. With both cells expanded about their centres the two halves need the same
+//! derivatives of the Green's function, at d = x_I - x_J:
 //!
-//! `N_IJ = ½ √(A_I A_J) Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
+//! `F_IJ = ½ Σ_k Σ_{a+b=k} ((-1)^k μ_ab(J) + μ_ab(I)) / (a! b!) ∂_z^a ∂_z̄^b G(d)`,
 //!
-//! μ being the moments over the area.
+//! μ being the moments over the area. Of cells of unlike size only the smaller may be far away for its size; then each half
+//! is made by itself.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -24,6 +26,19 @@ const BEYOND: f64 = 0.1;
 
 /// Share of that accuracy below which the last harmonics of the Green's function do not count between different cells.
 const HARMONICS: f64 = 0.05;
+
+/// Finest relative accuracy of an operator; rounding is not far.
+const FINEST: f64 = 1e-12;
+
+/// Cells below this share of the mean size are small.
+const SMALL: f64 = 0.25;
+
+/// Shares of the tolerance for cells of these areas: what moves the gap of all of them alike moves the pressures of small
+/// ones more, by the ratio of the sizes.
+pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
+    let mean = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+    areas.iter().map(|area| (area.sqrt() / (SMALL * mean)).min(1.0)).collect()
+}
 
 /// A cell of the frame.
 #[derive(Debug, Clone)]
@@ -49,10 +64,12 @@ pub(super) struct CellPairs {
     /// Moments over the area, `[cell][function]`.
     moments: Vec<f64>,
     green: SurfaceGreen,
-    /// With the harmonics that count between different cells.
-    short: SurfaceGreen,
+    /// Integrals between different cells, of the harmonics that count there.
+    integrator: PatchIntegrator,
     components: Vec<Component>,
     far: PolygonFar,
+    /// Decades of the tolerance that the size of each cell asks for.
+    decades: Vec<u8>,
     scale: f64,
 }
 
@@ -68,20 +85,35 @@ pub(super) fn position(component: Component) -> (usize, usize) {
     }
 }
 
+/// Whether the terms of the expansion about a source change their signs from order to order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Signs {
+    Alternate,
+    Same,
+}
+
 impl CellPairs {
     /// For an operator of a relative accuracy `tolerance`.
     pub fn new(cells: Vec<Cell>, green: &SurfaceGreen, tolerance: f64) -> Self {
         let components = green.components();
-        let short = green.clone().truncated_at(HARMONICS * BEYOND * tolerance);
-        let far = PolygonFar::new(&short, &components, BEYOND * tolerance);
+        let areas: Vec<f64> = cells.iter().map(|cell| cell.area).collect();
+        let most = (tolerance / FINEST).log10().max(0.0).ceil();
+        let decade = |share: f64| (-share.log10()).ceil().clamp(0.0, most) as u8;
+        let decades: Vec<u8> = shares(&areas).into_iter().map(decade).collect();
+        let finer = decades.iter().copied().max().unwrap_or(0);
+        let short = green.clone().truncated_at(HARMONICS * BEYOND * tolerance * 0.1f64.powi(finer.into()));
+        let far = PolygonFar::new(&short, &components, BEYOND * tolerance, finer.into());
+        let integrator = PatchIntegrator::new(&short);
         let rule = Moments::new(far.order());
         let over_area =
             |cell: &Cell| rule.of(&cell.corners, cell.center).into_iter().map(|m| m / cell.area).collect();
         let of_cells: Vec<Vec<f64>> = cells.par_iter().map(over_area).collect();
         let moments = of_cells.concat();
-        let mut pairs = Self { cells, moments, green: green.clone(), short, components, far, scale: 1.0 };
+        let mut pairs =
+            Self { cells, moments, green: green.clone(), integrator, components, far, decades, scale: 1.0 };
         // Entries of the order of 1, whatever the units.
-        let own = (0..pairs.cells.len()).into_par_iter().map(|cell| pairs.matrix(cell, cell).amax());
+        let own = (0..pairs.cells.len()).into_par_iter();
+        let own = own.map(|cell| pairs.matrix(cell, cell).amax() / pairs.cells[cell].area);
         let largest = own.reduce(|| 0.0, f64::max);
         pairs.scale = 1.0 / largest;
         pairs
@@ -100,14 +132,18 @@ impl CellPairs {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let corners: usize = self.cells.iter().map(|cell| size_of_val(cell.corners.as_slice())).sum();
-        size_of_val(self.cells.as_slice()) + corners + size_of_val(self.moments.as_slice()) + self.far.bytes()
+        size_of_val(self.cells.as_slice())
+            + corners
+            + self.decades.len()
+            + size_of_val(self.moments.as_slice())
+            + self.far.bytes()
     }
 
-    /// The components of `scale` N_IJ into `values` `[components]`.
+    /// The components of `scale` F_IJ into `values` `[components]`.
     pub fn entry(&self, i: usize, j: usize, values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let d = [a.center[0] - b.center[0], a.center[1] - b.center[1]];
-        // N_JI is the transpose.
+        // F_JI is the transpose.
         if d[1] < 0.0 || (d[1] == 0.0 && d[0] < 0.0) {
             self.upper(j, i, [-d[0], -d[1]], values);
             for (value, component) in values.iter_mut().zip(&self.components) {
@@ -124,24 +160,18 @@ impl CellPairs {
     fn upper(&self, i: usize, j: usize, d: [f64; 2], values: &mut [f64]) {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        let Some(order) = self.far.order_at(r / a.radius.max(b.radius)) else {
-            let matrix = self.exact(i, j) * self.scale;
-            for (value, component) in values.iter_mut().zip(&self.components) {
-                let (row, column) = position(*component);
-                let mirrored = matrix[(column, row)];
-                *value = match component {
-                    Component::Even(_) => 0.5 * (matrix[(row, column)] + mirrored),
-                    Component::Odd(_) => 0.5 * (matrix[(row, column)] - mirrored),
-                };
-            }
+        values.fill(0.0);
+        let factor = 0.5 * self.scale;
+        let Some(order) = self.far.order_at(r / a.radius.max(b.radius), self.decade(i, j)) else {
+            // Each half by itself: a target next to a large cell may be thousands of its own sizes away from it.
+            self.add_half((i, j), d, factor, Signs::Alternate, values);
+            self.add_half((j, i), d, factor, Signs::Same, values);
             return;
         };
-        let stride = count(self.far.order());
-        let of = |cell: usize| &self.moments[cell * stride..cell * stride + count(order)];
         let mut weights = [0.0; count(HIGHEST)];
-        let mut factor = 0.5 * self.scale * (a.area * b.area).sqrt() / r;
+        let mut factor = factor / r;
         let (mut sign, mut place) = (1.0, 0);
-        let (own, other) = (of(i), of(j));
+        let (own, other) = (self.moments_of(i, order), self.moments_of(j, order));
         for k in 0..=order {
             for q in place..=place + k {
                 weights[q] = factor * (sign * other[q] + own[q]);
@@ -150,8 +180,62 @@ impl CellPairs {
             factor /= r;
             sign = -sign;
         }
-        values.fill(0.0);
         self.far.add(d, order, &weights[..count(order)], values);
+    }
+
+    /// Adds `factor` times the mean over one cell of the Green's function, seen from the centre of the other: of
+    /// K_target,source by `d` from source to target (alternating signs), or of the transpose of it by `d` from target
+    /// to source.
+    fn add_half(
+        &self,
+        (target, source): (usize, usize),
+        d: [f64; 2],
+        factor: f64,
+        signs: Signs,
+        values: &mut [f64],
+    ) {
+        let cell = &self.cells[source];
+        let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        if let Some(order) = self.far.order_at(r / cell.radius, self.decade(target, source)) {
+            let mut weights = [0.0; count(HIGHEST)];
+            let moments = self.moments_of(source, order);
+            let (mut factor, mut place) = (factor / r, 0);
+            for k in 0..=order {
+                (place..=place + k).for_each(|q| weights[q] = factor * moments[q]);
+                place += k + 1;
+                factor /= if signs == Signs::Alternate { -r } else { r };
+            }
+            self.far.add(d, order, &weights[..count(order)], values);
+            return;
+        }
+        let center = self.cells[target].center;
+        let mut matrix = if target == source {
+            polygon::integrate(&self.green, &cell.corners, center)
+        } else {
+            self.integrator.polygon(&cell.corners, center)
+        };
+        if signs == Signs::Same {
+            matrix.transpose_mut();
+        }
+        matrix *= factor / cell.area;
+        for (value, component) in values.iter_mut().zip(&self.components) {
+            let (row, column) = position(*component);
+            let mirrored = matrix[(column, row)];
+            *value += match component {
+                Component::Even(_) => 0.5 * (matrix[(row, column)] + mirrored),
+                Component::Odd(_) => 0.5 * (matrix[(row, column)] - mirrored),
+            };
+        }
+    }
+
+    fn decade(&self, i: usize, j: usize) -> usize {
+        self.decades[i].max(self.decades[j]).into()
+    }
+
+    /// Moments of a cell over its area up to an order.
+    fn moments_of(&self, cell: usize, order: usize) -> &[f64] {
+        let stride = count(self.far.order());
+        &self.moments[cell * stride..cell * stride + count(order)]
     }
 
     /// S_IJ by the integrals over both cells, made by an `integrator` of the same Green's function.
@@ -159,15 +243,6 @@ impl CellPairs {
         let (a, b) = (&self.cells[i], &self.cells[j]);
         let on = |target: &Cell, source: &Cell| integrator.polygon(&source.corners, target.center);
         0.5 * (on(a, b) + on(b, a).transpose() * (b.area / a.area))
-    }
-
-    /// N_IJ by exact integrals over both cells, of the harmonics that count.
-    fn exact(&self, i: usize, j: usize) -> Matrix3<f64> {
-        let (a, b) = (&self.cells[i], &self.cells[j]);
-        let ratio = (a.area / b.area).sqrt();
-        let green = if i == j { &self.green } else { &self.short };
-        let on = |target: &Cell, source: &Cell| polygon::integrate(green, &source.corners, target.center);
-        0.5 * (on(a, b) * ratio + on(b, a).transpose() / ratio)
     }
 
     /// S_IJ.
@@ -181,8 +256,7 @@ impl CellPairs {
                 Component::Odd(c) => odd[c] = *value,
             }
         }
-        let ratio = (self.cells[j].area / self.cells[i].area).sqrt();
-        assemble(&even, &odd) * (ratio / self.scale)
+        assemble(&even, &odd) * (self.cells[j].area / self.scale)
     }
 }
 
@@ -241,7 +315,7 @@ mod tests {
                         // Moments about the centre stay what they are.
                         pairs.cells[1] = square([0.4 / 3.0 + r * f64::cos(angle), 0.1 + r * f64::sin(angle)]);
                         let (a, b) = (&pairs.cells[0], &pairs.cells[1]);
-                        assert!(pairs.far.order_at(r / a.radius.max(b.radius)).is_some());
+                        assert!(pairs.far.order_at(r / a.radius.max(b.radius), 0).is_some());
                         let expected = pairs.integrated(&integrator, 0, 1);
                         let error = (pairs.matrix(0, 1) - expected).amax() / expected.amax();
                         assert!(error < BEYOND * tolerance, "{tolerance} {r} {angle}: {error}");
@@ -255,12 +329,37 @@ mod tests {
         }
     }
 
+    /// Truth: Gauss points on both cells, which lose nothing however far away a cell is. Next to a large cell, where its
+    /// moments do not suffice, a smaller one is far away for its own size: both halves keep what was asked for.
+    #[test]
+    fn cells_of_unlike_size_give_the_integrals() {
+        for green in [isotropic(), anisotropic()] {
+            let integrator = PatchIntegrator::new(&green);
+            for tolerance in [1e-4, 1e-8, 1e-10] {
+                for size in [1e-2, 1e-3, 1e-5] {
+                    let corners = [[-0.2, -0.1], [0.2, -0.1], [0.1, 0.1]].map(|p| p.map(|x| x * size));
+                    let (shift, area) = ([0.1 / 3.0 * size, -0.1 / 3.0 * size], 0.04 * size * size);
+                    for (x, y) in [(0.12, 0.03), (-0.4, 0.1), (0.05, -0.7), (0.0, 0.05)] {
+                        let corners = corners.map(|p| [p[0] + x, p[1] + y]).to_vec();
+                        let small = Cell::new([x + shift[0], y + shift[1]], corners, area);
+                        let pairs = CellPairs::new(vec![square([0.0, 0.0]), small], &green, tolerance);
+                        for (i, j) in [(0, 1), (1, 0)] {
+                            let expected = pairs.integrated(&integrator, i, j);
+                            let error = (pairs.matrix(i, j) - expected).amax() / expected.amax();
+                            assert!(error < BEYOND * tolerance, "{tolerance} {size} {x} {y}: {error}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Truth: a term of order k falls as (radius / distance)^k, so the error of orders up to p as the power p + 1 of
     /// it, or p + 2 where the next order is small.
     #[test]
     fn error_falls_with_the_power_of_the_order() {
         let green = anisotropic();
-        let far = PolygonFar::new(&green, &green.components(), 1e-9);
+        let far = PolygonFar::new(&green, &green.components(), 1e-9, 0);
         let Cell { center, corners, .. } = triangle();
         let moments = Moments::new(far.order()).of(&corners, center);
         for order in 2..=5 {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cell_pairs::{Cell, CellPairs, position};
+use super::cell_pairs::{Cell, CellPairs, position, shares};
 use super::dense::check_cells;
 use super::far_field::Component;
 use super::green::SurfaceGreen;
@@ -15,7 +15,7 @@ use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::hierarchical::{ClusterTree, Extent, HierarchicalMatrix, Layout, Use};
 use crate::linalg::local_inverse::LocalInverse;
-use crate::linalg::memory;
+use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::{Entries, Flexibility};
 
 /// Most cells of a leaf of the tree.
@@ -30,11 +30,17 @@ pub const DENSE: usize = 1000;
 /// The tolerance where none is asked for.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// Bytes per cell of blocks of neighbours, and of others per square of the digits of the tolerance and unit of the
-/// logarithm of the number of cells over the third.
-const NEAR: f64 = 12_500.0;
-const FAR: f64 = 130.0;
-const FEW: f64 = 180.0;
+/// Bytes per row or column of a far block, component and square of the digits of the tolerance; measured.
+const FAR: f64 = 1.9;
+
+/// Seconds of building on two cores per cell, logarithm of their number, component and square of the digits; measured.
+const BUILDING: f64 = 2e-7;
+
+/// Centres `[N]`, corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2, of cells.
+pub type PlaneCells<'a> = (&'a [[f64; 2]], &'a [Vec<[f64; 2]>], &'a [f64]);
+
+/// What can be done where memory does not suffice.
+pub const MEND: &str = "use a coarser frame or a grid frame, or raise solver.compression_tolerance";
 
 /// Tolerances that can be asked for.
 pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
@@ -43,7 +49,7 @@ pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
 /// [`DenseFlexibility`](super::DenseFlexibility) within a tolerance, in memory and time that grow little more than the
 /// number of cells.
 ///
-/// Stored is N = A^½ S A^-½, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
+/// Stored is F = S A^-1, by forces instead of tractions, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
 /// Formulation 8.4.
@@ -54,7 +60,7 @@ pub struct CompressedFlexibility {
     /// Uses of the components in products with all three planes, and with the pressures alone.
     all: Vec<Use>,
     normal: Vec<Use>,
-    /// Place in the tree of each cell, and root of its area.
+    /// Place in the tree of each cell, and its area.
     cells: Vec<(usize, f64)>,
     /// For direct sums.
     integrator: PatchIntegrator,
@@ -69,13 +75,26 @@ impl CompressedFlexibility {
     ///
     /// # Errors
     /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is
-    /// not within [`TOLERANCES`], the operator does not fit into the memory, or a stop is wished.
+    /// not within [`TOLERANCES`], the operator does not fit into the machine's memory, or a stop is wished.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
         areas: &[f64],
         green: &SurfaceGreen,
         tolerance: f64,
+    ) -> Result<Self> {
+        Self::within((centers, cells, areas), green, tolerance, &MemoryLimit::of_machine())
+    }
+
+    /// As [`Self::new`] of (centres, corners, areas), in the memory that a `limit` leaves.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn within(
+        (centers, cells, areas): PlaneCells<'_>,
+        green: &SurfaceGreen,
+        tolerance: f64,
+        limit: &MemoryLimit,
     ) -> Result<Self> {
         check_cells(centers, cells, areas)?;
         if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
@@ -84,21 +103,18 @@ impl CompressedFlexibility {
                 TOLERANCES[0], TOLERANCES[1]
             )));
         }
-        let layout = layout(centers, cells);
+        let layout = layout(centers, cells, areas);
         let order = &layout.tree().order;
         let ordered = order.iter().map(|&cell| Cell::new(centers[cell], cells[cell].clone(), areas[cell]));
         let mut places = vec![(0, 0.0); order.len()];
-        order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell].sqrt()));
+        order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell]));
         let pairs = CellPairs::new(ordered.collect(), green, tolerance);
         let components = pairs.components();
         let entries = |i: usize, j: usize, values: &mut [f64]| pairs.entry(i, j, values);
         let bytes = layout.expected_bytes(&entries, components.len(), tolerance)
             + beside(centers.len(), cells.iter().map(Vec::len).sum());
-        memory::ensure(
-            bytes as u128,
-            &format!("the compressed operator on {} cells", centers.len()),
-            "use a coarser frame or a grid frame, or raise solver.compression_tolerance",
-        )?;
+        let what = format!("the compressed operator on {} cells", centers.len());
+        limit.ensure(bytes as u128, &what, MEND)?;
         let uses = |(component, entry): (usize, &Component)| {
             let (row, column) = position(*entry);
             let one = Use { component, from: column, to: row, sign: 1.0 };
@@ -125,12 +141,22 @@ impl CompressedFlexibility {
         })
     }
 
-    /// Bytes that it takes on `n` cells of like size with a tolerance, for materials like CFRP beside steel; measured,
-    /// good to a third. Before anything is computed they are found more closely.
-    pub fn usual_bytes(n: usize, tolerance: f64) -> usize {
-        let digits = -tolerance.log10();
-        let per_cell = NEAR + FAR * digits * digits * (n as f64 / FEW).ln().max(0.0);
-        beside(n, 4 * n) + (n as f64 * per_cell) as usize
+    /// Bytes that it will take: blocks of neighbours counted, others by the ranks that are usual for a tolerance. Good to
+    /// a third; before anything is computed they are found more closely.
+    pub fn usual_bytes(
+        (centers, cells, areas): PlaneCells<'_>,
+        green: &SurfaceGreen,
+        tolerance: f64,
+    ) -> usize {
+        let layout = layout(centers, cells, areas);
+        beside(centers.len(), cells.iter().map(Vec::len).sum())
+            + layout.usual_bytes(green.components().len(), tolerance, FAR)
+    }
+
+    /// Seconds that making it of `n` cells usually takes, good to a factor of two or so.
+    pub fn usual_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
+        let (n, components) = (n as f64, green.components().len() as f64);
+        BUILDING * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
     /// Relative tolerance of the compression.
@@ -138,13 +164,14 @@ impl CompressedFlexibility {
         self.tolerance
     }
 
-    /// Bytes of the operator itself.
+    /// Bytes that it holds so far; approximate inverses are made when they are first asked for.
     pub fn bytes(&self) -> usize {
-        self.matrix.bytes() + self.pairs.bytes()
+        let inverses: usize = self.inverses.iter().filter_map(OnceLock::get).map(LocalInverse::bytes).sum();
+        self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
-    /// Puts `planes` of vectors in the order of the tree, times `factor(root of the area)`, `with` them, and puts what
-    /// comes out back in the order of the cells, times `back(root)`.
+    /// Puts `planes` of vectors in the order of the tree, times `factor(area)`, `with` them, and puts what comes out back
+    /// in the order of the cells, times `back(area)`.
     fn in_order(
         &self,
         (x, y): (&[f64], &mut [f64]),
@@ -157,14 +184,14 @@ impl CompressedFlexibility {
         let [from, to] = &mut *scratch;
         let (from, to) = (&mut from[..x.len()], &mut to[..y.len()]);
         for (values, from) in x.chunks_exact(n).zip(from.chunks_exact_mut(n)) {
-            for (value, (place, root)) in values.iter().zip(&self.cells) {
-                from[*place] = value * factor(*root);
+            for (value, (place, area)) in values.iter().zip(&self.cells) {
+                from[*place] = value * factor(*area);
             }
         }
         with(from, to);
         for (values, to) in y.chunks_exact_mut(n).zip(to.chunks_exact(n)) {
-            for (value, (place, root)) in values.iter_mut().zip(&self.cells) {
-                *value = to[*place] * back(*root);
+            for (value, (place, area)) in values.iter_mut().zip(&self.cells) {
+                *value = to[*place] * back(*area);
             }
         }
     }
@@ -172,23 +199,23 @@ impl CompressedFlexibility {
     fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
         let scale = self.pairs.scale();
         let product = |x: &[f64], y: &mut [f64]| self.matrix.multiply(uses, x, y);
-        self.in_order((x, y), |root| root, product, |root| 1.0 / (root * scale));
+        self.in_order((x, y), |area| area, product, |_| 1.0 / scale);
     }
 
-    /// S⁻¹ = A^-½ N⁻¹ A^½, nearly.
+    /// S⁻¹ = A⁻¹ F⁻¹, nearly.
     fn invert(&self, (which, uses): (usize, &[Use]), x: &[f64], y: &mut [f64]) {
         let (scale, n) = (self.pairs.scale(), self.cells.len());
         let make = || {
             let mut weights = vec![0.0; n];
-            self.cells.iter().for_each(|(place, root)| weights[*place] = *root);
+            self.cells.iter().for_each(|(place, area)| weights[*place] = *area);
             LocalInverse::new(&self.matrix, uses, x.len() / n, &weights)
         };
         let inverse = self.inverses[which].get_or_init(make);
-        self.in_order((x, y), |root| root * scale, |x, y| inverse.apply(x, y), |root| 1.0 / root);
+        self.in_order((x, y), |_| scale, |x, y| inverse.apply(x, y), |area| 1.0 / area);
     }
 }
 
-fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>]) -> Layout {
+fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Layout {
     let extent = |corners: &Vec<[f64; 2]>| -> Extent {
         let bound = |with: fn(f64, f64) -> f64, start: f64| {
             [0, 1].map(|axis| corners.iter().map(|p| p[axis]).fold(start, with))
@@ -196,7 +223,7 @@ fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>]) -> Layout {
         [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
     };
     let extents: Vec<Extent> = cells.iter().map(extent).collect();
-    Layout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY)
+    Layout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY).with_shares(&shares(areas))
 }
 
 /// Bytes of what is kept beside the blocks of `n` cells with so many corners together.

@@ -40,13 +40,14 @@ pub(super) struct PolygonFar {
     components: usize,
     per_radian: f64,
     stride: usize,
-    /// Distance over the radius of the polygon from which on orders up to 0, 1, ... suffice, descending.
-    from: Vec<f64>,
+    /// Distance over the radius of the polygon from which on orders up to 0, 1, ... suffice, descending; for each further
+    /// decade of the accuracy.
+    from: Vec<Vec<f64>>,
 }
 
 impl PolygonFar {
-    /// For an error of `accuracy` relative to the largest component.
-    pub fn new(green: &SurfaceGreen, components: &[Component], accuracy: f64) -> Self {
+    /// For an error of `accuracy` relative to the largest component, and of up to so many decades less.
+    pub fn new(green: &SurfaceGreen, components: &[Component], accuracy: f64, decades: usize) -> Self {
         let angles = (PER_PERIOD * (green.order() + HIGHEST + 1)).next_power_of_two().max(ANGLES);
         let fits = |order: &usize| count(*order) * components.len() * (angles / 2 + NODES) <= LARGEST;
         let order = (1..=HIGHEST).rev().find(fits).unwrap_or(0);
@@ -79,29 +80,35 @@ impl PolygonFar {
             *size = of_order.into_iter().fold(0.0, f64::max);
         }
         // A disc has moments of 2 / (k + 2) of its area times the power of its radius.
-        let suffices = |k: usize| {
+        let suffices = |k: usize, accuracy: f64| {
             let term = 2.0 / (k + 2) as f64 * sizes[k] / (accuracy * sizes[0].max(f64::MIN_POSITIVE));
             term.powf(1.0 / k as f64)
         };
-        let mut from: Vec<f64> = (0..=order).map(|k| suffices(k + 1).max(suffices(k + 2))).collect();
-        (1..from.len()).for_each(|k| from[k] = from[k].min(from[k - 1]));
+        let from = (0..=decades).map(|decade| {
+            let accuracy = accuracy * 0.1f64.powi(decade as i32);
+            let of = |k: usize| suffices(k + 1, accuracy).max(suffices(k + 2, accuracy));
+            let mut from: Vec<f64> = (0..=order).map(of).collect();
+            (1..from.len()).for_each(|k| from[k] = from[k].min(from[k - 1]));
+            from
+        });
+        let from = from.collect();
         Self { table, components: components.len(), per_radian: angles as f64 / (2.0 * PI), stride, from }
     }
 
     /// Highest order of the moments that are used.
     pub fn order(&self) -> usize {
-        self.from.len() - 1
+        self.from[0].len() - 1
     }
 
-    /// Order that suffices at `ratio` of distance and radius; `None` where none does.
-    pub fn order_at(&self, ratio: f64) -> Option<usize> {
-        self.from.iter().position(|&from| ratio >= from)
+    /// Order that suffices at `ratio` of distance and radius, for some decades less; `None` where none does.
+    pub fn order_at(&self, ratio: f64, decade: usize) -> Option<usize> {
+        self.from[decade].iter().position(|&from| ratio >= from)
     }
 
     /// Distance over the radius from which on orders up to 0, 1, ... suffice, descending.
     #[cfg(test)]
     pub fn from(&self) -> &[f64] {
-        &self.from
+        &self.from[0]
     }
 
     /// Bytes of the table.

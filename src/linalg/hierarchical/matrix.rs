@@ -15,6 +15,9 @@ use crate::interrupt;
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
 const CROSSES: f64 = 0.3;
 
+/// Finest tolerance of a block, unless less is asked for.
+const FINEST: f64 = 1e-13;
+
 /// Far blocks of like size of which the ranks are found to tell the memory of all.
 const SAMPLES: usize = 3;
 
@@ -80,13 +83,31 @@ impl Stored {
 pub struct Layout {
     tree: ClusterTree,
     blocks: Vec<Block>,
+    /// Share of the tolerance that each cluster is given.
+    shares: Vec<f64>,
 }
 
 impl Layout {
     /// See [`blocks`] for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
         let blocks = blocks(&tree, admissibility);
-        Self { tree, blocks }
+        let shares = vec![1.0; tree.clusters.len()];
+        Self { tree, blocks, shares }
+    }
+
+    /// With shares of the tolerance for the points, `[N]` in their own order; a block gets the least one of its rows and
+    /// columns.
+    pub fn with_shares(self, shares: &[f64]) -> Self {
+        let of = |range: Range<usize>| {
+            self.tree.order[range].iter().map(|&point| shares[point]).fold(f64::INFINITY, f64::min)
+        };
+        let shares = self.tree.clusters.iter().map(|cluster| of(cluster.range.clone())).collect();
+        Self { shares, ..self }
+    }
+
+    /// The tolerance of a block.
+    fn tolerance_of(&self, block: &Block, tolerance: f64) -> f64 {
+        (tolerance * self.shares[block.rows].min(self.shares[block.columns])).max(FINEST.min(tolerance))
     }
 
     /// The tree.
@@ -105,10 +126,15 @@ impl Layout {
         near.map(|[rows, columns]| rows.len() * columns.len()).sum()
     }
 
-    /// Rows and columns of all far blocks together.
-    pub fn far_lines(&self) -> usize {
-        let far = self.blocks.iter().filter(|block| block.far).map(|block| self.ranges(block));
-        far.map(|[rows, columns]| rows.len() + columns.len()).sum()
+    /// Bytes of [`Self::fill`]: near blocks counted, far ones by the bytes that a row or column usually takes per component
+    /// and square of the digits.
+    pub fn usual_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
+        let far = self.blocks.iter().filter(|block| block.far).map(|block| {
+            let [m, n] = self.ranges(block).map(|range| range.len());
+            let digits = self.tolerance_of(block, tolerance).log10();
+            (per_line * digits * digits * (m + n) as f64).min((size_of::<f64>() * m * n) as f64)
+        });
+        components * (far.sum::<f64>() as usize + size_of::<f64>() * self.near_entries())
     }
 
     /// Bytes of [`Self::fill`]: near blocks counted, far ones by the ranks of some of each size.
@@ -146,7 +172,7 @@ impl Layout {
         let (m, n) = (rows.len(), columns.len());
         if block.far {
             let mut lines = Lines::new(entries, rows.clone(), columns.clone(), components);
-            let bound = tolerance * lines.norm() / (components as f64).sqrt();
+            let bound = self.tolerance_of(block, tolerance) * lines.norm() / (components as f64).sqrt();
             let of =
                 |component| LowRank::new(&approximate(&mut lines, component, CROSSES * bound), (m, n), bound);
             let content = Content::Far((0..components).map(of).collect());
@@ -164,7 +190,8 @@ impl Layout {
     }
 
     /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far
-    /// block differs from what it should be by `tolerance` times its norm (Frobenius, all components together) at most.
+    /// block differs from what it should be by its share of `tolerance` times its norm (Frobenius, all components
+    /// together) at most.
     ///
     /// # Errors
     /// If a stop is wished.

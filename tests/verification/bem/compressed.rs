@@ -19,16 +19,16 @@ use super::{Random, green, pair, steel};
 use crate::common::{indent, press, shift, solve, sphere};
 
 /// Centres, corners and areas of cells.
-struct Cells {
-    centers: Vec<[f64; 2]>,
-    corners: Vec<Vec<[f64; 2]>>,
-    areas: Vec<f64>,
+pub(super) struct Cells {
+    pub centers: Vec<[f64; 2]>,
+    pub corners: Vec<Vec<[f64; 2]>>,
+    pub areas: Vec<f64>,
 }
 
 impl Cells {
     /// Triangles and distorted quadrangles over a square of the side 2, finer in the middle; some squares are cut in
     /// two.
-    fn irregular(m: usize) -> Self {
+    pub fn irregular(m: usize) -> Self {
         let graded = |k: usize| {
             let x = 2.0 * k as f64 / m as f64 - 1.0;
             x * (0.5 + 0.5 * x * x)
@@ -47,6 +47,11 @@ impl Cells {
                 corners.push(vec![a, b, c, d]);
             }
         }
+        Self::of(corners)
+    }
+
+    /// By the corners.
+    pub fn of(corners: Vec<Vec<[f64; 2]>>) -> Self {
         let (mut centers, mut areas) = (Vec::new(), Vec::new());
         for polygon in &corners {
             let (mut area, mut center) = (0.0, [0.0; 2]);
@@ -62,17 +67,37 @@ impl Cells {
         Self { centers, corners, areas }
     }
 
-    fn n(&self) -> usize {
+    pub fn n(&self) -> usize {
         self.areas.len()
     }
 
-    fn dense(&self, green: &SurfaceGreen) -> DenseFlexibility {
+    pub fn dense(&self, green: &SurfaceGreen) -> DenseFlexibility {
         DenseFlexibility::new(&self.centers, &self.corners, &self.areas, green).expect("an operator")
     }
 
-    fn compressed(&self, green: &SurfaceGreen, tolerance: f64) -> CompressedFlexibility {
+    pub fn compressed(&self, green: &SurfaceGreen, tolerance: f64) -> CompressedFlexibility {
         CompressedFlexibility::new(&self.centers, &self.corners, &self.areas, green, tolerance)
             .expect("an operator")
+    }
+
+    /// The cells as a contact frame.
+    pub fn frame(&self) -> ContactFrame {
+        let n = self.n();
+        let up = |p: &[f64; 2]| Point::new(p[0], p[1], 0.0);
+        let axes = Triad(Matrix3::identity());
+        ContactFrame {
+            centers: self.centers.iter().map(up).collect(),
+            polygons: Some(self.corners.iter().map(|corners| corners.iter().map(up).collect()).collect()),
+            areas: self.areas.clone(),
+            triads: PerCell::Same(axes, n),
+            origin: Point::zeros(),
+            azimuth: 0.0,
+            axes,
+            grid: None,
+            places: None,
+            left_out: 0,
+            candidates: None,
+        }
     }
 
     /// Norm in which S is symmetric.
@@ -276,28 +301,13 @@ fn the_approximate_inverse_makes_eigenvalues_alike() {
 }
 
 /// A steel sphere over CFRP on the cells, by an operator.
-fn model(cells: &Cells, operator: Box<dyn Flexibility>) -> Model {
+pub(super) fn model(cells: &Cells, operator: Box<dyn Flexibility>) -> Model {
     let n = cells.n();
-    let up = |p: &[f64; 2]| Point::new(p[0], p[1], 0.0);
-    let axes = Triad(Matrix3::identity());
-    let frame = ContactFrame {
-        centers: cells.centers.iter().map(up).collect(),
-        polygons: Some(cells.corners.iter().map(|corners| corners.iter().map(up).collect()).collect()),
-        areas: cells.areas.clone(),
-        triads: PerCell::Same(axes, n),
-        origin: Point::zeros(),
-        azimuth: 0.0,
-        axes,
-        grid: None,
-        places: None,
-        left_out: 0,
-        candidates: None,
-    };
     let mut initial_gap = vec![0.0; 3 * n];
     let gap = sphere(20.0);
     cells.centers.iter().enumerate().for_each(|(cell, p)| initial_gap[2 * n + cell] = gap(p[0], p[1]));
     Model {
-        frame,
+        frame: cells.frame(),
         flexibility: operator,
         initial_gap,
         floating: Vec::new(),

@@ -1,0 +1,153 @@
+//! Compressed operators on cells of unlike size.
+
+use nalgebra::Matrix3;
+use orthowear::bem::half_space::{CompressedFlexibility, CrossBlocks, Side};
+use orthowear::body::{ElasticBody, HalfSpaceBody};
+use orthowear::error::Kind;
+use orthowear::friction::FrictionLaw;
+use orthowear::linalg::cell_matrix::CellMatrix;
+use orthowear::linalg::memory::MemoryLimit;
+use orthowear::linalg::operator::Flexibility;
+
+use super::compressed::{Cells, model};
+use super::{Random, green, pair, steel};
+use crate::common::{press, solve};
+
+/// Rectangles over a square of the side 2 whose sides grow from the middle to the edge by the factor `ratio`, `2 m`
+/// along each direction.
+fn graded(m: usize, ratio: f64) -> Cells {
+    let growth = ratio.powf(1.0 / (m - 1) as f64);
+    let mut ends = vec![0.0];
+    (0..m).for_each(|k| ends.push(ends[k] + growth.powi(k as i32)));
+    let at = |k: usize| ends[k.abs_diff(m)] / ends[m] * if k < m { -1.0 } else { 1.0 };
+    let cell = |k: usize| {
+        let (i, j) = (k / (2 * m), k % (2 * m));
+        vec![[at(i), at(j)], [at(i + 1), at(j)], [at(i + 1), at(j + 1)], [at(i), at(j + 1)]]
+    };
+    Cells::of((0..4 * m * m).map(cell).collect())
+}
+
+/// Truth: the dense operator, which takes Gauss points for each cell that is far away for its own size. Entries are a
+/// fifth of the tolerance off, products by three tolerances of the largest gap, where sides differ by 1e3 and 1e5.
+#[test]
+fn cells_of_unlike_size_keep_the_tolerance() {
+    for ratio in [1e3, 1e5] {
+        let cells = graded(18, ratio);
+        let n = cells.n();
+        for green in [green(&steel(), Side::Lower), pair(30.0)] {
+            let dense = cells.dense(&green);
+            let rough = Random(5).vector(3 * n);
+            let mut expected = vec![0.0; 3 * n];
+            dense.apply(&rough, &mut expected);
+            let scale = expected.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            for tolerance in [1e-5, 1e-8] {
+                let compressed = cells.compressed(&green, tolerance);
+                let mut found = vec![f64::NAN; 3 * n];
+                compressed.apply(&rough, &mut found);
+                let apart = found.iter().zip(&expected).fold(0.0f64, |most, (f, e)| most.max((f - e).abs()));
+                assert!(apart < 3.0 * tolerance * scale, "{ratio} {tolerance}: {}", apart / scale);
+                let some: Vec<usize> = (0..n).step_by(7).collect();
+                let mut matrices = [(); 2].map(|()| CellMatrix::zeros(some.len()).expect("memory"));
+                compressed.add_entries(&some, &mut matrices[0]);
+                dense.add_entries(&some, &mut matrices[1]);
+                for (i, k) in (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k))) {
+                    let [found, expected]: [Matrix3<f64>; 2] = [0, 1].map(|m| matrices[m].block(i, k));
+                    assert!((found - expected).amax() < 0.2 * tolerance * expected.amax());
+                }
+            }
+        }
+    }
+}
+
+/// Truth: the operator that a body gave away is that of its fields, bit by bit; where nothing is to be left out it is the
+/// dense one, and so is the one that fields alone ask for. One compressed to 1e-3 is not.
+#[test]
+fn fields_are_those_of_the_operator_that_was_taken() {
+    let cells = Cells::irregular(30);
+    let (n, frame) = (cells.n(), cells.frame());
+    assert!(n > 1000);
+    let tractions = Random(8).vector(3 * n);
+    let body = || HalfSpaceBody::new(&steel(), Side::Upper, &frame).expect("a body").with_tolerance(1e-3);
+    let field = |body: &HalfSpaceBody| body.recover(&tractions).expect("a field").displacement;
+    let mut exact = vec![0.0; 3 * n];
+    cells.dense(&green(&steel(), Side::Upper)).apply(&tractions, &mut exact);
+    let is = |field: &[[f64; 3]], gap: &[f64]| {
+        let pairs = field.iter().enumerate().flat_map(|(i, u)| (0..3).map(move |k| (i, k, u[k])));
+        pairs.fold(true, |same, (i, k, u)| same && u.abs() == gap[k * n + i].abs())
+    };
+    for cross in [CrossBlocks::Keep, CrossBlocks::SkipVanishing] {
+        let mut taken = body();
+        let operator = taken.take_flexibility(cross).expect("an operator").expect("not rigid");
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(&tractions, &mut gap);
+        assert!(is(&field(&taken), &gap));
+        assert_eq!(is(&field(&taken), &exact), cross == CrossBlocks::Keep);
+        assert_eq!(is(&field(&body().with_blocks(cross)), &exact), cross == CrossBlocks::Keep);
+    }
+}
+
+/// `n` triangles that meet in a point.
+fn fan(n: usize) -> Cells {
+    let at = |k: usize| (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
+    let corner = |k: usize| [at(k).1, at(k).0];
+    Cells::of((0..n).map(|k| vec![[0.0; 2], corner(k), corner(k + 1)]).collect())
+}
+
+/// Truth: pressures on the dense operator under a sphere. A gap that is wrong by the tolerance moves the pressure of a cell
+/// by the tolerance times the contact over the cell. That is 28 cells of mean size at most, four times as much for cells
+/// that are just not small enough to get more, and no more for the smallest, whose sides are 1e5 times smaller. In the other
+/// direction: nothing is stored exactly.
+#[test]
+fn pressures_follow_the_tolerance() {
+    for ratio in [1.5, 1e3, 1e5] {
+        let cells = graded(14, ratio);
+        let green = pair(30.0);
+        let pressures = |operator: Box<dyn Flexibility>| {
+            let mut model = model(&cells, operator);
+            model.friction = FrictionLaw::None;
+            solve(&model, &[press(100.0)]).state.tractions
+        };
+        let exact = pressures(Box::new(cells.dense(&green)));
+        for tolerance in [1e-4, 1e-8] {
+            let found = pressures(Box::new(cells.compressed(&green, tolerance)));
+            let n = cells.n();
+            let most = exact[2 * n..].iter().fold(0.0f64, |most, p| most.max(*p));
+            let apart = found[2 * n..]
+                .iter()
+                .zip(&exact[2 * n..])
+                .fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+            let apart = apart / most;
+            assert!(apart < 112.0 * tolerance && apart > 1e-3 * tolerance, "{ratio} {tolerance}: {apart}");
+        }
+    }
+}
+
+/// Truth: the bytes of what was made: what is told from the cells alone is right to a third on cells of like size and where
+/// no cells are far apart, and up to twice as much on cells of unlike size. Half of it is refused before anything is made, with the tolerance as a remedy.
+#[test]
+fn memory_is_told_by_the_cells() {
+    let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
+    for (cells, whole, most) in
+        [(Cells::irregular(30), false, 1.33), (graded(18, 1e3), false, 2.0), (fan(1100), true, 1.33)]
+    {
+        for (green, components) in [(&one, 6), (&two, 9)] {
+            for tolerance in [1e-3, 1e-8] {
+                let Cells { centers, corners, areas } = &cells;
+                let told = CompressedFlexibility::usual_bytes((centers, corners, areas), green, tolerance);
+                let operator = cells.compressed(green, tolerance);
+                let (n, mut out) = (cells.n(), vec![0.0; 3 * cells.n()]);
+                let ones = vec![1.0; 3 * n];
+                assert!(operator.precondition(&ones, &mut out));
+                let ratio = told as f64 / operator.bytes() as f64;
+                assert!(ratio > 0.75 && ratio < most, "{n} {tolerance}: {ratio}");
+                assert!(!whole || told > 4 * components * n * n);
+                let limit = MemoryLimit::given(told as u64 / 2);
+                let refused =
+                    CompressedFlexibility::within((centers, corners, areas), green, tolerance, &limit);
+                let error = refused.err().expect("a refusal");
+                assert_eq!(error.kind(), Kind::Resources);
+                assert!(error.message().contains("solver.compression_tolerance"), "{error}");
+            }
+        }
+    }
+}
