@@ -204,7 +204,7 @@ fn point_force_on_cfrp_and_zinc() {
     assert!(relative(&zinc.gamma(PI / 6.0), &expected) < 1e-8);
 }
 
-/// Truth: closed form for a transversely isotropic half-space with its axis along the normal (Elliott 1949;
+/// Truth: `ti-axis-normal-zinc`, closed form for a transversely isotropic half-space with its axis along the normal (Elliott 1949;
 /// Delafargue and Ulm 2004), M = 69.61813335 GPa for zinc. Tolerance 1e-10.
 #[test]
 fn indentation_modulus_of_zinc() {

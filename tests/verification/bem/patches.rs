@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 const SQUARE: [[f64; 2]; 4] = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
 
-/// Truth: Love (1929), uniform pressure on a rectangle; centre, corner and middle of a side of a 4 x 4 square.
+/// Truth: `load-uniform-square`, Love (1929), uniform pressure on a rectangle; centre, corner and middle of a side of a 4 x 4 square.
 /// Tolerance 1e-13: closed form against rounding; 1e-9 for the published values (10 digits).
 #[test]
 fn uniform_pressure_on_a_square() {
