@@ -21,6 +21,6 @@ mod window;
 pub use balance::{Balance, Wanted};
 pub use control::{End, NormalControl, Pressures, SlipReference, TangentialControl, Upstream};
 pub use increment::Increment;
-pub use iterate::Iterate;
+pub use iterate::{Iterate, Unknowns};
 pub use scales::Scales;
 pub use solver::{Method, SolverOptions};

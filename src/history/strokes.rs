@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::contact::solver::{SolveReport, Stop};
-use crate::contact::{Increment, Iterate, SlipReference, SolverOptions};
+use crate::contact::{Increment, Iterate, SlipReference, SolverOptions, Unknowns};
 use crate::error::Result;
 
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
@@ -25,7 +25,9 @@ const TOLERANCE: f64 = 1e-6;
 #[derive(Clone)]
 pub(super) struct Stroke {
     pub it: Iterate,
+    /// Cells that stick through the cycle, `[N]`.
     pub stuck: Vec<bool>,
+    /// Tangential gap that they stick at, `[2, N]`, mm.
     pub at: Vec<f64>,
     /// Iterations and operator applications not yet in any entry.
     pub spent: [usize; 2],
@@ -145,7 +147,11 @@ impl Run<'_> {
         Ok((it, report))
     }
 
-    /// Strokes from end to end at the depth `worn` until they settle; the cells that stick, and where, follow.
+    /// Strokes from end to end at the depth `worn` (`[N]`, mm) until they settle; the cells that stick, and where, follow. Where a
+    /// stroke does not converge the ends stay as they were solved together, and the report says why.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
     pub(super) fn resettle(
         &mut self,
         step: &Step,
@@ -159,6 +165,9 @@ impl Run<'_> {
         let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let tolerance = self.options.tolerance.max(TOLERANCE);
         let options = SolverOptions { tolerance, ..self.options };
+        // Looked at here, the operator would be looked at again and again.
+        let stage = &Stage { name: stage.name, from: stage.from, to: stage.from };
+        let solved = Unknowns::of(&stroke.it);
         let mut reference = stroke.it.gap[3 * n..5 * n].to_vec();
         let mut sum = SolveReport { stop: Stop::Converged, ..SolveReport::default() };
         let mut before = [[f64::INFINITY; 2]; 2];
@@ -176,6 +185,8 @@ impl Run<'_> {
                     (sum.iterations + report.iterations, sum.applications + report.applications);
                 sum = SolveReport { iterations, applications, ..report };
                 if sum.stop != Stop::Converged {
+                    // What is reported is the last pair of ends.
+                    solved.put(&mut stroke.it);
                     return Ok(sum);
                 }
                 stroke.take(&it, end, CREEP * cycles.amplitude);
@@ -190,7 +201,7 @@ impl Run<'_> {
         Ok(sum)
     }
 
-    /// Resultant of the tractions of an end in the surface.
+    /// Resultant of the tractions of an end in the surface, N.
     pub(super) fn tangential_force(&self, it: &Iterate, end: usize) -> [f64; 2] {
         let planes = 3 * self.prepared.n();
         let ([x, y, _], _) = self.prepared.resultants(&it.tractions[end * planes..(end + 1) * planes]);

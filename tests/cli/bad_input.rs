@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Output;
 
 /// A scene without mistakes that needs no mesh; the table below changes one thing in it.
-const SOUND: &str = r#"title = "sound"
+pub const SOUND: &str = r#"title = "sound"
 [materials.steel]
 model = "isotropic"
 E = 210e3
@@ -63,7 +63,7 @@ fn check_bytes(folder: &Path, scene: &[u8], options: &[&str]) -> (Option<i32>, S
     (status.code(), String::from_utf8(stderr).unwrap())
 }
 
-fn check(scene: &str, options: &[&str]) -> (Option<i32>, String) {
+pub fn check(scene: &str, options: &[&str]) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     check_bytes(folder.path(), scene.as_bytes(), options)
 }
@@ -261,73 +261,6 @@ fn each_mistake_is_refused_with_its_key_and_line() {
         assert!(!exact || at_table || text.contains(&place), "`{from}` -> `{to}` lacks {place}\n{text}");
         assert!(text.contains("[scene.toml:"), "no place in the file:\n{text}");
     }
-}
-
-/// Truth: docs/scene.md: a body that repeats itself along x cannot turn about y, nor about n, and takes no moments: the gap would
-/// grow from period to period. It may turn about x, and by nothing.
-#[test]
-fn repeated_bodies_do_not_turn() {
-    let turned = |periodic: &str, control: &str| {
-        let scene = SOUND
-            .replace("cells = [16, 16]", &format!("cells = [16, 16]\nperiodic = {periodic}"))
-            // Less than the mean planes are apart.
-            .replace("approach = 0.02", &format!("approach = 0.005\n{control}"));
-        check(&scene, &[])
-    };
-    for (periodic, control) in [
-        ("[true, false]", "rotation = [0.0, 0.01]"),
-        ("[false, true]", "rotation = [0.01, 0.0]"),
-        ("[true, true]", "rotation = [0.01, 0.0]"),
-        ("[true, false]", "moment = [0.0, 1.0]"),
-        ("[false, true]", "twist = 0.01"),
-        ("[true, false]", "spin_moment = 1.0"),
-    ] {
-        let (code, text) = turned(periodic, control);
-        let key = format!("steps.0.{}", control.split(' ').next().unwrap());
-        assert_eq!(code, Some(2), "{periodic} {control}:\n{text}");
-        for word in [&key[..], "grow from period to period", "with frame.periodic"] {
-            assert!(text.contains(word), "{periodic} {control} lacks {word}:\n{text}");
-        }
-    }
-    for (periodic, control) in [
-        ("[true, false]", "rotation = [0.01, 0.0]"),
-        ("[false, true]", "rotation = [0.0, 0.01]"),
-        ("[true, true]", "rotation = [0.0, 0.0]"),
-        ("[true, true]", "twist = 0.0"),
-        ("[false, false]", "rotation = [0.01, 0.01]"),
-    ] {
-        let (code, text) = turned(periodic, control);
-        assert_eq!(code, Some(0), "{periodic} {control}:\n{text}");
-    }
-}
-
-/// Truth: docs/scene.md: a step keeps the loads before it, but no load is prescribed besides rolling: what `run` would come upon after
-/// computing the steps before, `check` refuses; with the load taken back it says how the step rolls.
-#[test]
-fn loads_held_into_rolling() {
-    let scene = |load: &str, between: &str| {
-        SOUND.replace("approach = 0.02", &format!("approach = 0.02\n{load}\n{between}")).replace(
-            "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
-            "rolling = { creepage = [1e-3, 0.0], direction = 90.0 }",
-        )
-    };
-    for (load, motion) in [("tangential_force = [1.0, 0.0]", "shift"), ("spin_moment = 0.1", "twist")] {
-        let (code, text) = check(&scene(load, ""), &[]);
-        let words = ["rolling", "of step \"indent\"", &format!("prescribe `{motion}`")[..]];
-        assert!(code == Some(2) && words.iter().all(|word| text.contains(word)), "{load}: {text}");
-        for between in
-            ["shift = { distance = 0.0 }\ntwist = 0.0", "tangential_force = [0.0, 0.0]\nspin_moment = 0.0"]
-        {
-            let (code, text) = check(&scene(load, &format!("[[steps]]\nname = \"between\"\n{between}")), &[]);
-            assert_eq!(code, Some(0), "{load} {between}: {text}");
-        }
-    }
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), scene("", "")).unwrap();
-    let output =
-        crate::tools::orthowear().current_dir(folder.path()).args(["check", "scene.toml"]).output().unwrap();
-    let plan = String::from_utf8(output.stdout).unwrap();
-    assert!(plan.contains("rolling along 90 degrees with creepage (0.001"), "{plan}");
 }
 
 /// Truth: docs/scene.md: a distance is at least 0; one mistake is told once.

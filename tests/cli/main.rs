@@ -1,5 +1,6 @@
 //! Command line: runs, refusals, outputs.
 mod bad_input;
+mod bad_loads;
 mod cache;
 mod compare;
 mod compressed;

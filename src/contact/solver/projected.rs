@@ -1,8 +1,7 @@
 //! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
 
-use super::super::iterate::Unknowns;
 use super::super::projection::{Equilibrium, Motions, StepSizes, project};
-use super::super::{Increment, Iterate};
+use super::super::{Increment, Iterate, Unknowns};
 use super::{SolveReport, SolverOptions, Stop, Watch};
 
 /// Chooses the step sizes of the next iteration from the last change of tractions and gradient.

@@ -10,8 +10,9 @@
 mod local;
 mod sweeps;
 
-use super::super::iterate::Unknowns;
-use super::super::{End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl};
+use super::super::{
+    End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl, Unknowns,
+};
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;

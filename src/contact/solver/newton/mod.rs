@@ -14,8 +14,7 @@ mod rolling;
 mod tangent;
 mod unknowns;
 
-use super::super::iterate::Unknowns;
-use super::super::{Increment, Iterate, SlipReference};
+use super::super::{Increment, Iterate, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};

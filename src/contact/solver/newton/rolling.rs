@@ -3,8 +3,7 @@
 //! Barzilai-Borwein steps gain next to nothing against its equations, which are not symmetric. Newton steps need them less than
 //! elsewhere: the states of the cells settle from the leading edge on. Where they go to and fro, steps are halved.
 
-use super::super::super::iterate::Unknowns;
-use super::super::super::{Increment, Iterate};
+use super::super::super::{Increment, Iterate, Unknowns};
 use super::super::split::without_friction;
 use super::super::{SolveReport, Stop, Watch, solve_whole};
 use super::Solve;
