@@ -176,7 +176,8 @@ pub(super) fn compute(
     summary.skipped.extend(study.skipped.iter().cloned());
     summary.condensation.clone_from(&study.condensation);
     study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-    let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+    let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields)
+        .on_surface(study.surface());
     let mut recorder =
         Recorder::into_directory(output).with_fields(fields).with_progress(show).with_stop(stop);
     let mut watched = Watched { recorder: &mut recorder, watch };

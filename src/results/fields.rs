@@ -14,9 +14,9 @@ use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};
 use crate::results::output::{OutputDir, write_failure};
-use crate::results::plot::history::history_svg;
-use crate::results::plot::map::{Panel, pressure_maps};
+use crate::results::pictures::Pictures;
 use crate::results::summary::Summary;
+use crate::results::surface::Surface;
 use crate::results::volume::volume_grid;
 use crate::results::vtu::{UnstructuredGrid, collection};
 
@@ -32,7 +32,7 @@ pub enum FieldKind {
     Stress,
     /// Estimated error of the stress in finite-element bodies.
     Error,
-    /// Pressure maps and the course of the resultants, as pictures.
+    /// Maps, profiles and the course of the resultants, as pictures.
     Svg,
 }
 
@@ -58,7 +58,8 @@ pub struct FieldWriter<'a> {
     wanted: Vec<FieldKind>,
     increments: usize,
     collections: BTreeMap<String, Vec<(f64, String)>>,
-    maps: Vec<(String, Panel)>,
+    surface: Surface,
+    pictures: Pictures,
     peaks: Vec<BodyRecord>,
 }
 
@@ -72,9 +73,16 @@ impl<'a> FieldWriter<'a> {
             wanted: wanted.to_vec(),
             increments: 0,
             collections: BTreeMap::new(),
-            maps: Vec::new(),
+            surface: Surface::default(),
+            pictures: Pictures::default(),
             peaks: Vec::new(),
         }
+    }
+
+    /// Also says which axes and fibres the surface has, and whose surface wears.
+    pub fn on_surface(mut self, surface: Surface) -> Self {
+        self.surface = surface;
+        self
     }
 
     fn mesh(&self) -> &FrameMesh {
@@ -98,10 +106,10 @@ impl<'a> FieldWriter<'a> {
     ) -> Result<()> {
         self.increments += 1;
         if self.wanted.contains(&FieldKind::Svg) {
-            self.keep_map(record, state);
+            self.pictures.keep(self.frame.n_cells(), record, state);
         }
         if self.wanted.contains(&FieldKind::Vtu) {
-            let grid = frame_grid(self.frame, self.mesh(), state)?;
+            let grid = frame_grid(self.frame, (self.mesh(), &self.surface), state)?;
             self.write(output, "frame", &grid)?;
         }
         for body in self.bodies.clone() {
@@ -112,17 +120,6 @@ impl<'a> FieldWriter<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Keeps the map of the last entry of each step.
-    fn keep_map(&mut self, record: &IncrementRecord, state: &FrameState) {
-        let cycles =
-            if record.cycles_done > 0 { format!(", {} cycles", record.cycles_done) } else { String::new() };
-        let panel = Panel::new(&format!("{}{cycles}", record.name), self.frame.n_cells(), state);
-        match self.maps.iter_mut().find(|(name, _)| *name == record.name) {
-            Some((_, kept)) => *kept = panel,
-            None => self.maps.push((record.name.clone(), panel)),
-        }
     }
 
     /// Recovers what is asked for of a body, writes it and keeps its peaks.
@@ -170,17 +167,10 @@ impl<'a> FieldWriter<'a> {
     /// Resources, if a file cannot be written.
     pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
         summary.bodies = self.peaks;
-        let (records, units) = (&summary.steps, &summary.units);
         for (series, files) in self.collections {
             write_text(output, &format!("{series}.pvd"), &collection(&files))?;
         }
-        if !self.maps.is_empty() {
-            let panels: Vec<Panel> = self.maps.into_iter().map(|(_, panel)| panel).collect();
-            let maps = pressure_maps(self.frame, &panels, &units.length, &units.stress());
-            write_text(output, "pressure.svg", &maps)?;
-            write_text(output, "history.svg", &history_svg(records, units))?;
-        }
-        Ok(())
+        self.pictures.write((self.frame, &self.surface), output, summary)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::history::step::FrameState;
+use crate::results::surface::Surface;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
 
 /// Names of vector components in the frame's axes.
@@ -83,10 +84,15 @@ fn extent(frame: &ContactFrame) -> f64 {
 ///
 /// # Errors
 /// Numerical, if a field has the wrong length.
-pub fn frame_grid(frame: &ContactFrame, mesh: &FrameMesh, state: &FrameState) -> Result<UnstructuredGrid> {
+pub fn frame_grid(
+    frame: &ContactFrame,
+    (mesh, surface): (&FrameMesh, &Surface),
+    state: &FrameState,
+) -> Result<UnstructuredGrid> {
     let n = frame.n_cells();
     let mut grid = mesh.grid();
     let traction = by_cell(&state.tractions, n, "traction")?;
+    let [worn1, worn2] = surface.worn_by_body(&state.wear_depth);
     grid.cell_data = vec![
         DataArray::tuples("gap", LOCAL, by_cell(&state.gap, n, "gap")?.concat()),
         DataArray::tuples("traction", LOCAL, traction.concat()),
@@ -94,6 +100,8 @@ pub fn frame_grid(frame: &ContactFrame, mesh: &FrameMesh, state: &FrameState) ->
         DataArray::tuples("slip", LOCAL, by_cell(&with_zero_normal(&state.slip, n), n, "slip")?.concat()),
         DataArray::bytes("status", state.status.clone()),
         DataArray::scalar("wear_depth", state.wear_depth.clone()),
+        DataArray::scalar("wear_depth_body1", worn1),
+        DataArray::scalar("wear_depth_body2", worn2),
         DataArray::scalar("area", frame.areas.clone()),
     ];
     if !axes_are_global(frame) {

@@ -3,6 +3,7 @@
 //! Every file is written under a temporary name and renamed when it is complete ([`output`]), so that a failed run
 //! loses nothing that was there before. No number that is not finite is written silently.
 
+pub mod along;
 pub mod body_fields;
 pub mod body_peaks;
 pub mod comparison;
@@ -12,10 +13,12 @@ pub mod frame_fields;
 pub mod locate;
 pub mod memory;
 pub mod output;
+pub mod pictures;
 pub mod plot;
 pub mod profiles;
 pub mod recorder;
 pub mod summary;
+pub mod surface;
 pub mod surface_stress;
 pub mod table;
 pub mod volume;

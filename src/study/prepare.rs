@@ -14,12 +14,14 @@ use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
 use crate::error::Result;
 use crate::frame::ContactFrame;
+use crate::friction::FrictionLaw;
 use crate::geometry::Side;
 use crate::history::step::{Observer, Skipped};
 use crate::history::{self, Model, RunResult};
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::condensation::CondensationRecord;
 use crate::results::summary::Timings;
+use crate::results::surface::{Surface, SurfaceFibre};
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
 
@@ -176,6 +178,24 @@ impl Study<'_> {
     /// Frame, flexibility, gap and laws.
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// Axes, fibres and wear of the surface under the frame; a body whose fibres vary has those that the friction law takes.
+    pub fn surface(&self) -> Surface {
+        let plan = self.plan;
+        let azimuth = self.model.frame.azimuth;
+        let of_body = |(side, body): (Side, &BodySpec)| {
+            let elastic = body.elastic().filter(|elastic| !elastic.isotropic)?;
+            let fibre = elastic.fibre?;
+            Some(SurfaceFibre { side, tilt: fibre.tilt, azimuth: fibre.azimuth - azimuth })
+        };
+        let mut fibres: Vec<SurfaceFibre> =
+            [Side::Lower, Side::Upper].into_iter().zip(&plan.bodies).filter_map(of_body).collect();
+        if let (true, FrictionLaw::Frp { tilt, azimuth, .. }) = (fibres.is_empty(), plan.friction) {
+            let side = if plan.bodies[0].has_fibre() { Side::Lower } else { Side::Upper };
+            fibres.push(SurfaceFibre { side, tilt, azimuth });
+        }
+        Surface::new(&plan.friction, &plan.wear, plan.wear_share, fibres)
     }
 
     /// The bodies whose fields can be written; a rigid one has none.

@@ -203,6 +203,25 @@ fn fields_and_summary_of_a_run_agree() {
     let _checked = crate::tools::python("resultants.py", dir.path());
 }
 
+/// Truth: worn volumes are sums of worn depths over areas, of each body by itself.
+#[test]
+fn both_bodies_have_their_worn_depth() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
+    let mut command = crate::tools::orthowear();
+    command.arg("run").arg(scene).arg("--quiet").arg("--out").arg(dir.path());
+    for set in ["frame.cells=[16, 16]", "wear.share=0.25", "output.fields=[\"vtu\", \"svg\"]"] {
+        command.args(["--set", set]);
+    }
+    let output = command.output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let _checked = crate::tools::python("worn.py", dir.path());
+    let profiles = fs::read_to_string(dir.path().join("profiles.svg")).expect("profiles");
+    assert!(["body 1", "body 2", "both", "q1"].iter().all(|name| profiles.contains(name)), "{profiles}");
+    let there = names(dir.path());
+    assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
+}
+
 /// Truth: exit codes and promises of docs/results.md, with the program itself: a wrong scene, then a run that does
 /// not converge, into the directory of a good run.
 #[test]

@@ -23,6 +23,7 @@ use orthowear::results::locate::{Locator, SurfacePoint};
 use orthowear::results::output::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
+use orthowear::results::surface::Surface;
 use orthowear::results::volume::volume_grid;
 use orthowear::results::vtu::{DataArray, UnstructuredGrid, Values};
 
@@ -136,7 +137,7 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
-    let grid = frame_grid(&frame, &FrameMesh::new(&frame), &state).expect("a grid");
+    let grid = frame_grid(&frame, (&FrameMesh::new(&frame), &Surface::default()), &state).expect("a grid");
     assert_eq!((grid.points.len(), grid.types.as_slice()), (12, [9; 6].as_slice()), "shared corners");
     let (s, c) = 30_f64.to_radians().sin_cos();
     let traction = reals(&grid.cell_data, "traction");
@@ -302,7 +303,7 @@ fn meshio_and_vtk_read_what_was_given() {
 
     let mut files = BTreeMap::new();
     for (i, state) in states.iter().enumerate() {
-        let grid = frame_grid(&frame, &cells, state).expect("a grid");
+        let grid = frame_grid(&frame, (&cells, &Surface::default()), state).expect("a grid");
         files.insert(format!("frame_000{}.vtu", i + 1), json_grid(&grid, false));
         let planes = &state.tractions;
         let tractions: Vec<[f64; 3]> = (0..6).map(|c| [0, 1, 2].map(|k| planes[6 * k + c])).collect();
@@ -394,19 +395,20 @@ fn pictures_are_valid_and_small() {
     let mut summary = Summary::new("", "", Units::default());
     summary.conclude(&Ok(Outcome::Converged));
     recorder.finish(&mut summary).expect("written results");
-    assert_eq!(summary.files, ["pressure.svg", "history.svg", "history.csv"]);
+    let pictures = ["pressure.svg", "zones.svg", "profiles.svg", "history.svg"];
+    assert_eq!(summary.files, [&pictures[..], &["history.csv"]].concat());
     if let Some(folder) = std::env::var_os("ORTHOWEAR_KEEP_PICTURES") {
-        for name in ["pressure.svg", "history.svg"] {
+        for name in pictures {
             std::fs::copy(dir.path().join(name), Path::new(&folder).join(name)).expect("a kept picture");
         }
     }
-    for name in ["pressure.svg", "history.svg"] {
+    for name in pictures {
         let size = std::fs::metadata(dir.path().join(name)).expect("a picture").len();
         assert!(size < 4 << 20, "{name} has {size} bytes");
     }
     let Some(python) = python() else { return };
     let parse = "import sys, xml.dom.minidom as m; [m.parse(f) for f in sys.argv[1:]]";
-    let files = ["pressure.svg", "history.svg"].map(|name| dir.path().join(name));
+    let files = pictures.map(|name| dir.path().join(name));
     let output = Command::new(python).args(["-c", parse]).args(files).output().expect("Python starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -75,14 +75,40 @@ impl Axis {
         share.is_finite().then(|| self.pixels[0] + share * (self.pixels[1] - self.pixels[0]))
     }
 
-    /// Values to mark, with their labels; minor marks have none.
+    /// Power of ten, a multiple of three, that the labels are to be multiplied with: not 0 where the numbers themselves
+    /// would be long.
+    pub fn power(&self) -> i32 {
+        let largest = self.high.abs().max(self.low.abs());
+        match self.scale {
+            Scale::Linear if largest > 0.0 && !(1e-4..1e6).contains(&self.step()) => {
+                3 * (largest.log10() / 3.0).floor() as i32
+            }
+            _ => 0,
+        }
+    }
+
+    /// `unit` with the power of ten before it.
+    pub(crate) fn counted_in(&self, unit: &str) -> String {
+        match self.power() {
+            0 => unit.to_owned(),
+            power => format!("10^{{{power}}} {unit}").replace("{-", "{\u{2212}"),
+        }
+    }
+
+    fn step(&self) -> f64 {
+        self.scale.step((self.high - self.low) / 6.0)
+    }
+
+    /// Values to mark, with their labels (without the [`Axis::power`]); minor marks have none.
     pub fn ticks(&self) -> Vec<(f64, Option<String>)> {
         match self.scale {
             Scale::Linear | Scale::Whole => {
-                let step = self.scale.step((self.high - self.low) / 6.0);
+                let step = self.step();
+                let factor = 10_f64.powi(-self.power());
                 let first = (self.low / step - 1e-9).ceil() as i64;
                 let last = (self.high / step + 1e-9).floor() as i64;
-                (first..=last).map(|i| (i as f64 * step, Some(label(i as f64 * step, step)))).collect()
+                let text = |value: f64| Some(label(value * factor, step * factor));
+                (first..=last).map(|i| (i as f64 * step, text(i as f64 * step))).collect()
             }
             Scale::Logarithmic => self.logarithmic_ticks(),
         }
@@ -171,6 +197,16 @@ mod tests {
             ["10^{-7}", "10^{-6}", "10^{-5}", "10^{-4}", "10^{-3}", "0.01"]
         );
         assert_eq!(labels(&[16.0, 256.0], Scale::Logarithmic), ["10", "20", "50", "100", "200", "500"]);
+    }
+
+    /// Truth: the numbers by eye: small ones are counted in powers of a thousand.
+    #[test]
+    fn long_numbers_have_a_power() {
+        let axis = |high: f64| Axis::over([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
+        assert_eq!((axis(3e-3).power(), axis(3e-10).power(), axis(4.2e8).power()), (0, -12, 6));
+        assert_eq!(labels(&[0.0, 3e-10], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
+        assert_eq!(axis(3e-10).counted_in("mm"), "10^{\u{2212}12} mm");
+        assert_eq!(axis(300.0).counted_in("N"), "N");
     }
 
     /// Truth: what cannot be shown does not break the picture.

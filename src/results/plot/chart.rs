@@ -13,6 +13,15 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
 }
 
+/// A range around a series: shaded in its colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// Index of the series.
+    pub series: usize,
+    /// Edges (x, low, high), in order of x.
+    pub edges: Vec<[f64; 3]>,
+}
+
 /// A chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -37,11 +46,17 @@ impl Chart {
 
     /// The chart as a panel of a larger picture.
     pub(crate) fn panel(&self) -> Canvas {
-        let axes = self.axes();
+        self.panel_with(&[])
+    }
+
+    /// The same with ranges around some of its series.
+    pub(crate) fn panel_with(&self, bands: &[Band]) -> Canvas {
+        let axes = self.axes(bands);
         let mut canvas = Canvas::default();
         canvas.text([0.5 * PANEL[0], 20.0], Anchor::Middle, 14.0, &self.title);
         self.draw_axes(&mut canvas, &axes);
         let corner = self.legend_corner(&axes);
+        bands.iter().for_each(|band| draw_band(&mut canvas, band, &axes));
         for (i, series) in self.series.iter().enumerate() {
             draw_series(&mut canvas, series, &axes, i);
         }
@@ -49,9 +64,14 @@ impl Chart {
         canvas
     }
 
-    fn axes(&self) -> [Axis; 2] {
-        let values =
-            |axis: usize| self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis]));
+    fn axes(&self, bands: &[Band]) -> [Axis; 2] {
+        let edges = |axis: usize| {
+            let at = move |[x, low, high]: &[f64; 3]| if axis == 0 { [*x; 2] } else { [*low, *high] };
+            bands.iter().flat_map(move |band| band.edges.iter().flat_map(at))
+        };
+        let values = |axis: usize| {
+            self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis])).chain(edges(axis))
+        };
         let x = Axis::over(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
         let y = Axis::over(values(1), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
         [x, y]
@@ -81,6 +101,13 @@ impl Chart {
         canvas.add(format_args!(
             r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
         ));
+        let [x_power, y_power] = [0, 1].map(|axis| axes[axis].power());
+        if x_power != 0 {
+            canvas.text([right, PANEL[1] - 12.0], Anchor::End, 12.0, &times(x_power));
+        }
+        if y_power != 0 {
+            canvas.text([left - 7.0, top - 8.0], Anchor::End, 12.0, &times(y_power));
+        }
         canvas.text([0.5 * (left + right), PANEL[1] - 12.0], Anchor::Middle, 13.0, &self.labels[0]);
         canvas.upward_text([17.0, 0.5 * (top + bottom)], 13.0, &self.labels[1]);
     }
@@ -157,6 +184,26 @@ fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize)
     }
     if shown.len() <= 60 {
         shown.iter().for_each(|at| mark(canvas, *at, i));
+    }
+}
+
+fn times(power: i32) -> String {
+    format!("\u{d7}10^{{{power}}}").replace("{-", "{\u{2212}")
+}
+
+fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
+    let side = |k: usize| {
+        band.edges
+            .iter()
+            .filter_map(move |edge| Some(format!("{:.1} {:.1}", axes[0].at(edge[0])?, axes[1].at(edge[k])?)))
+    };
+    let low: Vec<String> = side(1).collect();
+    let mut around: Vec<String> = side(2).collect();
+    around.extend(low.into_iter().rev());
+    let colour = SERIES[band.series % SERIES.len()];
+    if around.len() > 2 {
+        let path = around.join("L");
+        canvas.add(format_args!(r#"<path d="M{path}z" fill="{colour}" fill-opacity="0.2"/>"#));
     }
 }
 

@@ -3,15 +3,16 @@
 use super::axis::Scale;
 use super::chart::{Chart, Series};
 use super::{Canvas, PANEL, arranged};
-use crate::history::step::IncrementRecord;
+use crate::history::step::{IncrementRecord, StrokeEnd};
 use crate::results::summary::Units;
 
-/// Forces and areas over the entries and, with cycles, worn volume and wear depth, as one picture.
+/// Forces and areas over the entries and, with cycles, worn volume, load and wear depth over them, as one picture.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
     if records.iter().any(|record| record.cycles_done > 0) {
         panels
             .push(over_cycles(records, "Worn volume", &format!("{}^{{3}}", units.length), |r| r.worn_volume));
+        panels.extend(load_over_cycles(records, units));
         panels.push(over_cycles(records, "Largest worn depth", &units.length, |r| r.max_wear_depth));
     }
     arranged(&panels, PANEL, 2)
@@ -58,4 +59,27 @@ fn over_cycles(records: &[IncrementRecord], title: &str, unit: &str, value: Valu
         }],
     };
     chart.panel()
+}
+
+/// An entry with the ends of its strokes.
+type Jump<'a> = (&'a IncrementRecord, [StrokeEnd; 2]);
+
+/// The load at both ends of the strokes and its mean; `None` where no entry has strokes.
+fn load_over_cycles(records: &[IncrementRecord], units: &Units) -> Option<Canvas> {
+    let jumps: Vec<Jump> = records.iter().filter_map(|record| Some((record, record.stroke_ends?))).collect();
+    let series = |name: &str, value: fn(&Jump) -> f64| Series {
+        name: name.to_owned(),
+        points: jumps.iter().map(|jump| [jump.0.cycles_done as f64, value(jump)]).collect(),
+    };
+    let chart = Chart {
+        title: "Load".to_owned(),
+        labels: ["cycles".to_owned(), format!("normal force, {}", units.force)],
+        scales: [Scale::Linear, Scale::Linear],
+        series: vec![
+            series("mean", |jump| jump.0.normal_force),
+            series("+ end of the stroke", |jump| jump.1[0].normal_force),
+            series("\u{2212} end", |jump| jump.1[1].normal_force),
+        ],
+    };
+    (!jumps.is_empty()).then(|| chart.panel())
 }

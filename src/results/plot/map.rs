@@ -1,158 +1,278 @@
-//! Maps of the contact frame: pressure by colour, with the border between stick and slip.
+//! Maps of the contact frame: pressure, slip, zones and worn depth by colour, with the direction of the fibres.
 
 use nalgebra::Vector2;
 
-use super::axis::{Axis, label};
-use super::{Anchor, Canvas, arranged, colour};
+use super::axis::Axis;
+use super::bar::draw_bar;
+use super::cells::Shapes;
+use super::{Anchor, Canvas, arranged, colour, fibres};
 use crate::frame::ContactFrame;
 use crate::history::step::FrameState;
+use crate::results::summary::Units;
+use crate::results::surface::Surface;
 
-/// Width and height of the panel of a map.
+/// Width and height of the panel of a map, without the words on fibres.
 const PANEL: [f64; 2] = [400.0, 370.0];
 /// The plot area in it: left, top, width, height.
 const AREA: [f64; 4] = [58.0, 40.0, 270.0, 270.0];
-/// Grids with more cells along a side are drawn in blocks, each with the mean of its cells.
-const MOST_CELLS: usize = 96;
 /// Colours are rounded to so many.
 const COLOURS: usize = 64;
+/// Slip is drawn by at most so many arrows along a side.
+const ARROWS: usize = 15;
+/// Colours of cells that stick, and of those that slip.
+const ZONES: [&str; 2] = ["#0072b2", "#f0b45a"];
 
-/// What a map shows of one state.
-#[derive(Debug, Clone)]
-pub struct Panel {
-    title: String,
-    pressure: Vec<f64>,
-    stick: Vec<bool>,
+/// What a map shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapKind {
+    /// Pressure, with dots on the cells that stick.
+    Pressure,
+    /// Length of the slip of body 2 over body 1 in the entry, where there is contact, with arrows.
+    Slip,
+    /// Cells that stick, that slip, and open ones.
+    Zones,
+    /// Worn depth of both bodies together.
+    Wear,
 }
 
-impl Panel {
-    /// The pressure and the stick zone of `state`, on a frame of `n` cells.
+/// What maps show of one state.
+#[derive(Debug, Clone, Default)]
+pub struct MapState {
+    title: String,
+    pressure: Vec<f64>,
+    slip: Vec<[f64; 2]>,
+    status: Vec<u8>,
+    worn: Vec<f64>,
+}
+
+impl MapState {
+    /// The fields of `state`, on a frame of `n` cells; those that are missing are 0.
     pub fn new(title: &str, n: usize, state: &FrameState) -> Self {
+        let slip = |cell: usize| match state.slip.get(n + cell) {
+            Some(y) => [state.slip[cell], *y],
+            None => [0.0; 2],
+        };
         Self {
             title: title.to_owned(),
             pressure: state.tractions.get(2 * n..3 * n).unwrap_or_default().to_vec(),
-            stick: state.status.iter().map(|status| *status == 1).collect(),
+            slip: (0..n).map(slip).collect(),
+            status: state.status.clone(),
+            worn: state.wear_depth.clone(),
+        }
+    }
+
+    /// Whether a map of this kind shows anything.
+    pub fn shows(&self, kind: MapKind) -> bool {
+        match kind {
+            MapKind::Pressure => true,
+            MapKind::Slip => (0..self.slip.len()).any(|cell| self.value(MapKind::Slip, cell) > 0.0),
+            MapKind::Zones => self.status.contains(&1),
+            MapKind::Wear => self.worn.iter().any(|depth| *depth > 0.0),
+        }
+    }
+
+    /// What the colour of a cell stands for.
+    fn value(&self, kind: MapKind, cell: usize) -> f64 {
+        let pressed = self.pressure.get(cell).is_some_and(|p| *p > 0.0);
+        match kind {
+            MapKind::Pressure => self.pressure.get(cell).copied().unwrap_or(0.0),
+            MapKind::Slip if pressed => self.slip.get(cell).map_or(0.0, |[x, y]| x.hypot(*y)),
+            MapKind::Slip | MapKind::Zones => 0.0,
+            MapKind::Wear => self.worn.get(cell).copied().unwrap_or(0.0),
         }
     }
 }
 
-/// Pressure maps side by side, each with its own colour bar; `length` and `stress` are the names of the units.
-pub fn pressure_maps(frame: &ContactFrame, panels: &[Panel], length: &str, stress: &str) -> String {
-    let shapes = Shapes::new(frame);
-    let drawn: Vec<Canvas> = panels.iter().map(|panel| draw(&shapes, panel, length, stress)).collect();
-    arranged(&drawn, PANEL, 3)
-}
-
-/// The cells as they are drawn, in frame coordinates.
-struct Shapes {
-    /// Corners of each drawn cell.
-    corners: Vec<Vec<Vector2<f64>>>,
-    /// The frame's cells that each drawn cell stands for.
-    cells: Vec<Vec<usize>>,
-}
-
-impl Shapes {
-    fn new(frame: &ContactFrame) -> Self {
-        let (s, c) = frame.azimuth.sin_cos();
-        let flat = |p: &crate::geometry::Point| {
-            let arm = p - frame.origin;
-            Vector2::new(c * arm.x + s * arm.y, c * arm.y - s * arm.x)
-        };
-        let corners: Vec<Vec<Vector2<f64>>> =
-            frame.all_corners().map(|cell| cell.iter().map(flat).collect()).collect();
-        let large = frame.whole_grid().filter(|grid| grid.cells.iter().any(|n| *n > MOST_CELLS));
-        match large {
-            Some(grid) => Self::blocks(&corners, grid.cells),
-            None => Self { cells: (0..corners.len()).map(|i| vec![i]).collect(), corners },
-        }
+/// Maps of one kind side by side, each with its own colour bar; `None` if none of the states has anything to show.
+pub fn maps(
+    (frame, surface): (&ContactFrame, &Surface),
+    states: &[MapState],
+    kind: MapKind,
+    units: &Units,
+) -> Option<String> {
+    // Where nothing sticks any more is worth seeing too.
+    let all = kind == MapKind::Zones && states.iter().any(|state| state.shows(kind));
+    let shown: Vec<&MapState> = states.iter().filter(|state| all || state.shows(kind)).collect();
+    if shown.is_empty() {
+        return None;
     }
+    let words = fibres::words(surface, frame.azimuth);
+    let picture = Picture { shapes: Shapes::new(frame), surface, kind, units, words };
+    let panels: Vec<Canvas> = shown.into_iter().map(|state| picture.panel(state)).collect();
+    let size = [PANEL[0], PANEL[1] + 14.0 * picture.words.len() as f64];
+    Some(arranged(&panels, size, 3))
+}
 
-    /// Blocks of a large grid.
-    fn blocks(corners: &[Vec<Vector2<f64>>], cells: [usize; 2]) -> Self {
-        let [bx, by] = cells.map(|n| n.div_ceil(MOST_CELLS));
-        let mut shapes = Self { corners: Vec::new(), cells: Vec::new() };
-        for x0 in (0..cells[0]).step_by(bx) {
-            for y0 in (0..cells[1]).step_by(by) {
-                let (x1, y1) = ((x0 + bx).min(cells[0]), (y0 + by).min(cells[1]));
-                let at = |ix: usize, iy: usize| ix * cells[1] + iy;
-                shapes.cells.push((x0..x1).flat_map(|ix| (y0..y1).map(move |iy| at(ix, iy))).collect());
-                shapes.corners.push(vec![
-                    corners[at(x0, y0)][0],
-                    corners[at(x1 - 1, y0)][1],
-                    corners[at(x1 - 1, y1 - 1)][2],
-                    corners[at(x0, y1 - 1)][3],
-                ]);
+/// What the panels of a picture share.
+struct Picture<'a> {
+    shapes: Shapes,
+    surface: &'a Surface,
+    kind: MapKind,
+    units: &'a Units,
+    words: Vec<String>,
+}
+
+impl Picture<'_> {
+    fn panel(&self, state: &MapState) -> Canvas {
+        let axes = self.shapes.axes(AREA);
+        let mut canvas = Canvas::default();
+        canvas.text([AREA[0], 20.0], Anchor::Start, 14.0, &state.title);
+        match self.kind {
+            MapKind::Pressure => {
+                let peak = self.fill(&mut canvas, &axes, state);
+                self.dots(&mut canvas, &axes, state);
+                note(&mut canvas, "#d55e00", "\u{2022} sticking");
+                draw_bar(&mut canvas, AREA, peak, &self.units.stress());
+            }
+            MapKind::Slip => {
+                let peak = self.fill(&mut canvas, &axes, state);
+                self.arrows(&mut canvas, &axes, state, peak);
+                note(&mut canvas, "#222", "slip of body 2 over body 1");
+                draw_bar(&mut canvas, AREA, peak, &self.units.length);
+            }
+            MapKind::Zones => {
+                self.zones(&mut canvas, &axes, state);
+                draw_zone_key(&mut canvas);
+            }
+            MapKind::Wear => {
+                let peak = self.fill(&mut canvas, &axes, state);
+                note(&mut canvas, "#222", "worn depth, both bodies");
+                draw_bar(&mut canvas, AREA, peak, &self.units.length);
             }
         }
-        shapes
+        draw_axes(&mut canvas, &axes, &self.units.length);
+        fibres::draw_signs(&mut canvas, self.surface, [AREA[0] + AREA[2] - 23.0, AREA[1] + 23.0]);
+        fibres::write_words(&mut canvas, &self.words, [AREA[0], PANEL[1] + 2.0]);
+        canvas
     }
 
-    fn all(&self) -> impl Iterator<Item = &Vector2<f64>> {
-        self.corners.iter().flatten()
+    /// Colours the cells by value; the largest value of a cell.
+    fn fill(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) -> f64 {
+        let value = |cell: &usize| state.value(self.kind, *cell);
+        let peak = self.shapes.cells.iter().flatten().map(value).fold(0.0, f64::max);
+        let mut by_colour = vec![String::new(); COLOURS];
+        for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
+            let sum: f64 = cells.iter().map(value).sum();
+            if sum <= 0.0 || peak <= 0.0 {
+                continue;
+            }
+            let share = sum / cells.len() as f64 / peak;
+            by_colour[((share * COLOURS as f64) as usize).min(COLOURS - 1)] += &outline(corners, axes);
+        }
+        for (i, outlines) in by_colour.iter().enumerate() {
+            paint(canvas, outlines, &colour::of_share((i as f64 + 0.5) / COLOURS as f64));
+        }
+        peak
+    }
+
+    /// Dots on drawn cells of which most stick.
+    fn dots(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) {
+        let mut dots = String::new();
+        for (shape, cells) in self.shapes.cells.iter().enumerate() {
+            let sticking = cells.iter().filter(|&&cell| state.status.get(cell) == Some(&1)).count();
+            if 2 * sticking > cells.len() {
+                dots += &format!("M{}h0", pixels(&self.shapes.middle(shape), axes).unwrap_or_default());
+            }
+        }
+        // To be seen on few cells, and not to cover many.
+        let width = (0.25 * self.shapes.side(&axes[0])).clamp(1.6, 6.0);
+        canvas.add(format_args!(
+            r##"<path d="{dots}" stroke="#d55e00" stroke-width="{width:.1}" stroke-linecap="round" fill="none"/>"##
+        ));
+    }
+
+    /// Colours the cells that stick and those that slip; of several cells drawn as one by what most of them do.
+    fn zones(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState) {
+        let mut by_zone = [String::new(), String::new()];
+        for (corners, cells) in self.shapes.corners.iter().zip(&self.shapes.cells) {
+            let count =
+                |zone: u8| cells.iter().filter(|&&cell| state.status.get(cell) == Some(&zone)).count();
+            let [open, stick, slip] = [0, 1, 2].map(count);
+            if open <= stick + slip {
+                by_zone[usize::from(stick < slip)] += &outline(corners, axes);
+            }
+        }
+        by_zone.iter().zip(ZONES).for_each(|(outlines, fill)| paint(canvas, outlines, fill));
+    }
+
+    /// Arrows of the mean slip in the squares of a lattice, the largest as long as a square.
+    fn arrows(&self, canvas: &mut Canvas, axes: &[Axis; 2], state: &MapState, peak: f64) {
+        if peak <= 0.0 {
+            return;
+        }
+        let square = AREA[2] / ARROWS as f64;
+        let mut sums = vec![(0.0, Vector2::zeros(), Vector2::zeros()); ARROWS * ARROWS];
+        for (shape, cells) in self.shapes.cells.iter().enumerate() {
+            let middle = self.shapes.middle(shape);
+            let Some((x, y)) = axes[0].at(middle.x).zip(axes[1].at(middle.y)) else { continue };
+            let index = |at: f64| ((at / square).max(0.0) as usize).min(ARROWS - 1);
+            let sum = &mut sums[index(x - AREA[0]) * ARROWS + index(y - AREA[1])];
+            for &cell in cells.iter().filter(|&&cell| state.value(MapKind::Slip, cell) > 0.0) {
+                let [sx, sy] = state.slip[cell];
+                sum.0 += 1.0;
+                sum.1 += Vector2::new(x, y);
+                sum.2 += Vector2::new(sx, -sy);
+            }
+        }
+        let mut path = String::new();
+        for (count, place, slip) in sums.into_iter().filter(|sum| sum.0 > 0.0) {
+            let slip: Vector2<f64> = slip * (square / (count * peak));
+            let tip = place / count + slip * 0.5;
+            if slip.norm() < 1.0 {
+                continue;
+            }
+            let head = slip.normalize() * (0.4 * slip.norm()).min(4.0);
+            let side = Vector2::new(-head.y, head.x) * 0.6;
+            let (tail, left, right) = (tip - slip, tip - head + side, tip - head - side);
+            path += &format!(
+                "M{:.1} {:.1}L{:.1} {:.1}M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}",
+                tail.x, tail.y, tip.x, tip.y, left.x, left.y, tip.x, tip.y, right.x, right.y
+            );
+        }
+        for (shade, width) in [("white", 2.6), ("#222", 1.1)] {
+            canvas.add(format_args!(
+                r#"<path d="{path}" stroke="{shade}" stroke-width="{width}" fill="none"/>"#
+            ));
+        }
     }
 }
 
-fn draw(shapes: &Shapes, panel: &Panel, length: &str, stress: &str) -> Canvas {
-    let peak = panel.pressure.iter().copied().fold(0.0, f64::max);
-    let [x, y] = axes(shapes);
-    let mut canvas = Canvas::default();
-    canvas.text([AREA[0], 20.0], Anchor::Start, 14.0, &panel.title);
-    let to_pixels = |p: &Vector2<f64>| Some(format!("{:.1} {:.1}", x.at(p.x)?, y.at(p.y)?));
-    let mut by_colour = vec![String::new(); COLOURS];
-    let mut dots = String::new();
-    for (corners, cells) in shapes.corners.iter().zip(&shapes.cells) {
-        let sum: f64 = cells.iter().filter_map(|&i| panel.pressure.get(i)).sum();
-        if sum <= 0.0 || peak <= 0.0 {
-            continue;
-        }
-        let share = sum / cells.len() as f64 / peak;
-        let outline: Vec<String> = corners.iter().filter_map(to_pixels).collect();
-        by_colour[((share * COLOURS as f64) as usize).min(COLOURS - 1)] +=
-            &format!("M{}z", outline.join("L"));
-        let sticking = cells.iter().filter(|&&i| panel.stick.get(i) == Some(&true)).count();
-        let middle = corners.iter().sum::<Vector2<f64>>() / corners.len() as f64;
-        if 2 * sticking > cells.len() {
-            dots += &format!("M{}h0", to_pixels(&middle).unwrap_or_default());
-        }
-    }
-    for (i, outlines) in by_colour.iter().enumerate().filter(|(_, outlines)| !outlines.is_empty()) {
-        // The stroke closes the hairlines between neighbours.
-        let fill = colour::of_share((i as f64 + 0.5) / COLOURS as f64);
+fn pixels(p: &Vector2<f64>, axes: &[Axis; 2]) -> Option<String> {
+    Some(format!("{:.1} {:.1}", axes[0].at(p.x)?, axes[1].at(p.y)?))
+}
+
+fn outline(corners: &[Vector2<f64>], axes: &[Axis; 2]) -> String {
+    let points: Vec<String> = corners.iter().filter_map(|p| pixels(p, axes)).collect();
+    format!("M{}z", points.join("L"))
+}
+
+/// Fills outlines; the stroke closes the hairlines between neighbours.
+fn paint(canvas: &mut Canvas, outlines: &str, fill: &str) {
+    if !outlines.is_empty() {
         canvas
             .add(format_args!(r#"<path d="{outlines}" fill="{fill}" stroke="{fill}" stroke-width="0.6"/>"#));
     }
-    canvas.add(format_args!(
-        r##"<path d="{dots}" stroke="#d55e00" stroke-width="{:.1}" stroke-linecap="round" fill="none"/>"##,
-        dot_size(shapes, &x)
-    ));
-    draw_axes(&mut canvas, &[x, y], length);
-    draw_bar(&mut canvas, peak, stress);
-    canvas
 }
 
-/// Width of the dot in a cell that sticks, pixels: to be seen on few cells, and not to cover many.
-fn dot_size(shapes: &Shapes, x: &Axis) -> f64 {
-    let doubled = |corners: &Vec<Vector2<f64>>| -> f64 {
-        let next = corners.iter().cycle().skip(1);
-        corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum()
-    };
-    let area = 0.5 * shapes.corners.iter().map(|corners| doubled(corners).abs()).sum::<f64>();
-    let side = (area / shapes.corners.len() as f64).sqrt();
-    let pixels = x.at(side).zip(x.at(0.0)).map_or(0.0, |(to, from)| to - from);
-    (0.25 * pixels).clamp(1.6, 6.0)
+/// A few words at the upper right of the plot area.
+fn note(canvas: &mut Canvas, fill: &str, text: &str) {
+    canvas.add(format_args!(r#"<g fill="{fill}">"#));
+    canvas.text([AREA[0] + AREA[2], AREA[1] - 6.0], Anchor::End, 11.0, text);
+    canvas.add(format_args!("</g>"));
 }
 
-/// Axes of equal scale around all cells.
-fn axes(shapes: &Shapes) -> [Axis; 2] {
-    let range = |axis: usize| {
-        shapes.all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[axis]), h.max(p[axis])))
-    };
-    let (rx, ry) = (range(0), range(1));
-    let half = 0.5 * (rx.1 - rx.0).max(ry.1 - ry.0);
-    let around = |(low, high): (f64, f64)| [0.5 * (low + high) - half, 0.5 * (low + high) + half];
-    [
-        Axis::exactly(around(rx), [AREA[0], AREA[0] + AREA[2]]),
-        Axis::exactly(around(ry), [AREA[1] + AREA[3], AREA[1]]),
-    ]
+/// What the colours of zones mean, in the place of the bar.
+fn draw_zone_key(canvas: &mut Canvas) {
+    let left = AREA[0] + AREA[2] + 10.0;
+    for (i, (name, fill)) in
+        [("stick", ZONES[0]), ("slip", ZONES[1]), ("open", "white")].into_iter().enumerate()
+    {
+        let top = AREA[1] + 20.0 * i as f64;
+        canvas.add(format_args!(
+            r##"<rect x="{left}" y="{top}" width="12" height="12" fill="{fill}" stroke="#888"/>"##
+        ));
+        canvas.text([left + 17.0, top + 10.0], Anchor::Start, 11.0, name);
+    }
 }
 
 fn draw_axes(canvas: &mut Canvas, axes: &[Axis; 2], length: &str) {
@@ -171,39 +291,89 @@ fn draw_axes(canvas: &mut Canvas, axes: &[Axis; 2], length: &str) {
     canvas.add(format_args!(
         r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
     ));
-    canvas.text([left + 0.5 * width, bottom + 36.0], Anchor::Middle, 12.0, &format!("x, {length}"));
-    canvas.upward_text([16.0, top + 0.5 * height], 12.0, &format!("y, {length}"));
-    let note = "\u{2022} sticking";
-    canvas.add(format_args!(r##"<g fill="#d55e00">"##));
-    canvas.text([left + width, top - 6.0], Anchor::End, 11.0, note);
-    canvas.add(format_args!("</g>"));
+    canvas.text(
+        [left + 0.5 * width, bottom + 36.0],
+        Anchor::Middle,
+        12.0,
+        &format!("x, {}", axes[0].counted_in(length)),
+    );
+    canvas.upward_text([16.0, top + 0.5 * height], 12.0, &format!("y, {}", axes[1].counted_in(length)));
 }
 
-fn draw_bar(canvas: &mut Canvas, peak: f64, stress: &str) {
-    let (left, top, width, height) = (AREA[0] + AREA[2] + 12.0, AREA[1], 12.0, AREA[3]);
-    let steps = 60;
-    for i in 0..steps {
-        let fill = colour::of_share((f64::from(i) + 0.5) / f64::from(steps));
-        let step = height / f64::from(steps);
-        let y = top + height - f64::from(i + 1) * step;
-        canvas.add(format_args!(
-            r#"<rect x="{left}" y="{y:.2}" width="{width}" height="{:.2}" fill="{fill}" shape-rendering="crispEdges"/>"#,
-            step + 0.5
-        ));
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Side;
+    use crate::results::surface::SurfaceFibre;
+
+    /// A frame of 2 x 2 cells: (-, -) open, (-, +) sticks, (+, -) and (+, +) slip along x and -y.
+    fn state() -> (ContactFrame, MapState) {
+        let frame = ContactFrame::grid([1.0, 1.0], [2, 2], [0.0, 0.0], 0.0).unwrap();
+        let fields = FrameState {
+            tractions: [vec![0.0; 8], vec![0.0, 50.0, 100.0, 25.0]].concat(),
+            gap: Vec::new(),
+            slip: vec![9.0, 0.0, 0.04, 0.0, 9.0, 0.0, 0.0, -0.02],
+            status: vec![0, 1, 2, 2],
+            wear_depth: vec![0.0, 0.0, 3e-7, 6e-7],
+        };
+        (frame, MapState::new("a", 4, &fields))
     }
-    canvas.text([left, top - 8.0], Anchor::Start, 11.0, stress);
-    if peak > 0.0 {
-        let axis = Axis::exactly([0.0, peak], [top + height, top]);
-        for (value, label) in axis.ticks() {
-            let Some(y) = axis.at(value) else { continue };
-            canvas.text([left + width + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
-        }
-        canvas.text(
-            // Below the labels of x, whose last one reaches under the bar.
-            [left, top + height + 34.0],
-            Anchor::Start,
-            11.0,
-            &format!("max {}", label(peak, peak / 100.0)),
+
+    fn drawn(kind: MapKind) -> String {
+        let (frame, state) = state();
+        let fibre = SurfaceFibre { side: Side::Upper, tilt: 0.5, azimuth: 0.0 };
+        let surface = Surface { fibres: vec![fibre], ..Surface::default() };
+        maps((&frame, &surface), &[state], kind, &Units::default()).unwrap()
+    }
+
+    /// Whether the picture fills the cell whose corner (low x, low y) lies at these pixels with `fill`.
+    fn filled(picture: &str, [x, y]: [f64; 2], fill: &str) -> bool {
+        let fill = format!("fill=\"{fill}\"");
+        picture.lines().any(|line| line.contains(&fill) && line.contains(&format!("M{x:.1} {y:.1}L")))
+    }
+
+    /// Truth: the four cells by hand: 270 pixels for 2 mm from (58, 40), y upwards; the darkest colour is the largest value.
+    #[test]
+    fn cells_have_the_colours_of_their_values() {
+        let darkest = colour::of_share((COLOURS as f64 - 0.5) / COLOURS as f64);
+        let half = colour::of_share((COLOURS as f64 / 2.0 + 0.5) / COLOURS as f64);
+        let pressure = drawn(MapKind::Pressure);
+        assert!(filled(&pressure, [193.0, 310.0], &darkest), "{pressure}");
+        assert!(filled(&pressure, [58.0, 175.0], &half), "{pressure}");
+        assert!(pressure.contains("max 100") && pressure.contains("fibres of body 2: tilt 28.65\u{b0}"));
+        let zones = drawn(MapKind::Zones);
+        assert!(
+            filled(&zones, [58.0, 175.0], ZONES[0]) && filled(&zones, [193.0, 175.0], ZONES[1]),
+            "{zones}"
         );
+        assert!(!zones.contains("M58.0 310.0L"), "an open cell is coloured: {zones}");
+        let wear = drawn(MapKind::Wear);
+        assert!(filled(&wear, [193.0, 175.0], &darkest) && filled(&wear, [193.0, 310.0], &half), "{wear}");
+        assert!(wear.contains("max 600") && wear.contains("\u{2212}9"), "{wear}");
+    }
+
+    /// Truth: arrows by hand: the slip 0.04 along x is 18 pixels to the right, half of it along -y is 9 pixels down;
+    /// where nothing is pressed there is none.
+    #[test]
+    fn arrows_have_the_direction_and_length_of_the_slip() {
+        let picture = drawn(MapKind::Slip);
+        let line =
+            picture.lines().find(|line| line.contains("stroke=\"#222\" stroke-width=\"1.1\"")).unwrap();
+        let shafts: Vec<[f64; 4]> = line
+            .split('"')
+            .nth(1)
+            .unwrap()
+            .split('M')
+            .skip(1)
+            .step_by(2)
+            .map(|shaft| {
+                let numbers: Vec<f64> = shaft.split(['L', ' ']).map(|n| n.parse().unwrap()).collect();
+                numbers.try_into().unwrap()
+            })
+            .collect();
+        let lengths: Vec<[f64; 2]> = shafts.iter().map(|s| [s[2] - s[0], s[3] - s[1]]).collect();
+        assert_eq!(lengths.len(), 2, "{shafts:?}");
+        assert!(lengths.contains(&[18.0, 0.0]) && lengths.contains(&[0.0, 9.0]), "{shafts:?}");
+        assert!(picture.contains("max 0.0400"), "{picture}");
     }
 }

@@ -1,11 +1,15 @@
-//! Plots as SVG: charts with linear or logarithmic axes, and maps of the contact frame.
+//! Plots as SVG: charts with linear or logarithmic axes, maps of the contact frame, loops of force over shift.
 //!
 //! A picture is text with no need of fonts or libraries; sizes are in pixels.
 
 pub mod axis;
+mod bar;
+mod cells;
 pub mod chart;
 pub mod colour;
+mod fibres;
 pub mod history;
+pub mod loops;
 pub mod map;
 
 use std::fmt::Write as _;
