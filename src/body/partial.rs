@@ -15,6 +15,7 @@ use crate::fem::CondensedBody;
 use crate::frame::FaceMap;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::course::Course;
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::operator::{Entries, Flexibility};
 
@@ -31,11 +32,13 @@ struct Formed {
     flexibility: CondensedFlexibility,
     /// Whether it was compared with the body solved afresh.
     compared: AtomicBool,
+    /// Cells that came after the first ones, call by call.
+    later: Vec<Vec<usize>>,
 }
 
 impl Formed {
     fn new(cells: Vec<bool>, flexibility: CondensedFlexibility) -> RwLock<Self> {
-        RwLock::new(Self { cells, flexibility, compared: AtomicBool::new(false) })
+        RwLock::new(Self { cells, flexibility, compared: AtomicBool::new(false), later: Vec::new() })
     }
 }
 
@@ -164,7 +167,25 @@ impl Flexibility for PartialFlexibility {
             return Ok(());
         }
         let flexibility = grown(&formed.flexibility, &self.whole, &wanted, &self.body)?;
-        *formed = Formed { cells: wanted, flexibility, compared: AtomicBool::new(false) };
+        let mut later = std::mem::take(&mut formed.later);
+        later.push(cells.to_vec());
+        *formed = Formed { cells: wanted, flexibility, compared: AtomicBool::new(false), later };
+        Ok(())
+    }
+
+    fn course(&self) -> Course {
+        let formed = self.formed();
+        Course {
+            formed: formed.later.clone(),
+            compared: formed.compared.load(Ordering::Relaxed),
+            ..Course::default()
+        }
+    }
+
+    /// Row by row in the order in which they came: the entries between new cells are those of the later of two.
+    fn repeat(&self, course: &Course) -> Result<()> {
+        course.formed.iter().try_for_each(|cells| self.form(cells))?;
+        self.formed().compared.store(course.compared, Ordering::Relaxed);
         Ok(())
     }
 }

@@ -4,6 +4,7 @@ mod cgroup;
 mod assembly;
 pub mod cell_matrix;
 mod column_counts;
+pub mod course;
 pub mod dense;
 pub mod factor;
 pub mod gmres;

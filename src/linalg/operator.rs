@@ -10,6 +10,7 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
+use super::course::Course;
 use crate::error::Result;
 
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
@@ -111,6 +112,19 @@ pub trait Flexibility: Send + Sync {
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.
     fn form(&self, _cells: &[usize]) -> Result<()> {
+        Ok(())
+    }
+
+    /// What it has come to hold since it was made.
+    fn course(&self) -> Course {
+        Course::default()
+    }
+
+    /// Comes to hold the same, if it is as it was made.
+    ///
+    /// # Errors
+    /// As [`Self::form`].
+    fn repeat(&self, _course: &Course) -> Result<()> {
         Ok(())
     }
 }
@@ -289,6 +303,14 @@ impl Flexibility for SharedFlexibility {
     fn form(&self, cells: &[usize]) -> Result<()> {
         self.0.form(cells)
     }
+
+    fn course(&self) -> Course {
+        self.0.course()
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.0.repeat(course)
+    }
 }
 
 /// The sum of several operators on one frame.
@@ -407,5 +429,13 @@ impl Flexibility for SumFlexibility {
 
     fn form(&self, cells: &[usize]) -> Result<()> {
         self.parts.iter().try_for_each(|part| part.form(cells))
+    }
+
+    fn course(&self) -> Course {
+        Course { parts: self.parts.iter().map(|part| part.course()).collect(), ..Course::default() }
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.parts.iter().zip(&course.parts).try_for_each(|(part, course)| part.repeat(course))
     }
 }

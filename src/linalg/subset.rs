@@ -7,7 +7,9 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
+use super::course::Course;
 use super::operator::{Defect, Entries, Flexibility};
+use crate::error::Result;
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
@@ -135,6 +137,14 @@ impl Flexibility for SubsetFlexibility {
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
         let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
         self.whole.add_entries(&places, matrix);
+    }
+
+    fn course(&self) -> Course {
+        self.whole.course()
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.whole.repeat(course)
     }
 }
 

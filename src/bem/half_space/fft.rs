@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::course::Course;
 use crate::linalg::memory;
 use crate::linalg::operator::{Entries, Flexibility, TangentialFlexibility};
 
@@ -111,6 +112,13 @@ impl FftFlexibility {
             tangential_single: OnceLock::new(),
             smaller: Mutex::new(Vec::new()),
         }
+    }
+
+    /// The same on a smaller grid, whose cells are `factor` of its own along a side.
+    fn smaller_one(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
+        let spacing = self.spacing.map(|side| side * factor as f64);
+        let table = (self.table.clone(), factor);
+        Arc::new(Self::of_table(cells, table, spacing, self.coupled, self.admittance.clone()))
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
@@ -324,9 +332,7 @@ impl Flexibility for FftFlexibility {
             None => {
                 // As many cells as the padded size has room for.
                 let cells = [0, 1].map(|axis| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2)));
-                let spacing = self.spacing.map(|side| side * factor as f64);
-                let table = (self.table.clone(), factor);
-                Arc::new(Self::of_table(cells, table, spacing, self.coupled, self.admittance.clone()))
+                self.smaller_one(cells, factor)
             }
         };
         kept.push(operator.clone());
@@ -334,6 +340,20 @@ impl Flexibility for FftFlexibility {
             kept.remove(0);
         }
         Some(operator)
+    }
+
+    /// Which of the operators on smaller grids serve a window depends on the windows before it.
+    fn course(&self) -> Course {
+        let kept = self.smaller.lock().expect("no panic while the operators are held");
+        let smaller = kept.iter().map(|operator| (operator.convolution.cells, operator.factor)).collect();
+        let parts = kept.iter().map(|operator| operator.course()).collect();
+        Course { smaller, parts, ..Course::default() }
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        let mut kept = self.smaller.lock().expect("no panic while the operators are held");
+        *kept = course.smaller.iter().map(|&(cells, factor)| self.smaller_one(cells, factor)).collect();
+        kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.repeat(course))
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
