@@ -1,6 +1,7 @@
 //! The validated inputs of a run; angles in radians.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -57,6 +58,8 @@ pub struct Plan {
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.
     pub notes: Vec<String>,
+    /// Files that the scene names, by key.
+    pub files: Vec<(String, PathBuf)>,
     /// The scene file, for messages that point into it.
     pub document: Document,
 }

@@ -277,8 +277,8 @@ fn index(component: Component) -> usize {
 }
 
 fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
-    let path = r.document.folder.join(name);
     let place = format!("{key}.mesh");
+    let path = r.file(&place, name);
     if path.is_dir() {
         let message = format!("{} is a folder, not a mesh file", path.display());
         r.wrong(&place, message, "a folder", format!("name the file in it{}", neighbours(&path.join("x"))));

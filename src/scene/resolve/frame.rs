@@ -209,7 +209,7 @@ fn heights(
     angle: f64,
     frame: Option<&FrameSpec>,
 ) -> Option<Heights> {
-    let path = r.document.folder.join(file);
+    let path = r.file("gap.file", file);
     let array = match height_file::read(&path) {
         Ok(array) => array,
         Err(error) => {

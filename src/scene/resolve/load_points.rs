@@ -30,7 +30,7 @@ pub(super) struct LoadPoint {
 
 /// The load points of the history at `key`, or `None` with what is wrong reported.
 pub(super) fn read(r: &mut Resolver, key: &str, history: &History) -> Option<Vec<LoadPoint>> {
-    let path = r.document.folder.join(&history.file);
+    let path = r.file(&format!("{key}.file"), &history.file);
     let text = match std::fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) => {

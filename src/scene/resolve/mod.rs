@@ -12,6 +12,8 @@ mod placements;
 mod rolling;
 mod steps;
 
+use std::path::PathBuf;
+
 use serde::de::DeserializeOwned;
 
 use super::document::{Document, Value};
@@ -27,6 +29,8 @@ pub(super) struct Resolver<'a> {
     pub document: &'a Document,
     pub mistakes: Vec<Mistake>,
     pub notes: Vec<String>,
+    /// Files that the scene names, by key.
+    pub files: Vec<(String, PathBuf)>,
     /// Whether the schema walk found nothing, so that a section that cannot be read is news.
     pub clean: bool,
 }
@@ -35,6 +39,13 @@ impl<'a> Resolver<'a> {
     /// Collects a mistake at `key`.
     pub fn wrong(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
         self.mistakes.push(Mistake::at(self.document, key, message).label(label).mend(mend));
+    }
+
+    /// Where the file `name` lies that `key` names.
+    pub fn file(&mut self, key: &str, name: &str) -> PathBuf {
+        let path = self.document.folder.join(name);
+        self.files.push((key.to_owned(), path.clone()));
+        path
     }
 
     /// The section at `key` as its type; `None` if absent or already known to be broken.
@@ -76,7 +87,7 @@ impl<'a> Resolver<'a> {
 
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
 pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Mistake>, Vec<String>) {
-    let mut r = Resolver { document, mistakes: Vec::new(), notes: Vec::new(), clean };
+    let mut r = Resolver { document, mistakes: Vec::new(), notes: Vec::new(), files: Vec::new(), clean };
     let plan = plan(&mut r);
     let whole = clean && r.mistakes.is_empty();
     (plan.filter(|_| whole), r.mistakes, r.notes)
@@ -124,6 +135,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         output: output?,
         cache: None,
         notes: r.notes.clone(),
+        files: std::mem::take(&mut r.files),
         document: r.document.clone(),
     })
 }

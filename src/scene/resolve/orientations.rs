@@ -156,7 +156,7 @@ fn from_file(
     field: Option<&str>,
     mesh: &Mesh,
 ) -> Option<Orientation> {
-    let path = r.document.folder.join(file);
+    let path = r.file(&format!("{key}.file"), file);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("msh")) {
         let fields = match gmsh::read_fields(&path) {
             Ok(fields) => fields,
