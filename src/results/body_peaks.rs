@@ -1,6 +1,8 @@
 //! The peaks of a body's stress, failure indices and estimated error, for the summary.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::body::StressField;
 use crate::fem::{ErrorEstimate, ExposureField, ROUNDING};
@@ -12,7 +14,7 @@ use crate::results::surface_stress::SurfaceStress;
 const HALF: f64 = 0.5;
 
 /// A largest value and where it is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// The value.
     pub value: f64,
@@ -21,20 +23,20 @@ pub struct Peak {
 }
 
 /// The largest index of a criterion.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IndexPeak {
     /// Name of the criterion, as in the field files.
-    pub criterion: &'static str,
+    pub criterion: Cow<'static, str>,
     /// Stress exposure: 1 at failure.
     pub value: f64,
     /// How it fails there.
-    pub mode: &'static str,
+    pub mode: Cow<'static, str>,
     /// Undeformed position, global axes.
     pub position: [f64; 3],
 }
 
 /// The estimated error of a body in one increment.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRecord {
     /// Relative to the norm of the stress, in the energy norm.
     pub relative: f64,
@@ -48,7 +50,7 @@ pub struct ErrorRecord {
 }
 
 /// Where the error is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorstCells {
     /// Number of the fewest cells that hold half of the squared error.
     pub count: usize,
@@ -61,26 +63,26 @@ pub struct WorstCells {
 }
 
 /// The peaks of a body's stress.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyPeaks {
     /// Largest equivalent stress of von Mises.
     pub von_mises: Peak,
     /// Largest index of each criterion.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub indices: Vec<IndexPeak>,
     /// Largest principal stress in the plane of the contact surface.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sigma_tangential: Option<Peak>,
     /// Estimated error.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub error: Option<ErrorRecord>,
 }
 
 /// The peaks of a body after an increment: an entry of `summary.bodies`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyRecord {
     /// "body1" or "body2".
-    pub body: &'static str,
+    pub body: Cow<'static, str>,
     /// Name of the step.
     pub name: String,
     /// Number of the increment or jump in its step, from 1.
@@ -122,7 +124,8 @@ fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
         let (point, _) = largest(exposure.points.iter().map(|e| e.value))?;
         let Exposure { value, mode } = exposure.points[point];
         let position = mesh.points[field.points.node[point]];
-        Some(IndexPeak { criterion: exposure.criterion.name(), value, mode: mode.name(), position })
+        let (criterion, mode) = (exposure.criterion.name().into(), mode.name().into());
+        Some(IndexPeak { criterion, value, mode, position })
     };
     field.exposures.iter().filter_map(peak).collect()
 }

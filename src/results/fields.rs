@@ -56,11 +56,27 @@ pub struct FieldWriter<'a> {
     mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     wanted: Vec<FieldKind>,
-    increments: usize,
-    collections: BTreeMap<String, Vec<(f64, String)>>,
     surface: Surface,
+    written: Written,
+}
+
+/// What has been written so far, and what is kept for the end.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Written {
+    increments: usize,
+    /// Files of each series with their times.
+    collections: BTreeMap<String, Vec<(f64, String)>>,
     pictures: Pictures,
     peaks: Vec<BodyRecord>,
+}
+
+impl Written {
+    /// Takes files out that are no longer there.
+    pub fn forget(&mut self, missing: &[String]) {
+        for files in self.collections.values_mut() {
+            files.retain(|(_, name)| !missing.contains(name));
+        }
+    }
 }
 
 impl<'a> FieldWriter<'a> {
@@ -71,12 +87,20 @@ impl<'a> FieldWriter<'a> {
             mesh: OnceCell::new(),
             bodies,
             wanted: wanted.to_vec(),
-            increments: 0,
-            collections: BTreeMap::new(),
             surface: Surface::default(),
-            pictures: Pictures::default(),
-            peaks: Vec::new(),
+            written: Written::default(),
         }
+    }
+
+    /// The same after what another one has written.
+    pub fn after(mut self, written: Written) -> Self {
+        self.written = written;
+        self
+    }
+
+    /// What it has written so far.
+    pub fn written(&self) -> &Written {
+        &self.written
     }
 
     /// Also says which axes and fibres the surface has, and whose surface wears.
@@ -104,9 +128,9 @@ impl<'a> FieldWriter<'a> {
         record: &IncrementRecord,
         state: &FrameState,
     ) -> Result<()> {
-        self.increments += 1;
+        self.written.increments += 1;
         if self.wanted.contains(&FieldKind::Svg) {
-            self.pictures.keep(self.frame.n_cells(), record, state);
+            self.written.pictures.keep(self.frame.n_cells(), record, state);
         }
         if self.wanted.contains(&FieldKind::Vtu) {
             let grid = frame_grid(self.frame, (self.mesh(), &self.surface), state)?;
@@ -137,7 +161,7 @@ impl<'a> FieldWriter<'a> {
         }
         if let Some(peaks) = body.peaks(self.frame, &field, &tractions) {
             let (step, increment) = (record.name.clone(), record.increment);
-            self.peaks.push(BodyRecord { body: name, name: step, increment, peaks });
+            self.written.peaks.push(BodyRecord { body: name.into(), name: step, increment, peaks });
         }
         let meshed = matches!(body.shape, BodyShape::Mesh { .. });
         if wanted.contains(&FieldKind::Vtu) || (meshed && wanted.contains(&FieldKind::Stress)) {
@@ -153,10 +177,11 @@ impl<'a> FieldWriter<'a> {
     }
 
     fn write(&mut self, output: &mut OutputDir, series: &str, grid: &UnstructuredGrid) -> Result<()> {
-        let file = format!("{series}_{:04}.vtu", self.increments);
+        let increments = self.written.increments;
+        let file = format!("{series}_{increments:04}.vtu");
         output.write(&file, |out| grid.write(out))?;
-        let files = self.collections.entry(series.to_owned()).or_default();
-        files.push((self.increments as f64, file));
+        let files = self.written.collections.entry(series.to_owned()).or_default();
+        files.push((increments as f64, file));
         Ok(())
     }
 
@@ -166,11 +191,12 @@ impl<'a> FieldWriter<'a> {
     /// # Errors
     /// Resources, if a file cannot be written.
     pub fn finish(self, output: &mut OutputDir, summary: &mut Summary) -> Result<()> {
-        summary.bodies = self.peaks;
-        for (series, files) in self.collections {
+        let Written { collections, pictures, peaks, .. } = self.written;
+        summary.bodies = peaks;
+        for (series, files) in collections {
             write_text(output, &format!("{series}.pvd"), &collection(&files))?;
         }
-        self.pictures.write((self.frame, &self.surface), output, summary)
+        pictures.write((self.frame, &self.surface), output, summary)
     }
 }
 

@@ -6,12 +6,15 @@
 pub mod along;
 pub mod body_fields;
 pub mod body_peaks;
+pub mod checkpoint;
 pub mod comparison;
 pub mod condensation;
 pub mod fields;
+pub mod file;
 pub mod frame_fields;
 pub mod locate;
 pub mod memory;
+pub mod origin;
 pub mod output;
 pub mod pictures;
 pub mod plot;

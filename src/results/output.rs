@@ -1,29 +1,62 @@
 //! The output directory of a run. Files are gathered in a hidden folder inside it and moved to their names when the
-//! run has ended, so that a run that fails or is killed loses nothing that was there.
+//! run has ended, so that a run that fails or is killed loses nothing that was there. What a run with checkpoints has gathered
+//! stays there for the one that goes on with it.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::results::checkpoint;
+pub use crate::results::file::write_atomically;
+use crate::results::file::{Hashed, hexadecimal, sha256_of, sync_folder};
+pub(crate) use crate::results::file::{failure, write_failure};
 use crate::results::summary::{Status, Summary};
 
 /// Name of the summary's file.
 pub const SUMMARY: &str = "summary.json";
 
-/// A directory that receives the results of one run.
+/// Folder in which files are gathered; inside the target, for a rename works only within one file system.
+const GATHERING: &str = ".incoming";
+
+/// A file that a run has gathered.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Gathered {
+    /// Its name.
+    pub name: String,
+    /// Its length, bytes.
+    pub bytes: u64,
+    /// SHA-256 of its content, hexadecimal.
+    pub sha256: String,
+}
+
+/// A directory that receives the results of one run at a time.
 #[derive(Debug)]
 pub struct OutputDir {
     target: PathBuf,
-    staging: PathBuf,
-    files: Vec<String>,
+    gathering: PathBuf,
+    files: Vec<Gathered>,
+    /// Whether an unfinished run lies here that this one neither goes on with nor has set aside.
+    untouched: bool,
+    /// Whether this run goes on with one that lay here.
+    continued: bool,
+    /// Whether what is gathered is kept if the run does not come to its end.
+    lasting: bool,
+    /// What the user should know.
+    notes: Vec<String>,
+    /// Holds the lock as long as it is open.
+    _lock: Option<File>,
 }
 
 impl OutputDir {
-    /// Prepares `target` (made if absent) to receive results; nothing in it changes before [`OutputDir::finish`].
+    /// Prepares `target` (made if absent) to receive results; nothing in it changes before a file is written or
+    /// [`OutputDir::finish`].
     ///
     /// # Errors
-    /// Input, if `target` is not a directory; resources, if it cannot be made or written to.
+    /// Input, if `target` is not a directory; resources, if it cannot be made or written to, or another run writes there.
     pub fn open(target: &Path) -> Result<Self> {
         if target.exists() && !target.is_dir() {
             return Err(Error::input(format!(
@@ -31,14 +64,27 @@ impl OutputDir {
                 target.display()
             )));
         }
-        // Inside the target, for a rename works only within one file system.
-        let staging = target.join(format!(".incoming-{}", std::process::id()));
-        if staging.exists() {
-            fs::remove_dir_all(&staging).map_err(|e| failure("cannot remove", &staging, &e))?;
+        fs::create_dir_all(target).map_err(|e| failure("cannot make the output directory", target, &e))?;
+        let lock = lock(target)?;
+        checkpoint::sweep(target);
+        let untouched = checkpoint::are_in(target);
+        let gathering = target.join(GATHERING);
+        if gathering.exists() && !untouched {
+            // Without a checkpoint nothing can go on from it.
+            fs::remove_dir_all(&gathering).map_err(|e| failure("cannot remove", &gathering, &e))?;
         }
-        fs::create_dir_all(&staging)
-            .map_err(|e| failure("cannot make the output directory", &staging, &e))?;
-        Ok(Self { target: target.to_owned(), staging, files: Vec::new() })
+        fs::create_dir_all(&gathering)
+            .map_err(|e| failure("cannot make the output directory", &gathering, &e))?;
+        Ok(Self {
+            target: target.to_owned(),
+            gathering,
+            files: Vec::new(),
+            untouched,
+            continued: false,
+            lasting: untouched,
+            notes: Vec::new(),
+            _lock: lock,
+        })
     }
 
     /// Where the results will be.
@@ -46,9 +92,95 @@ impl OutputDir {
         &self.target
     }
 
-    /// Names of the files gathered so far.
-    pub fn files(&self) -> &[String] {
+    /// The files gathered so far.
+    pub fn files(&self) -> &[Gathered] {
         &self.files
+    }
+
+    /// Whether this run goes on with one that lay here.
+    pub fn continues(&self) -> bool {
+        self.continued
+    }
+
+    /// Goes on with the run that gathered `files`; they are looked for where it gathered them, and where runs that ended put
+    /// them. The names of those that are nowhere.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be moved or read.
+    pub fn adopt(&mut self, files: Vec<Gathered>) -> Result<Vec<String>> {
+        (self.untouched, self.continued, self.lasting) = (false, true, true);
+        let mut missing = Vec::new();
+        for file in files {
+            if self.fetch(&file)? {
+                self.files.push(file);
+            } else {
+                missing.push(file.name);
+            }
+        }
+        Ok(missing)
+    }
+
+    /// Brings a file to where it was gathered, if it is anywhere.
+    fn fetch(&self, file: &Gathered) -> Result<bool> {
+        let to = self.gathering.join(&file.name);
+        if fs::metadata(&to).is_ok_and(|found| found.len() == file.bytes) {
+            return Ok(true);
+        }
+        let is_it = |path: &Path| {
+            fs::metadata(path).is_ok_and(|found| found.len() == file.bytes)
+                && sha256_of(path).is_ok_and(|sha256| sha256 == file.sha256)
+        };
+        let moved = self.target.join(&file.name);
+        if is_it(&moved) {
+            fs::rename(&moved, &to).map_err(|e| failure("cannot move", &moved, &e))?;
+            return Ok(true);
+        }
+        let asides = (1..).map(|number| aside(&self.target, number)).take_while(|folder| folder.exists());
+        let Some(found) = asides.map(|folder| folder.join(&file.name)).find(|path| is_it(path)) else {
+            return Ok(false);
+        };
+        fs::copy(&found, &to).map_err(|e| failure("cannot write", &to, &e))?;
+        Ok(true)
+    }
+
+    /// From now on what is gathered outlives the run if it does not come to its end: a checkpoint speaks of it.
+    ///
+    /// # Errors
+    /// Resources, if an unfinished run that lies here cannot be set aside.
+    pub fn last(&mut self) -> Result<()> {
+        self.begin()?;
+        self.lasting = true;
+        sync_folder(Some(&self.gathering));
+        Ok(())
+    }
+
+    /// Sets an unfinished run aside, with its checkpoints and what it gathered: it can still be gone on with there.
+    fn begin(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.untouched) {
+            return Ok(());
+        }
+        let interrupted = read_json(&self.target.join(SUMMARY)).is_some_and(|s| s["status"] != "converged");
+        let mut names = if interrupted { earlier_files(&self.target) } else { Vec::new() };
+        names.extend(checkpoint::FILES.map(str::to_owned));
+        names.extend(interrupted.then(|| SUMMARY.to_owned()));
+        let gathered = fs::read_dir(&self.gathering).into_iter().flatten().flatten();
+        let gathered = gathered.map(|entry| entry.path()).filter(|path| path.is_file());
+        let paths: Vec<PathBuf> = names
+            .iter()
+            .map(|name| self.target.join(name))
+            .filter(|path| path.is_file())
+            .chain(gathered)
+            .collect();
+        let folder = move_aside(&self.target, &paths)?;
+        self.lasting = false;
+        self.notes.extend(folder.map(|folder| {
+            format!(
+                "an unfinished run lay in {}: it is kept in {}; --resume --out with that folder goes on with it",
+                self.target.display(),
+                folder.display()
+            )
+        }));
+        Ok(())
     }
 
     /// Gathers a file: `fill` writes its content. A file of the same name gathered before is replaced.
@@ -56,42 +188,85 @@ impl OutputDir {
     /// # Errors
     /// Resources, if the disk is full or not writable; the error of `fill`.
     pub fn write(&mut self, name: &str, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
-        let path = self.staging.join(name);
+        self.begin()?;
+        let path = self.gathering.join(name);
         let shown = self.target.join(name);
-        let file = File::create(&path).map_err(|e| failure("cannot write", &shown, &e))?;
-        let mut buffered = io::BufWriter::with_capacity(1 << 16, file);
-        fill(&mut buffered).map_err(|error| error.context(format!("writing {}", shown.display())))?;
-        let file = buffered.into_inner().map_err(|e| failure("cannot write", &shown, e.error()))?;
-        file.sync_all().map_err(|e| failure("cannot write", &shown, &e))?;
-        if !self.files.iter().any(|known| known == name) {
-            self.files.push(name.to_owned());
+        let written = (|| {
+            let file = File::create(&path).map_err(|e| failure("cannot write", &shown, &e))?;
+            let mut buffered = io::BufWriter::with_capacity(1 << 16, Hashed::new(file));
+            fill(&mut buffered).map_err(|error| error.context(format!("writing {}", shown.display())))?;
+            let hashed = buffered.into_inner().map_err(|e| failure("cannot write", &shown, e.error()))?;
+            let (file, bytes, hash) = hashed.end();
+            file.sync_all().map_err(|e| failure("cannot write", &shown, &e))?;
+            Ok(Gathered { name: name.to_owned(), bytes, sha256: hexadecimal(&hash) })
+        })();
+        self.files.retain(|known| known.name != name);
+        match written {
+            Ok(file) => self.files.push(file),
+            Err(error) => {
+                // Half a file is of no use, and takes the room that the summary may need.
+                let _ = fs::remove_file(&path);
+                return Err(error);
+            }
         }
         Ok(())
     }
 
     /// Moves the gathered files to their names, then writes the summary, which lists them.
     ///
-    /// A converged run replaces the files of an earlier one. Any other run first moves all results of the earlier one
-    /// to `previous-1` (or the next free number): they outlive the failure, and nobody takes them for new ones.
+    /// A converged run replaces the files of an earlier one and removes its own checkpoints. Any other run first moves all results
+    /// of the earlier one to `previous-1` (or the next free number): they outlive the failure, and nobody takes them for new ones.
     ///
     /// # Errors
     /// Resources, if a file cannot be moved or written; numerical, if the summary holds a number that is not
     /// finite (it is written all the same, as a failed run).
-    pub fn finish(self, summary: &mut Summary) -> Result<()> {
-        summary.files.clone_from(&self.files);
+    pub fn finish(mut self, summary: &mut Summary) -> Result<()> {
+        summary.warnings.append(&mut self.notes);
+        summary.files = self.files.iter().map(|file| file.name.clone()).collect();
         let (finite, text) = summary.to_json();
-        if summary.status == Status::Converged && finite.is_ok() {
+        let converged = summary.status == Status::Converged && finite.is_ok();
+        if converged || self.goes_beyond_earlier(summary) {
             self.remove_stale()?;
         } else {
             self.set_aside()?;
         }
-        for name in &self.files {
-            let to = self.target.join(name);
-            fs::rename(self.staging.join(name), &to).map_err(|e| failure("cannot write", &to, &e))?;
+        for file in &self.files {
+            let to = self.target.join(&file.name);
+            fs::rename(self.gathering.join(&file.name), &to).map_err(|e| failure("cannot write", &to, &e))?;
         }
         // Last, so that a summary never names results that are not there.
         write_atomically(&self.target.join(SUMMARY), text.as_bytes())?;
+        if converged && !self.untouched {
+            checkpoint::remove(&self.target)?;
+        }
+        // An unfinished run that this one did not come to disturb keeps what it gathered.
+        self.lasting = self.untouched;
         finite
+    }
+
+    /// Writes the summary and leaves everything else for a run that goes on: the gathered files, the checkpoints.
+    ///
+    /// # Errors
+    /// As [`OutputDir::finish`].
+    pub fn suspend(mut self, summary: &mut Summary) -> Result<()> {
+        summary.warnings.append(&mut self.notes);
+        summary.files.clear();
+        let (finite, text) = summary.to_json();
+        if !self.goes_beyond_earlier(summary) {
+            self.set_aside()?;
+        }
+        write_atomically(&self.target.join(SUMMARY), text.as_bytes())?;
+        finite
+    }
+
+    /// Whether the summary that is there is of the run that this one goes on with, or has at least no more to tell.
+    fn goes_beyond_earlier(&self, summary: &Summary) -> bool {
+        let Some(earlier) = read_json(&self.target.join(SUMMARY)).filter(|_| self.continued) else {
+            return false;
+        };
+        earlier["status"] != "converged"
+            && earlier["scene_sha256"] == summary.scene_sha256.as_str()
+            && earlier["steps"].as_array().is_some_and(|steps| steps.len() <= summary.steps.len())
     }
 
     /// Removes files that the earlier run's summary lists and this run did not write: fields of steps that no
@@ -99,44 +274,81 @@ impl OutputDir {
     fn remove_stale(&self) -> Result<()> {
         for name in earlier_files(&self.target) {
             let path = self.target.join(&name);
-            if !self.files.contains(&name) && path.is_file() {
+            if !self.has(&name) && path.is_file() {
                 fs::remove_file(&path).map_err(|e| failure("cannot remove", &path, &e))?;
             }
         }
         Ok(())
     }
 
+    fn has(&self, name: &str) -> bool {
+        self.files.iter().any(|file| file.name == name)
+    }
+
     /// Moves the files of the earlier run, and others that this one is going to replace, into a folder of their own.
     fn set_aside(&self) -> Result<()> {
         let mut replaced = earlier_files(&self.target);
-        replaced.extend(self.files.iter().cloned());
+        replaced.extend(self.files.iter().map(|file| file.name.clone()));
         if !is_summary_without_steps(&self.target.join(SUMMARY)) {
             replaced.push(SUMMARY.to_owned());
         }
         replaced.sort();
         replaced.dedup();
-        replaced.retain(|name| self.target.join(name).is_file());
-        if replaced.is_empty() {
-            return Ok(());
-        }
-        let aside = (1_usize..)
-            .map(|number| self.target.join(format!("previous-{number}")))
-            .find(|folder| !folder.exists())
-            .expect("there are more numbers than folders");
-        fs::create_dir(&aside).map_err(|e| failure("cannot make", &aside, &e))?;
-        for name in replaced {
-            let from = self.target.join(&name);
-            fs::rename(&from, aside.join(&name)).map_err(|e| failure("cannot move", &from, &e))?;
-        }
+        let paths: Vec<PathBuf> =
+            replaced.iter().map(|name| self.target.join(name)).filter(|path| path.is_file()).collect();
+        move_aside(&self.target, &paths)?;
         Ok(())
     }
 }
 
 impl Drop for OutputDir {
     fn drop(&mut self) {
-        // Best effort: what remains is hidden and harmless.
-        let _ = fs::remove_dir_all(&self.staging);
+        if !self.lasting {
+            // Best effort: what remains is hidden and harmless.
+            let _ = fs::remove_dir_all(&self.gathering);
+        }
     }
+}
+
+/// Tries to lock a directory, and the pause between two: a process that was killed, or started another one just now, may hold the
+/// lock a moment longer.
+const TRIES: usize = 40;
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Locks a directory against other runs; `None` where the file system knows no locks.
+fn lock(target: &Path) -> Result<Option<File>> {
+    let folder = File::open(target).map_err(|e| failure("cannot open", target, &e))?;
+    for _ in 0..TRIES {
+        match folder.try_lock() {
+            Ok(()) => return Ok(Some(folder)),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
+            Err(TryLockError::Error(_)) => return Ok(None),
+        }
+    }
+    Err(Error::resources(format!(
+        "another run writes into {}: wait for its end, or choose another directory with --out",
+        target.display()
+    )))
+}
+
+/// The folder for results set aside of this number.
+fn aside(target: &Path, number: usize) -> PathBuf {
+    target.join(format!("previous-{number}"))
+}
+
+/// Moves files into a new folder in `target`, if there are any; that folder.
+fn move_aside(target: &Path, files: &[PathBuf]) -> Result<Option<PathBuf>> {
+    if files.is_empty() {
+        return Ok(None);
+    }
+    let free = (1..).map(|number| aside(target, number)).find(|folder| !folder.exists());
+    let folder = free.expect("there are more numbers than folders");
+    fs::create_dir(&folder).map_err(|e| failure("cannot make", &folder, &e))?;
+    for from in files {
+        let Some(name) = from.file_name() else { continue };
+        fs::rename(from, folder.join(name)).map_err(|e| failure("cannot move", from, &e))?;
+    }
+    Ok(Some(folder))
 }
 
 /// Files that the summary in `target` lists; plain names only, so that nothing outside is ever touched.
@@ -152,44 +364,7 @@ fn is_summary_without_steps(path: &Path) -> bool {
     read_json(path).is_some_and(|summary| summary["steps"].as_array().is_some_and(Vec::is_empty))
 }
 
-fn read_json(path: &Path) -> Option<serde_json::Value> {
+/// A JSON file as it is; `None` if there is none.
+pub fn read_json(path: &Path) -> Option<serde_json::Value> {
     serde_json::from_slice(&fs::read(path).ok()?).ok()
-}
-
-/// Writes `bytes` to `path` so that a reader sees either what was there before or all of it.
-///
-/// # Errors
-/// Resources, if the file cannot be written; what was at `path` is then unchanged.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("file");
-    let temporary = path.with_file_name(format!(".{name}.{}", std::process::id()));
-    let written = (|| {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    })();
-    written.map_err(|e| {
-        let _ = fs::remove_file(&temporary);
-        failure("cannot write", path, &e)
-    })
-}
-
-/// A file-system failure as an error with the path, the reason and the mend.
-pub(crate) fn failure(what: &str, path: &Path, reason: &io::Error) -> Error {
-    let mend = match reason.kind() {
-        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "; make it writable or choose another directory with --out"
-        }
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "; free some space or choose another disk with --out"
-        }
-        _ => "",
-    };
-    Error::resources(format!("{what} {}: {reason}{mend}", path.display()))
-}
-
-/// The same for a failure while the content is being written.
-pub(crate) fn write_failure(reason: &io::Error) -> Error {
-    Error::resources(reason.to_string())
 }

@@ -1,5 +1,7 @@
 //! The pictures of a run: maps and profiles of the last entry of each step.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::history::step::{FrameState, IncrementRecord};
@@ -25,7 +27,7 @@ const MAPS: [(MapKind, &str); 4] = [
 const LEAST_WORN: f64 = 1e-6;
 
 /// What is kept of the last entry of a step.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Kept {
     name: String,
     /// Name and number of cycles.
@@ -37,7 +39,7 @@ struct Kept {
 }
 
 /// Keeps what the pictures show and draws them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Pictures {
     steps: Vec<Kept>,
 }

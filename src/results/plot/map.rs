@@ -1,6 +1,7 @@
 //! Maps of the contact frame: pressure, slip, zones and worn depth by colour, with the direction of the fibres.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
 use super::bar::draw_bar;
@@ -36,7 +37,7 @@ pub enum MapKind {
 }
 
 /// What maps show of one state.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct MapState {
     title: String,
     pressure: Vec<f64>,
