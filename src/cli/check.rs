@@ -6,7 +6,7 @@ use super::table::{align, short};
 use super::{SceneArgs, exit, refuse, remark, to_stdout};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Normal, Spin, Step, Tangential, Tilt};
+use crate::history::step::{CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::scene::{self, Document};
@@ -189,12 +189,7 @@ fn prescribed(step: &Step) -> String {
         None => {}
     }
     if let Some(cycles) = &step.cycles {
-        parts.push(format!(
-            "{} cycles of +-{} at {:.1} degrees",
-            cycles.count,
-            cycles.amplitude,
-            cycles.angle.to_degrees()
-        ));
+        parts.push(motion(cycles));
     }
     if let Some(rolling) = &step.rolling {
         parts.push(format!(
@@ -208,10 +203,39 @@ fn prescribed(step: &Step) -> String {
     if parts.is_empty() { "as before".to_owned() } else { parts.join(", ") }
 }
 
+/// The motion of cycles.
+fn motion(cycles: &Cycles) -> String {
+    match &cycles.motion {
+        CycleMotion::Sliding { angle } => {
+            format!("steady sliding over {} at {:.1} degrees", cycles.count, angle.to_degrees())
+        }
+        CycleMotion::Closed(closed) => {
+            let [along, left] = closed.amplitude;
+            let path = if left == 0.0 {
+                format!("+-{along}")
+            } else {
+                format!("round an ellipse of {along} x {left}")
+            };
+            let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
+            let mut text =
+                format!("{} cycles of {path}{of} at {:.1} degrees", cycles.count, closed.angle.to_degrees());
+            if closed.increments > 1 {
+                text.push_str(&format!(", {} increments per stroke", closed.increments));
+            }
+            text
+        }
+    }
+}
+
 /// How a step is taken.
 fn how(step: &Step) -> String {
     let mut text = match &step.cycles {
-        Some(cycles) => format!("{} jumps", cycles.jumps),
+        Some(cycles) => match cycles.jumps {
+            Jumps::Number(jumps) => format!("{jumps} jumps"),
+            Jumps::Tolerance(tolerance) => {
+                format!("jumps by their estimated error, {tolerance:e} of the worn depth")
+            }
+        },
         None if step.increments == 1 => "1 increment".to_owned(),
         None => format!("{} increments", step.increments),
     };

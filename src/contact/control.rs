@@ -34,14 +34,16 @@ pub enum Pressures {
 pub enum SlipReference {
     /// Tangential gaps `[2, N]` at the end of the previous increment.
     Previous(Vec<f64>),
-    /// The other end of the stroke, except in cells that stick through the whole cycle, which keep the
-    /// tangential gap they stuck at.
-    OtherEnd {
+    /// The end before it in the closed cycle that the ends of the increment make up, the last being the one before the first;
+    /// except in cells that stick through the whole cycle, which keep the tangential gap they stuck at.
+    EndBefore {
         /// Cells that stick through the cycle.
         stuck: Vec<bool>,
         /// Their tangential gaps, `[2, N]`.
         at: Vec<f64>,
     },
+    /// Steady sliding: the slip itself, `[2, N]`, whatever the tractions.
+    Given(Vec<f64>),
     /// The cell that the material comes from, in steady rolling.
     Upstream(Upstream),
 }
@@ -60,7 +62,8 @@ impl SlipReference {
     pub(super) fn homogeneous(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
-            Self::OtherEnd { stuck, .. } => Self::OtherEnd { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
+            Self::EndBefore { stuck, .. } => Self::EndBefore { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
+            Self::Given(_) => Self::Given(vec![0.0; 2 * n]),
             Self::Upstream(upstream) => {
                 Self::Upstream(Upstream { from: upstream.from.clone(), creep: vec![0.0; 2 * n] })
             }

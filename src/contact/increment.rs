@@ -247,19 +247,31 @@ impl Increment<'_> {
                 }
                 continue;
             }
+            if let SlipReference::Given(slip) = &spec.reference {
+                it.slip[end * 2 * n..(end + 1) * 2 * n].copy_from_slice(slip);
+                continue;
+            }
+            let before = self.end_before(end);
             for plane in 0..2 {
                 for i in 0..n {
                     let here = it.gap[end * 3 * n + plane * n + i];
                     let from = match &spec.reference {
                         SlipReference::Previous(at) => at[plane * n + i],
-                        SlipReference::OtherEnd { stuck, at } if stuck[i] => at[plane * n + i],
-                        SlipReference::OtherEnd { .. } => it.gap[(1 - end) * 3 * n + plane * n + i],
-                        SlipReference::Upstream(_) => unreachable!("it needs no gap"),
+                        SlipReference::EndBefore { stuck, at } if stuck[i] => at[plane * n + i],
+                        SlipReference::EndBefore { .. } => it.gap[before * 3 * n + plane * n + i],
+                        SlipReference::Upstream(_) | SlipReference::Given(_) => {
+                            unreachable!("they need no gap")
+                        }
                     };
                     it.slip[end * 2 * n + plane * n + i] = here - from;
                 }
             }
         }
+    }
+
+    /// The end before an end in a closed cycle.
+    pub(super) fn end_before(&self, end: usize) -> usize {
+        (end + self.ends.len() - 1) % self.ends.len()
     }
 
     /// dw = p |Δg|_i summed over the ends (docs/theory-wear.md, implicit in p and slip), added to the normal gap.

@@ -1,9 +1,11 @@
 //! The state of an increment that is being solved.
 
+use serde::{Deserialize, Serialize};
+
 use super::balance::FLOATING;
 
 /// What all of a state follows from.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Unknowns {
     hatted: Vec<f64>,
     rigid: Vec<[f64; 3]>,
@@ -32,7 +34,8 @@ impl Unknowns {
 }
 
 /// Tractions and what follows from them; the buffers are made once and reused.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(from = "Unknowns", into = "Unknowns")]
 pub struct Iterate {
     /// Hatted tractions, per end `[3, N]`.
     pub hatted: Vec<f64>,
@@ -54,6 +57,22 @@ pub struct Iterate {
     pub wear_rate: Vec<f64>,
     /// Hatted slip and normal gap, per end `[3, N]`.
     pub gradient: Vec<f64>,
+}
+
+impl From<Unknowns> for Iterate {
+    /// A state that has to be evaluated.
+    fn from(unknowns: Unknowns) -> Self {
+        let ends = unknowns.rigid.len();
+        let mut it = Self::new(unknowns.hatted.len() / (3 * ends), unknowns.rigid.clone());
+        unknowns.put(&mut it);
+        it
+    }
+}
+
+impl From<Iterate> for Unknowns {
+    fn from(it: Iterate) -> Self {
+        Self { hatted: it.hatted, rigid: it.rigid, floating: it.floating }
+    }
 }
 
 impl Iterate {

@@ -208,13 +208,14 @@ fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
 fn on_window(end: &End, window: &Window) -> Option<End> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
-        SlipReference::OtherEnd { stuck, at } if window.factor == 1 => {
+        SlipReference::EndBefore { stuck, at } if window.factor == 1 => {
             let mut picked = vec![false; window.n()];
             window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
-            SlipReference::OtherEnd { stuck: picked, at: window.restrict(at) }
+            SlipReference::EndBefore { stuck: picked, at: window.restrict(at) }
         }
         SlipReference::Upstream(upstream) => SlipReference::Upstream(upstream_on(upstream, window)),
-        SlipReference::OtherEnd { .. } => return None,
+        SlipReference::Given(slip) => SlipReference::Given(window.restrict(slip)),
+        SlipReference::EndBefore { .. } => return None,
     };
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);

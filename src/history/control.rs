@@ -1,6 +1,7 @@
 //! Controls along a step: totals at its end, reached linearly from the state before.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, TangentialControl};
 
@@ -8,7 +9,7 @@ use super::model::Prepared;
 use super::step::{Normal, Spin, Step, Tangential, Tilt};
 
 /// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Held {
     pub normal: Normal,
     pub tangential: Tangential,
@@ -95,7 +96,7 @@ pub(super) struct Controls {
 }
 
 /// Rigid motion of body 2 and what body 1 carries, in the frame's axes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Start {
     pub rigid: [f64; 3],
     pub turn: [f64; 3],
@@ -104,7 +105,7 @@ pub(super) struct Start {
 }
 
 /// A step's path from where it starts to what it prescribes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Path {
     /// Where it starts; the force on body 1 is what the contact carries, and along directions in which the bodies float, where it
     /// carries their own loads too, what was prescribed before.

@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::certificate::{self, DirectSums, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
 use crate::contact::{End, Increment, Iterate, Pressures, SlipReference, TangentialControl};
@@ -10,7 +12,8 @@ use crate::error::{Error, Result};
 use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
 use super::predictor::Predictor;
-use super::step::{IncrementRecord, Observer, Outcome, Row, Spin, Step, StrokeEnd, Tangential};
+use super::snapshot::Within;
+use super::step::{IncrementRecord, Moment, Observer, Outcome, Row, Spin, Step, StrokeEnd, Tangential};
 use super::{Run, state};
 
 /// A contact of so few cells is told.
@@ -104,8 +107,7 @@ pub(super) fn solve_and_check(
     let mut cells = problem.closed_by_motion(it);
     loop {
         if !cells.is_empty() {
-            problem.flexibility.form(&cells)?;
-            problem.scales = prepared.rescaled();
+            problem.scales = prepared.form(&cells)?;
         }
         let max_iterations = options.max_iterations.saturating_sub(spent[0]);
         let options = SolverOptions { max_iterations, ..*options };
@@ -148,22 +150,41 @@ pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd
     }
 }
 
+/// A monotone step in progress.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Ramp {
+    path: Path,
+    /// Increments done.
+    done: usize,
+    predictor: Predictor,
+}
+
 impl Run<'_> {
-    /// Runs all increments of a monotone step.
-    pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+    /// The path of a step from the present state.
+    pub(super) fn path(&self, step: &Step) -> Path {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
         let turn = self.prepared.turn(&self.state.floating);
         let start = Start { rigid: self.state.rigid, turn, force, moment };
-        let path = Path::new(step, self.held, start, &self.prepared);
-        self.held = path.end;
-        let mut predictor = Predictor::default();
-        for number in 1..=step.increments {
-            let (rigid, floating) = predictor.motions(&self.state);
+        Path::new(step, self.held, start, &self.prepared)
+    }
+
+    /// Runs the increments of a monotone step that are left.
+    pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+        let mut ramp = match &self.within {
+            Within::Increments(ramp) => ramp.clone(),
+            _ => Box::new(Ramp { path: self.path(step), done: 0, predictor: Predictor::default() }),
+        };
+        self.held = ramp.path.end;
+        while ramp.done < step.increments && self.result.outcome == Outcome::Converged {
+            let number = ramp.done + 1;
+            let (rigid, floating) = ramp.predictor.motions(&self.state);
             let now = (rigid, self.prepared.turn(&floating));
-            let controls = path.at(number as f64 / step.increments as f64, now);
-            self.increment(step, number, (&controls, &mut predictor), observer)?;
-            if self.result.outcome != Outcome::Converged {
-                break;
+            let controls = ramp.path.at(number as f64 / step.increments as f64, now);
+            self.increment(step, number, (&controls, &mut ramp.predictor), observer)?;
+            if self.result.outcome == Outcome::Converged {
+                ramp.done = number;
+                self.within = Within::Increments(ramp.clone());
+                self.keep(Moment::Entry, observer)?;
             }
         }
         if step.rolling.is_some() {
@@ -217,11 +238,14 @@ impl Run<'_> {
             record.rolling = Some(self.roll(step, (rolling, number), &it)?);
         } else {
             self.state.dissipation += checks.dissipation;
+            if step.wear {
+                self.state.worn_energy += checks.dissipation;
+            }
         }
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
-        self.finish(&mut record, &report, &checks);
+        self.finish(&mut record, &report, (&checks, self.options.tolerance));
         self.deliver(record, fields, observer)
     }
 
@@ -279,7 +303,7 @@ impl Run<'_> {
         &mut self,
         record: &mut IncrementRecord,
         report: &SolveReport,
-        checks: &StateChecks,
+        (checks, tolerance): (&StateChecks, f64),
     ) {
         let areas = &self.prepared.model.frame.areas;
         let worn: f64 = self.state.worn.iter().zip(areas).map(|(w, a)| w * a).sum();
@@ -288,13 +312,15 @@ impl Run<'_> {
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
         record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
+        record.worn_volume_by_energy = self.prepared.volume_per_energy.map(|k| k * self.state.worn_energy);
+        [record.wear_depth_error, record.worn_volume_error] = self.state.errors;
         record.cycles_done = self.state.cycles_done;
+        record.distance_slid = self.state.distance_slid;
         record.dissipation = self.state.dissipation;
         record.method.clone_from(&report.method);
         record.iterations = report.iterations;
         record.operator_applications = report.applications;
-        record.converged =
-            report.stop == Stop::Converged && checks.natural_residual <= self.options.tolerance;
+        record.converged = report.stop == Stop::Converged && checks.natural_residual <= tolerance;
         if let Some(sliding) = &report.sliding {
             let note = self.prepared.sliding_note(&record.name, record.increment, sliding);
             self.result.warnings.push(note);

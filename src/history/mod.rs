@@ -1,35 +1,40 @@
 //! Load steps, cycles and cycle jumps: the main loop.
 //!
 //! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
-//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycles`).
+//! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycling`).
 //! Progress, output and checkpoints hang on an [`step::Observer`].
 
 mod balance;
 mod control;
-mod cycles;
+mod cycling;
 mod increments;
+mod jump;
+mod jump_control;
 mod model;
 mod predictor;
 mod open;
+mod ring;
 mod rolling;
+mod snapshot;
 mod state;
 pub mod step;
-mod strokes;
 
 use std::time::Instant;
 
 pub use model::Model;
+pub use snapshot::Snapshot;
 
 use crate::contact::solver::on_windows;
 use crate::contact::{Method, SolverOptions};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::linalg::operator::Flexibility;
 use crate::wear::WearLaw;
 use control::Held;
 use model::Prepared;
+use snapshot::Within;
 use state::State;
-use step::{FrameState, IncrementRecord, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt};
+use step::{FrameState, IncrementRecord, Moment, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt};
 
 /// What a run leaves.
 #[derive(Debug, Clone)]
@@ -52,9 +57,23 @@ pub struct RunResult {
 struct Run<'a> {
     prepared: Prepared<'a>,
     options: SolverOptions,
+    /// The step in progress, and how far it has come.
+    step: usize,
+    within: Within,
     state: State,
     held: Held,
     result: RunResult,
+    /// What the run would be taken up from at the end of the last entry.
+    safe: Safe,
+}
+
+/// What later increments change of a run, as it was at the end of the last entry.
+struct Safe {
+    state: State,
+    held: Held,
+    formed: usize,
+    records: usize,
+    warnings: usize,
 }
 
 /// Runs the steps one after the other.
@@ -67,6 +86,20 @@ pub fn run(
     model: &Model,
     steps: &[Step],
     options: &SolverOptions,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
+    run_from(model, steps, options, None, observer)
+}
+
+/// As [`run`], from where an earlier run was broken off.
+///
+/// # Errors
+/// As [`run`], and if `from` belongs to another model.
+pub fn run_from(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    from: Option<Snapshot>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
     let started = Instant::now();
@@ -92,19 +125,83 @@ pub fn run(
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let held = Held::at_rest(normal);
-    let mut run = Run { prepared, options: *options, state, held, result };
-    for (index, step) in steps.iter().enumerate() {
-        let started = Instant::now();
-        match &step.cycles {
-            None => run.increments(step, observer)?,
-            Some(cycles) => run.cycles(step, cycles, index + 1 == steps.len(), observer)?,
+    let safe = Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len() };
+    let mut run =
+        Run { prepared, options: *options, step: 0, within: Within::Start, state, held, result, safe };
+    if let Some(snapshot) = from {
+        run.take_up(snapshot, steps.len())?;
+    }
+    run.steps(steps, observer)?;
+    Ok(run.result)
+}
+
+impl Run<'_> {
+    /// Runs the steps that are left.
+    fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
+        while let Some(step) = steps.get(self.step) {
+            let started = Instant::now();
+            match &step.cycles {
+                None => self.increments(step, observer)?,
+                Some(cycles) => self.cycles(step, cycles, self.step + 1 == steps.len(), observer)?,
+            }
+            self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
+            if self.result.outcome != Outcome::Converged {
+                return observer.keep(Moment::Broken, &|| self.snapshot());
+            }
+            self.step += 1;
+            self.within = Within::Start;
+            self.keep(Moment::StepEnd, observer)?;
         }
-        run.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
-        if run.result.outcome != Outcome::Converged {
-            break;
+        Ok(())
+    }
+
+    /// Notes that the run can be taken up from here, and tells the observer.
+    fn keep(&mut self, moment: Moment, observer: &mut dyn Observer) -> Result<()> {
+        self.safe.state.clone_from(&self.state);
+        self.safe.held = self.held;
+        self.safe.formed = self.prepared.formed().len();
+        self.safe.records = self.result.records.len();
+        self.safe.warnings = self.result.warnings.len();
+        observer.keep(moment, &|| self.snapshot())
+    }
+
+    /// What the run can be taken up from.
+    fn snapshot(&self) -> Snapshot {
+        let mut formed = self.prepared.formed();
+        formed.truncate(self.safe.formed);
+        Snapshot {
+            step: self.step,
+            within: self.within.clone(),
+            state: self.safe.state.clone(),
+            held: self.safe.held,
+            formed,
+            records: self.result.records[..self.safe.records].to_vec(),
+            warnings: self.result.warnings[..self.safe.warnings].to_vec(),
+            timings: self.result.timings.clone(),
         }
     }
-    Ok(run.result)
+
+    /// Goes on from where an earlier run was broken off.
+    fn take_up(&mut self, snapshot: Snapshot, steps: usize) -> Result<()> {
+        let n = self.prepared.n();
+        if snapshot.n_cells() != n || snapshot.step > steps {
+            return Err(Error::input(format!(
+                "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {steps} steps",
+                snapshot.n_cells(),
+                snapshot.step + 1
+            )));
+        }
+        for cells in &snapshot.formed {
+            self.prepared.form(cells)?;
+        }
+        let Snapshot { step, within, state, held, formed, records, warnings, timings } = snapshot;
+        self.safe.formed = formed.len();
+        (self.safe.records, self.safe.warnings) = (records.len(), warnings.len());
+        (self.safe.state, self.safe.held) = (state.clone(), held);
+        (self.step, self.within, self.state, self.held) = (step, within, state, held);
+        (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
+        Ok(())
+    }
 }
 
 /// Friction coefficient from which a contact is told to be a case of large friction.

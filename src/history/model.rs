@@ -40,6 +40,8 @@ pub(super) struct Prepared<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
     pub intensity: Option<WearIntensity>,
+    /// Worn volume per friction energy, where wear follows friction, 1/MPa.
+    pub volume_per_energy: Option<f64>,
     scales: Mutex<Arc<Scales>>,
     /// Axes (x, y, n) that resultants are reported in.
     pub axes: Triad,
@@ -59,6 +61,8 @@ pub(super) struct Prepared<'a> {
     pub turns: bool,
     /// Work of the bodies' own loads on each in which they float.
     pub floating_loads: Vec<f64>,
+    /// Cells whose flexibility a run has formed, by the times it did.
+    formed: Mutex<Vec<Vec<usize>>>,
     /// Translations among them, orthonormal.
     pub free_translations: Vec<Vector3<f64>>,
 }
@@ -138,7 +142,9 @@ impl<'a> Prepared<'a> {
             model,
             ellipse,
             intensity,
+            volume_per_energy: intensity.zip(ellipse).and_then(|(wear, ellipse)| wear.per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),
+            formed: Mutex::new(Vec::new()),
             axes,
             edge: model.frame.rim(),
             rigid_axes,
@@ -195,8 +201,22 @@ impl<'a> Prepared<'a> {
         self.scales.lock().expect("no panic while the scales are held").clone()
     }
 
-    /// As [`Self::scales`], of an operator that has grown.
-    pub fn rescaled(&self) -> Arc<Scales> {
+    /// Cells whose flexibility the run has formed, by the times it did.
+    pub fn formed(&self) -> Vec<Vec<usize>> {
+        self.formed.lock().expect("no panic while the list is held").clone()
+    }
+
+    /// Forms the flexibility of some more cells; scales of the operator that has grown.
+    ///
+    /// # Errors
+    /// If a body cannot be solved, or memory does not suffice.
+    pub fn form(&self, cells: &[usize]) -> Result<Arc<Scales>> {
+        self.model.flexibility.form(cells)?;
+        self.formed.lock().expect("no panic while the list is held").push(cells.to_vec());
+        Ok(self.rescaled())
+    }
+
+    fn rescaled(&self) -> Arc<Scales> {
         let model = self.model;
         let scales = Scales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
         let scales = Arc::new(scales);

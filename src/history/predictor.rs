@@ -1,12 +1,14 @@
 //! Where an increment begins: the state before it, gone on as the increment before changed it.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::balance::FLOATING;
 use crate::contact::{Increment, Iterate};
 
 use super::state::State;
 
 /// What the increments of a step begin from. They are alike, so that the change of one is a good guess of that of the next.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Predictor {
     /// Tractions `[3, N]` and motions at the start of the increment before.
     before: Option<(Vec<f64>, [f64; 3], [f64; FLOATING])>,

@@ -89,6 +89,9 @@ impl Run<'_> {
         }
         self.state.rolled_off += worn * passages;
         self.state.dissipation += dissipation * passages;
+        if step.wear {
+            self.state.worn_energy += dissipation * passages;
+        }
         let share = number as f64 / count;
         Ok(RollingRecord {
             creepage: rolling.creepage.map(|creepage| share * creepage),

@@ -1,5 +1,7 @@
 //! The state carried from increment to increment, and what is reported of it.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::balance::FLOATING;
 use crate::contact::certificate::StateChecks;
 use crate::contact::{Increment, Iterate};
@@ -8,7 +10,7 @@ use super::model::Prepared;
 use super::step::{Certificate, FrameState, StrokeEnd};
 
 /// State at the end of an increment.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     /// Tractions on body 2, `[3, N]`.
     pub tractions: Vec<f64>,
@@ -28,6 +30,12 @@ pub(super) struct State {
     pub rolled_off: f64,
     /// Cumulative number of cycles.
     pub cycles_done: u64,
+    /// Cumulative distance of steady sliding, mm.
+    pub distance_slid: f64,
+    /// Friction dissipation of what wore, N mm.
+    pub worn_energy: f64,
+    /// Estimated errors of worn depth and worn volume.
+    pub errors: [f64; 2],
 }
 
 impl State {
@@ -44,6 +52,9 @@ impl State {
             dissipation: 0.0,
             rolled_off: 0.0,
             cycles_done: 0,
+            distance_slid: 0.0,
+            worn_energy: 0.0,
+            errors: [0.0; 2],
         }
     }
 

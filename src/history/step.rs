@@ -1,9 +1,11 @@
 //! What a step prescribes, and what is recorded of it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use super::Snapshot;
 
 /// Normal control: totals at the end of the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Normal {
     /// Motion of body 2 towards body 1, mm, 0 = first touch of the undeformed surfaces.
     Approach(f64),
@@ -12,7 +14,7 @@ pub enum Normal {
 }
 
 /// Tangential control: totals at the end of the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Tangential {
     /// Displacement of body 2 along the frame's x, y, mm.
     Shift([f64; 2]),
@@ -21,7 +23,7 @@ pub enum Tangential {
 }
 
 /// Control of the rotation of body 2 about the frame's x and y through its centre: totals at the end of the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Tilt {
     /// Small rotation about x, y, radians.
     Rotation([f64; 2]),
@@ -30,7 +32,7 @@ pub enum Tilt {
 }
 
 /// Control of the rotation of body 2 about n through the frame's centre: totals at the end of the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Spin {
     /// Small rotation, radians.
     Twist(f64),
@@ -38,19 +40,100 @@ pub enum Spin {
     Moment(f64),
 }
 
-/// Fretting cycles about the position at the start of the step.
+/// Wear by many passes of one motion, taken in jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycles {
-    /// Number of cycles.
-    pub count: u64,
-    /// Half-amplitude of body 2's displacement, mm.
-    pub amplitude: f64,
-    /// Direction from the frame's x, radians.
-    pub angle: f64,
-    /// Number of jumps the cycles are taken in.
-    pub jumps: usize,
+    /// Number of cycles; the distance of steady sliding, mm.
+    pub count: f64,
+    /// What happens in each.
+    pub motion: CycleMotion,
+    /// How many are taken at once.
+    pub jumps: Jumps,
     /// How a jump is integrated.
     pub integrator: Integrator,
+    /// Whether explicit jumps may be longer than is stable.
+    pub beyond_critical: bool,
+}
+
+/// Motion of body 2 in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CycleMotion {
+    /// To and fro, or round an ellipse, about where it is at the start of the step.
+    Closed(Closed),
+    /// Steady sliding along a direction from the frame's x, radians.
+    Sliding {
+        /// The direction.
+        angle: f64,
+    },
+}
+
+/// A closed path of displacements or tangential forces about those at the start of the step, begun at its + end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closed {
+    /// What follows the path.
+    pub drive: Drive,
+    /// Half-axes: along `angle`, and a quarter turn to the left of it (0 for a line), mm or N.
+    pub amplitude: [f64; 2],
+    /// Direction from the frame's x, radians.
+    pub angle: f64,
+    /// Increments per stroke, half a cycle.
+    pub increments: usize,
+}
+
+/// What is prescribed of a closed path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Drive {
+    /// The displacement of body 2.
+    Shift,
+    /// The tangential force on body 1.
+    Force,
+}
+
+impl Cycles {
+    /// Farthest that body 2 is moved from where it is at the start of the step, mm; `None` where forces move it.
+    pub fn reach(&self) -> Option<f64> {
+        match &self.motion {
+            CycleMotion::Closed(closed) if closed.drive == Drive::Force => None,
+            CycleMotion::Closed(closed) => Some(closed.amplitude[0].max(closed.amplitude[1])),
+            CycleMotion::Sliding { .. } => Some(0.0),
+        }
+    }
+
+    /// Contact problems that are solved together in a stage: the ends of a cycle.
+    pub fn ends(&self) -> usize {
+        match &self.motion {
+            CycleMotion::Closed(closed) => 2 * closed.increments,
+            CycleMotion::Sliding { .. } => 1,
+        }
+    }
+}
+
+impl Closed {
+    /// Offsets along x, y from the centre at the ends of the increments of a cycle, the + end first.
+    pub fn offsets(&self) -> Vec<[f64; 2]> {
+        let k = self.increments as f64;
+        let (s, c) = self.angle.sin_cos();
+        let offset = |end: usize| {
+            let at = end as f64;
+            let [along, left] = if self.amplitude[1] == 0.0 {
+                [self.amplitude[0] * ((at - k).abs() * 2.0 / k - 1.0), 0.0]
+            } else {
+                let (sin, cos) = (std::f64::consts::PI * at / k).sin_cos();
+                [self.amplitude[0] * cos, self.amplitude[1] * sin]
+            };
+            [along * c - left * s, along * s + left * c]
+        };
+        (0..2 * self.increments).map(offset).collect()
+    }
+}
+
+/// How many cycles are taken at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Jumps {
+    /// So many jumps of equal length.
+    Number(usize),
+    /// As many as keep the estimated error of the worn depth below a share of the largest.
+    Tolerance(f64),
 }
 
 /// Steady rolling of the contact over both bodies.
@@ -67,7 +150,7 @@ pub struct Rolling {
 }
 
 /// What the steady state of an entry belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct RollingRecord {
     /// Slip of body 2 over body 1 per rolled distance, along the direction of rolling and to its left.
     pub creepage: [f64; 2],
@@ -116,7 +199,7 @@ pub struct Step {
     pub friction: bool,
     /// Whether wear acts in this step.
     pub wear: bool,
-    /// Fretting cycles instead of a monotone step.
+    /// Fretting cycles or steady sliding instead of a monotone step.
     pub cycles: Option<Cycles>,
     /// Which load point of a history it is; its increments are numbered on from those before.
     pub row: Option<Row>,
@@ -125,7 +208,7 @@ pub struct Step {
 }
 
 /// Independent checks of a converged increment (docs/theory-contact.md), recomputed afresh from the tractions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
     /// Natural residual (7.1), relative to the largest pressure.
     pub natural_residual: f64,
@@ -141,12 +224,12 @@ pub struct Certificate {
     pub energy_balance: f64,
     /// Largest difference of S P from its direct summation in some of the loaded cells, relative; `None` without any, and for
     /// operators that are no sum of half-spaces on a grid.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub operator_defect: Option<f64>,
 }
 
 /// Resultants at one end of a stroke; forces and moments act on body 1, components along the frame's axes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct StrokeEnd {
     /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
@@ -171,7 +254,7 @@ pub struct StrokeEnd {
 /// One entry of `summary.steps`: an increment, or a cycle jump (then areas, peak and normal force are means of the two
 /// stroke ends, tangential force and moment those of the + end). Forces and moments act on body 1, components along
 /// the frame's axes.
-#[derive(Debug, Clone, PartialEq, Serialize, Default)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct IncrementRecord {
     /// Name of the step.
     pub name: String,
@@ -203,10 +286,19 @@ pub struct IncrementRecord {
     pub worn_volume: f64,
     /// Its parts of body 1 and body 2, mm3.
     pub worn_volume_by_body: [f64; 2],
+    /// Estimated error of the worn volume by the integration over jumps, mm3.
+    pub worn_volume_error: f64,
+    /// Worn volume as it follows from the friction energy, mm3; `None` where wear does not follow friction.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub worn_volume_by_energy: Option<f64>,
     /// Largest worn depth of the gap, mm.
     pub max_wear_depth: f64,
+    /// Estimated error of the worn depth by the integration over jumps, root mean square over the contact, mm.
+    pub wear_depth_error: f64,
     /// Fretting cycles since the start.
     pub cycles_done: u64,
+    /// Distance of steady sliding since the start, mm.
+    pub distance_slid: f64,
     /// Friction dissipation since the start, summed from tractions and slips, N mm.
     pub dissipation: f64,
     /// Independent checks; of a jump the worst of its stages.
@@ -222,11 +314,32 @@ pub struct IncrementRecord {
     /// Whether the solver and the certificate's natural residual met the tolerance.
     pub converged: bool,
     /// The two ends of the stroke (+, -) of a cycle jump.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stroke_ends: Option<[StrokeEnd; 2]>,
+    /// The jump of an entry of cycles or sliding.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub jump: Option<JumpRecord>,
     /// Creepages of a step of rolling.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rolling: Option<RollingRecord>,
+}
+
+/// How a jump went.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
+pub struct JumpRecord {
+    /// Cycles (mm of sliding) that it spans.
+    pub length: f64,
+    /// Contact problems solved for it, those of rejected tries included.
+    pub solves: usize,
+    /// Tries that were too long.
+    pub rejected: usize,
+    /// Estimated error of the worn depth, root mean square over the contact, mm.
+    pub depth_error: f64,
+    /// Estimated error of the worn volume, mm3.
+    pub volume_error: f64,
+    /// Longest explicit jump that is stable.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub critical_length: Option<f64>,
 }
 
 /// How a run ended.
@@ -256,6 +369,17 @@ pub struct FrameState {
     pub wear_depth: Vec<f64>,
 }
 
+/// Where a run can be taken up again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moment {
+    /// After an entry.
+    Entry,
+    /// At the end of a step.
+    StepEnd,
+    /// The run ends here, before its time.
+    Broken,
+}
+
 /// Watches a run: progress, output of fields, checkpoints hang on it.
 pub trait Observer {
     /// Called while a stage works: its name, the fraction done in 0..=1, and the current natural residual.
@@ -266,6 +390,15 @@ pub trait Observer {
     /// # Errors
     /// If results cannot be written; the run stops.
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> crate::error::Result<()>;
+
+    /// Called where the run can be taken up again: after every entry, and where it ends before its time. `snapshot` makes what it
+    /// goes on from.
+    ///
+    /// # Errors
+    /// If it cannot be written; the run stops.
+    fn keep(&mut self, _moment: Moment, _snapshot: &dyn Fn() -> Snapshot) -> crate::error::Result<()> {
+        Ok(())
+    }
 
     /// Asked between iterations: whether to stop (a signal was caught).
     fn interrupted(&self) -> bool {

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::history::step::IncrementRecord;
 
 /// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
-pub const COLUMNS: [&str; 39] = [
+pub const COLUMNS: [&str; 46] = [
     "name",
     "increment",
     "approach",
@@ -26,10 +26,14 @@ pub const COLUMNS: [&str; 39] = [
     "peak_pressure",
     "contact_touches_edge",
     "worn_volume",
+    "worn_volume_error",
+    "worn_volume_by_energy",
     "worn_volume_body1",
     "worn_volume_body2",
     "max_wear_depth",
+    "wear_depth_error",
     "cycles_done",
+    "distance_slid",
     "dissipation",
     "natural_residual",
     "min_gap",
@@ -46,6 +50,9 @@ pub const COLUMNS: [&str; 39] = [
     "rolling_creepage_left",
     "rolling_spin",
     "rolling_distance",
+    "jump_length",
+    "jump_solves",
+    "jump_rejected",
 ];
 
 /// The table as text: a header, then one row per record; numbers read back to the same bits.
@@ -81,8 +88,9 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
         r.stick_area,
         r.peak_pressure,
     ];
-    let wear = [r.worn_volume, r.worn_volume_by_body[0], r.worn_volume_by_body[1], r.max_wear_depth];
+    let wear = [r.worn_volume_by_body[0], r.worn_volume_by_body[1], r.max_wear_depth, r.wear_depth_error];
     let checks = [
+        r.distance_slid,
         r.dissipation,
         c.natural_residual,
         c.min_gap,
@@ -93,6 +101,8 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
     let mut cells = vec![quoted(&r.name), r.increment.to_string()];
     numbers(&mut cells, &before)?;
     cells.push(r.contact_touches_edge.to_string());
+    numbers(&mut cells, &[r.worn_volume, r.worn_volume_error])?;
+    where_there(&mut cells, r.worn_volume_by_energy.map(|volume| [volume]))?;
     numbers(&mut cells, &wear)?;
     cells.push(r.cycles_done.to_string());
     numbers(&mut cells, &checks)?;
@@ -103,6 +113,13 @@ fn write_row(text: &mut String, r: &IncrementRecord) -> Result<()> {
     cells.push(r.converged.to_string());
     let rolling = r.rolling.map(|roll| [roll.creepage[0], roll.creepage[1], roll.spin, roll.distance]);
     where_there(&mut cells, rolling)?;
+    match &r.jump {
+        Some(jump) => {
+            numbers(&mut cells, &[jump.length])?;
+            cells.extend([jump.solves.to_string(), jump.rejected.to_string()]);
+        }
+        None => cells.extend([const { String::new() }; 3]),
+    }
     writeln!(text, "{}", cells.join(",")).expect("writing to a string does not fail");
     Ok(())
 }
@@ -142,7 +159,7 @@ fn quoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::history::step::RollingRecord;
+    use crate::history::step::{JumpRecord, RollingRecord};
 
     /// Truth: RFC 4180, and that shortest-digit text reads back to the same bits.
     #[test]
@@ -164,7 +181,9 @@ mod tests {
         let at = |name: &str| cells[COLUMNS.iter().position(|column| *column == name).unwrap() - 2];
         assert_eq!(at("seconds").parse::<f64>().unwrap(), 1e-7);
         assert!(
-            ["operator_defect", "rolling_spin", "rolling_distance"].iter().all(|name| at(name).is_empty())
+            ["operator_defect", "rolling_spin", "rolling_distance", "worn_volume_by_energy", "jump_solves"]
+                .iter()
+                .all(|name| at(name).is_empty())
         );
     }
 
@@ -172,7 +191,15 @@ mod tests {
     #[test]
     fn rolling_and_direct_sums_have_columns() {
         let roll = RollingRecord { creepage: [1e-3, -2e-3], spin: 0.25, distance: 7.0 };
-        let mut record = IncrementRecord { rolling: Some(roll), ..Default::default() };
+        let jump = JumpRecord { length: 250.0, solves: 7, rejected: 2, ..Default::default() };
+        let mut record = IncrementRecord {
+            rolling: Some(roll),
+            jump: Some(jump),
+            worn_volume_by_energy: Some(0.125),
+            wear_depth_error: 3e-7,
+            distance_slid: 11.0,
+            ..Default::default()
+        };
         record.certificate.operator_defect = Some(3e-15);
         let text = history_csv(&[record]).unwrap();
         let cells: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
@@ -183,6 +210,12 @@ mod tests {
             ("rolling_creepage_left", -2e-3),
             ("rolling_spin", 0.25),
             ("rolling_distance", 7.0),
+            ("worn_volume_by_energy", 0.125),
+            ("wear_depth_error", 3e-7),
+            ("distance_slid", 11.0),
+            ("jump_length", 250.0),
+            ("jump_solves", 7.0),
+            ("jump_rejected", 2.0),
         ] {
             let column = COLUMNS.iter().position(|column| *column == name).unwrap();
             assert_eq!(cells[column].parse::<f64>().unwrap(), value, "{name}");

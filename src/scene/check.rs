@@ -164,10 +164,7 @@ impl<'a> Walk<'a> {
             .and_then(Json::as_str)
             .unwrap_or("");
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
-        let mut mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
-        if let Some(absent) = not_yet::absent(name) {
-            mend = format!("{mend} ({absent})");
-        }
+        let mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
         self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
     }
 

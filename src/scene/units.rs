@@ -164,7 +164,7 @@ fn contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let Some([half, cell]) = frame_sizes(plan) else { return };
     let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
         (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
-        (_, Some(cycles)) => Some(cycles.amplitude),
+        (_, Some(cycles)) => cycles.reach(),
         _ => None,
     });
     let slide = slides.fold(0.0, f64::max);

@@ -8,7 +8,7 @@ use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
 use crate::fem;
 use crate::frame::{ContactFrame, GapShape};
-use crate::history::step::{Normal, Skipped, Step, Tangential};
+use crate::history::step::{Cycles, Normal, Skipped, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{Plan, Support};
 
@@ -81,7 +81,7 @@ fn along_the_plane(before: f64, step: &Step) -> Option<f64> {
         Some(Tangential::Shift([x, y])) => x.hypot(y),
         None => 0.0,
     };
-    Some(before + shift + step.cycles.as_ref().map_or(0.0, |cycles| cycles.amplitude))
+    Some(before + shift + step.cycles.as_ref().map_or(Some(0.0), Cycles::reach)?)
 }
 
 /// Whether no meshed body floats, or deforms without contact.

@@ -8,7 +8,7 @@ use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
 use crate::fem::{self, FreeMotions};
 use crate::frame::ContactFrame;
-use crate::history::step::{Normal, Spin, Step, Tangential, Tilt};
+use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::Plan;
 
@@ -161,7 +161,11 @@ fn displaced(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'stat
     {
         return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
     }
-    let cycles = step.cycles.as_ref()?;
-    let (sin, cos) = cycles.angle.sin_cos();
-    along(Vector3::new(cos, sin, 0.0)).then_some(("cycles", "move the other body's supports"))
+    let moved = match &step.cycles.as_ref()?.motion {
+        CycleMotion::Closed(closed) if closed.drive == Drive::Shift => closed.offsets(),
+        CycleMotion::Closed(_) => return None,
+        CycleMotion::Sliding { angle } => vec![[angle.cos(), angle.sin()]],
+    };
+    let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));
+    moves.then_some(("cycles", "move the other body's supports"))
 }

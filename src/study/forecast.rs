@@ -9,7 +9,7 @@ use super::skips::{cached, needs_solves, skips};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
-use crate::history::step::{Integrator, Skipped, Step};
+use crate::history::step::{Integrator, Jumps, Skipped, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::scene::plan::{BodySpec, FeSpec, Plan};
@@ -38,6 +38,9 @@ const PER_POINT: f64 = 4.0e-8;
 
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
+
+/// Jumps by the estimated error, usually.
+const CONTROLLED_JUMPS: usize = 6;
 
 /// What a cache is expected to have of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,12 +130,16 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
 fn solves(step: &Step) -> usize {
     match &step.cycles {
         None => step.increments,
-        // Both ends of a stroke are solved together; the first stroke comes before the jumps.
-        Some(cycles) if step.wear => {
+        // The ends of a cycle are solved together; the first strokes come before the jumps.
+        Some(cycles) => {
+            let jumps = match cycles.jumps {
+                Jumps::Number(jumps) => jumps,
+                Jumps::Tolerance(_) if step.wear => CONTROLLED_JUMPS,
+                Jumps::Tolerance(_) => 1,
+            };
             let stages = if cycles.integrator == Integrator::Sdirk2 { 2 } else { 1 };
-            1 + 2 * stages * cycles.jumps
+            cycles.ends() * (2 + stages * jumps)
         }
-        Some(cycles) => 1 + 2 * cycles.jumps,
     }
 }
 

@@ -11,6 +11,17 @@ pub struct WearIntensity {
     pub angle: f64,
 }
 
+impl WearIntensity {
+    /// Worn volume per friction energy, k = i / mu, if it is the same in all directions of slip.
+    pub fn per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
+        let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];
+        let turned = (self.angle - friction.angle).sin().abs() > 1e-12;
+        let same_axes = !turned || (near(self.i[0], self.i[1]) && near(friction.mu[0], friction.mu[1]));
+        (same_axes && near(k[0], k[1])).then_some(k[0])
+    }
+}
+
 /// The wear laws a scene may name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WearLaw {

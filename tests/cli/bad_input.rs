@@ -112,7 +112,8 @@ const TABLE: &[Row] = &[
     ("mu_T = 0.5\n", "", 0, &["`friction` lacks `mu_T`"]),
     ("nu = 0.3\n", "", 0, &["`materials.steel` lacks `nu`"]),
     ("material = \"cfrp\"\n", "", 0, &["`body1` lacks `material`"]),
-    (", jumps = 4", "", 0, &["lacks `jumps`", "error-controlled jumps"]),
+    ("count = 1000, ", "", 0, &["lacks `count`"]),
+    ("amplitude = 0.05, ", "", 0, &["steps.1.cycles", "lacks an amplitude"]),
     // Wrong types.
     ("radius = 50.0", "radius = \"50.0\"", 0, &["the text \"50.0\"", "remove the quotes"]),
     ("radius = 50.0", "radius = \"50,0\"", 0, &["with a point and without quotes: 50.0"]),
@@ -187,7 +188,31 @@ const TABLE: &[Row] = &[
     ),
     ("name = \"fretting\"", "moment = [1.0, 0.0]", 0, &["steps.1.moment", "besides `cycles`"]),
     ("jumps = 4", "jumps = 4000", 0, &["steps.1.cycles.jumps", "4000 jumps for 1000 cycles"]),
-    ("name = \"fretting\"", "approach = 0.03", 0, &["steps.1.approach", "besides `cycles`"]),
+    ("name = \"fretting\"", "twist = 0.03", 0, &["steps.1.twist", "besides `cycles`"]),
+    ("name = \"fretting\"", "increments = 3", 0, &["steps.1.increments", "cycles.increments"]),
+    ("name = \"fretting\"", "sliding = { distance = 1.0 }", 0, &["steps.1.sliding", "besides `cycles`"]),
+    (
+        "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
+        "sliding = { distance = 1.0 }\nshift = { distance = 0.1 }",
+        1,
+        &["steps.1.shift", "besides `sliding`"],
+    ),
+    ("jumps = 4", "force_amplitude = 1.0", 0, &["steps.1.cycles.force_amplitude", "besides `amplitude`"]),
+    ("jumps = 4", "amplitude2 = 1.0", 0, &["steps.1.cycles.amplitude2", "path = \"ellipse\""]),
+    ("jumps = 4", "path = \"ellipse\"", 0, &["steps.1.cycles.path", "lacks `amplitude2`"]),
+    (
+        "jumps = 4",
+        "path = \"ellipse\", amplitude2 = 0.01, increments = 1",
+        0,
+        &["steps.1.cycles.increments", "too few"],
+    ),
+    (
+        "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
+        "cycles = { count = 1000, force_amplitude = 0.05 }\nfriction = false",
+        0,
+        &["steps.1.cycles.force_amplitude", "needs friction"],
+    ),
+    ("k = 1.25e-9", "k = 1.25e-9\ntolerance = 0.0", 1, &["wear.tolerance"]),
     ("fibre = { tilt = 30.0, azimuth = 0.0 }\n", "", 0, &["friction.law", "neither body has"]),
     (
         "material = \"steel\"",
@@ -241,7 +266,6 @@ const TABLE: &[Row] = &[
         0,
         &["steps.1.rolling", "needs friction"],
     ),
-    ("jumps = 4", "jumps = 4, increments = 2", 0, &["steps.1.cycles.increments"]),
 ];
 
 /// Truth: docs/scene.md and the exit codes of docs/command-line.md; one mistake each.

@@ -7,7 +7,8 @@ use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
 use orthowear::history::step::{
-    Cycles, FrameState, IncrementRecord, Integrator, Normal, Observer, Step, Tangential,
+    Closed, CycleMotion, Cycles, Drive, FrameState, IncrementRecord, Integrator, Jumps, Normal, Observer,
+    Step, Tangential,
 };
 use orthowear::history::{Model, RunResult, run};
 use orthowear::material::{Orthotropic, Stiffness};
@@ -135,9 +136,25 @@ pub fn shift(distance: f64, angle: f64) -> Step {
     Step { tangential: Some(Tangential::Shift([distance * c, distance * s])), ..step("shift") }
 }
 
-/// Fretting cycles along x.
+/// Fretting cycles along x in equal jumps.
 pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator) -> Step {
-    Step { cycles: Some(Cycles { count, amplitude, angle: 0.0, jumps, integrator }), ..step("fretting") }
+    let motion = CycleMotion::Closed(Closed {
+        drive: Drive::Shift,
+        amplitude: [amplitude, 0.0],
+        angle: 0.0,
+        increments: 1,
+    });
+    let (count, jumps) = (count as f64, Jumps::Number(jumps));
+    let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: false };
+    Step { cycles: Some(cycles), ..step("fretting") }
+}
+
+/// The closed path of a step of cycles.
+pub fn path_of(step: &mut Step) -> &mut Closed {
+    match step.cycles.as_mut().map(|cycles| &mut cycles.motion) {
+        Some(CycleMotion::Closed(closed)) => closed,
+        _ => panic!("no closed path"),
+    }
 }
 
 /// Keeps nothing, says nothing.

@@ -6,8 +6,8 @@ use orthowear::history::step::{Integrator, Outcome, Step};
 use orthowear::wear::WearLaw;
 
 use crate::common::{
-    fretting, frp_wear, half_spaces, im7, indent, press, reference, relative, shift, solve, solve_with,
-    sphere, sphere_on_frp, steel, step,
+    fretting, frp_wear, half_spaces, im7, indent, path_of, press, reference, relative, shift, solve,
+    solve_with, sphere, sphere_on_frp, steel, step,
 };
 
 /// k = i / mu of the reference scene, 1/MPa.
@@ -240,7 +240,7 @@ fn worn_volumes_do_not_depend_on_the_solver() {
     model.friction = FrictionLaw::Coulomb { mu: 0.6 };
     model.wear = WearLaw::Archard { i: 2e-5 };
     let mut cycles = fretting(1000, 5.4e-4, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").angle = 40_f64.to_radians();
+    path_of(&mut cycles).angle = 40_f64.to_radians();
     let worn = |options: SolverOptions| {
         let result = solve_with(&model, &[press(1.125), cycles.clone()], &options);
         assert_eq!(result.outcome, Outcome::Converged);

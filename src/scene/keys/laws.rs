@@ -74,6 +74,12 @@ pub enum Wear {
         /// Integration of wear over a cycle jump.
         #[serde(default)]
         integrator: Integrator,
+        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        #[serde(default)]
+        tolerance: Tolerance,
+        /// Whether explicit jumps may be longer than is stable.
+        #[serde(default)]
+        beyond_critical: bool,
     },
     /// Intensities along two axes.
     Orthotropic {
@@ -93,6 +99,12 @@ pub enum Wear {
         /// Integration of wear over a cycle jump.
         #[serde(default)]
         integrator: Integrator,
+        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        #[serde(default)]
+        tolerance: Tolerance,
+        /// Whether explicit jumps may be longer than is stable.
+        #[serde(default)]
+        beyond_critical: bool,
     },
     /// Fibre-reinforced plastic: intensities along the fibre, interpolated with its tilt.
     #[allow(non_snake_case)]
@@ -121,6 +133,12 @@ pub enum Wear {
         /// Integration of wear over a cycle jump.
         #[serde(default)]
         integrator: Integrator,
+        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        #[serde(default)]
+        tolerance: Tolerance,
+        /// Whether explicit jumps may be longer than is stable.
+        #[serde(default)]
+        beyond_critical: bool,
     },
     /// Volume k per friction energy.
     Energy {
@@ -134,6 +152,12 @@ pub enum Wear {
         /// Integration of wear over a cycle jump.
         #[serde(default)]
         integrator: Integrator,
+        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        #[serde(default)]
+        tolerance: Tolerance,
+        /// Whether explicit jumps may be longer than is stable.
+        #[serde(default)]
+        beyond_critical: bool,
     },
 }
 
@@ -148,6 +172,18 @@ pub enum Integrator {
     BackwardEuler,
     /// Explicit, first order; stable for small jumps only.
     Explicit,
+}
+
+/// Error of the worn depth over the largest worn depth, default 1e-3.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline)]
+pub struct Tolerance(#[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))] pub f64);
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self(1e-3)
+    }
 }
 
 fn one() -> f64 {

@@ -63,6 +63,10 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "Cycles")]
     pub cycles: Option<Cycles>,
+    /// Steady sliding of body 2 over body 1.
+    #[serde(default)]
+    #[schemars(with = "Sliding")]
+    pub sliding: Option<Sliding>,
     /// Steady rolling, after what the steps before prescribe; creepages grow over the increments, each a steady state.
     #[serde(default)]
     #[schemars(with = "Rolling")]
@@ -176,30 +180,59 @@ pub struct Cycles {
     /// Number of cycles.
     #[schemars(range(min = 1))]
     pub count: u64,
-    /// Half-amplitude of body 2's displacement.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub amplitude: f64,
+    /// Half-amplitude of body 2's displacement. Excludes `force_amplitude`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub amplitude: Option<f64>,
+    /// Half-amplitude of the tangential force. Excludes `amplitude`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub force_amplitude: Option<f64>,
+    /// Half-axis of an ellipse across `angle`, of the displacement or the force as the amplitude; needs `path = "ellipse"`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub amplitude2: Option<f64>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Number of jumps that the cycles are taken in.
-    pub jumps: Count,
-    /// Increments per stroke; only 1 in this version.
-    #[serde(default = "one")]
-    #[schemars(range(min = 1, max = 1))]
-    pub increments: Count,
-    /// Path of a cycle; only "line" in this version.
+    /// Number of equal jumps that the cycles are taken in; default by the estimated error (`wear.tolerance`).
+    #[serde(default)]
+    #[schemars(with = "Count")]
+    pub jumps: Option<Count>,
+    /// Increments per stroke, half a cycle; default 1, of an ellipse 8.
+    #[serde(default)]
+    #[schemars(with = "Count")]
+    pub increments: Option<Count>,
+    /// Path of a cycle.
     #[serde(default)]
     pub path: Path,
+}
+
+/// Steady sliding of body 2 over body 1: the contact wears where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// Distance.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub distance: f64,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+    /// Number of equal jumps that the distance is taken in; default by the estimated error (`wear.tolerance`).
+    #[serde(default)]
+    #[schemars(with = "Count")]
+    pub jumps: Option<Count>,
 }
 
 /// Path of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-#[allow(missing_docs)]
 pub enum Path {
+    /// To and fro.
     #[default]
     Line,
+    /// Round an ellipse, from its + end towards the left of `angle`.
+    Ellipse,
 }
 
 fn one() -> Count {

@@ -3,7 +3,7 @@
 use super::Resolver;
 use crate::friction::FrictionLaw;
 use crate::scene::keys::body::Fibre;
-use crate::scene::keys::laws::{Friction, Integrator, Wear};
+use crate::scene::keys::laws::{Friction, Integrator, Tolerance, Wear};
 use crate::scene::plan::{BodySpec, FeSpec, FibreAngles, FrameSpec};
 use crate::scene::surface::surface_material;
 use crate::wear::WearLaw;
@@ -12,8 +12,17 @@ use crate::wear::WearLaw;
 pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
+    pub integration: Integration,
+}
+
+/// How wear is shared out and integrated.
+#[derive(Clone, Copy)]
+pub(super) struct Integration {
+    /// Share of the worn depth taken from body 1.
     pub share: f64,
     pub integrator: Integrator,
+    pub tolerance: f64,
+    pub beyond_critical: bool,
 }
 
 /// What the laws lie on.
@@ -50,12 +59,12 @@ pub(super) fn resolve(
     };
     let law = friction.and_then(|friction| friction_law(r, ground, &friction));
     let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction));
-    let (friction, (wear, share, integrator)) = (law?, wear?);
+    let (friction, (wear, integration)) = (law?, wear?);
     if matches!(wear, WearLaw::Energy { .. }) && matches!(friction, FrictionLaw::None) {
         let message = "the wear law takes the friction energy, but there is no friction";
         r.wrong("wear.law", message, "needs friction", "add a [friction] law, or use law = \"archard\"");
     }
-    Some(Laws { friction, wear, share, integrator })
+    Some(Laws { friction, wear, integration })
 }
 
 fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<FrictionLaw> {
@@ -92,15 +101,18 @@ fn wear_law(
     ground: Ground<'_>,
     law: &Wear,
     of_friction: Wish,
-) -> Option<(WearLaw, f64, Integrator)> {
+) -> Option<(WearLaw, Integration)> {
     let azimuth = ground.azimuth();
-    Some(match *law {
-        Wear::None => (WearLaw::None, 1.0, Integrator::default()),
-        Wear::Archard { i, share, integrator } => (WearLaw::Archard { i }, share, integrator),
-        Wear::Orthotropic { i1, i2, angle, share, integrator } => {
-            (WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth }, share, integrator)
+    let (law, (share, integrator, tolerance, beyond_critical)) = match *law {
+        Wear::None => (WearLaw::None, (1.0, Integrator::default(), Tolerance::default(), false)),
+        Wear::Archard { i, share, integrator, tolerance, beyond_critical } => {
+            (WearLaw::Archard { i }, (share, integrator, tolerance, beyond_critical))
         }
-        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator } => {
+        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, beyond_critical } => {
+            let law = WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth };
+            (law, (share, integrator, tolerance, beyond_critical))
+        }
+        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator, tolerance, beyond_critical } => {
             let own = Wish { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish)?;
@@ -111,10 +123,13 @@ fn wear_law(
                 tilt: fibre.tilt,
                 azimuth: fibre.azimuth - azimuth,
             };
-            (law, share, integrator)
+            (law, (share, integrator, tolerance, beyond_critical))
         }
-        Wear::Energy { k, share, integrator } => (WearLaw::Energy { k }, share, integrator),
-    })
+        Wear::Energy { k, share, integrator, tolerance, beyond_critical } => {
+            (WearLaw::Energy { k }, (share, integrator, tolerance, beyond_critical))
+        }
+    };
+    Some((law, Integration { share, integrator, tolerance: tolerance.0, beyond_critical }))
 }
 
 /// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod carried;
+mod cycles;
 mod contradictions;
 mod frame;
 mod laws;
@@ -127,8 +128,8 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         gap: gap?,
         friction: laws.friction,
         wear: laws.wear,
-        wear_share: laws.share,
-        integrator: laws.integrator,
+        wear_share: laws.integration.share,
+        integrator: laws.integration.integrator,
         steps: steps?,
         solver: solver?,
         memory: memory?,

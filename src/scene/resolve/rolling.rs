@@ -24,6 +24,7 @@ pub(super) fn resolve(
         ("twist", step.twist.is_some()),
         ("spin_moment", step.spin_moment.is_some()),
         ("cycles", step.cycles.is_some()),
+        ("sliding", step.sliding.is_some()),
     ];
     for (name, _) in others.iter().filter(|(_, there)| *there) {
         let message = format!("`{name}` stands besides `rolling`, whose tractions follow from the creepages");

@@ -5,8 +5,7 @@ use super::carried;
 use super::laws::Laws;
 use super::load_points;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Cycles, Integrator, Normal, Row, Spin, Step, Tangential, Tilt};
-use crate::scene::keys;
+use crate::history::step::{Normal, Row, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::step::Step as Keys;
 use crate::scene::plan::FrameSpec;
 
@@ -49,9 +48,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     }
     exclusive(r, &key, &keys);
     carried::prescribed(r, &key, &keys, laws, level);
-    if keys.cycles.is_some() {
-        cycles_alone(r, &key, &keys);
-    }
+    let cycles = super::cycles::resolve(r, &key, &keys, laws);
     let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, (&keys, rolling), laws));
     let points = keys.history.as_ref().map(|history| {
         history_alone(r, &key, &keys);
@@ -60,7 +57,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     if r.mistakes.len() != before {
         return vec![(i, None)];
     }
-    let plain = Step { rolling, ..plain(&keys, i, laws) };
+    let plain = Step { cycles, rolling, ..plain(&keys, i) };
     let Some(points) = points else { return vec![(i, Some(plain))] };
     let count = points.len();
     let steps: Vec<Step> = (points.iter().enumerate())
@@ -84,8 +81,7 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
 }
 
 /// The step that the keys say, but for a history.
-fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
-    let integrator = laws.map_or(keys::laws::Integrator::default(), |laws| laws.integrator);
+fn plain(keys: &Keys, i: usize) -> Step {
     Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
         normal: keys.approach.map(Normal::Approach).or(keys.normal_force.map(Normal::Force)),
@@ -98,17 +94,7 @@ fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
         increments: keys.increments.0,
         friction: keys.friction,
         wear: keys.wear,
-        cycles: keys.cycles.map(|cycles| Cycles {
-            count: cycles.count,
-            amplitude: cycles.amplitude,
-            angle: cycles.angle.to_radians(),
-            jumps: cycles.jumps.0,
-            integrator: match integrator {
-                keys::laws::Integrator::Sdirk2 => Integrator::Sdirk2,
-                keys::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,
-                keys::laws::Integrator::Explicit => Integrator::Explicit,
-            },
-        }),
+        cycles: None,
         row: None,
         rolling: None,
     }
@@ -116,10 +102,11 @@ fn plain(keys: &Keys, i: usize, laws: Option<&Laws>) -> Step {
 
 /// A history stands in the place of every other control.
 fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    let others = controls(keys)
-        .into_iter()
-        .flatten()
-        .chain([("cycles", keys.cycles.is_some()), ("rolling", keys.rolling.is_some())]);
+    let others = controls(keys).into_iter().flatten().chain([
+        ("cycles", keys.cycles.is_some()),
+        ("sliding", keys.sliding.is_some()),
+        ("rolling", keys.rolling.is_some()),
+    ]);
     for (name, _) in others.filter(|(_, there)| *there) {
         let message = format!("`{name}` stands besides `history`, which prescribes the loads of its step");
         r.wrong(
@@ -154,7 +141,7 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
 }
 
 /// The motion and the load of each direction that a step may prescribe, and whether it does.
-fn controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
+pub(super) fn controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
     [
         [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
         [("shift", keys.shift.is_some()), ("tangential_force", keys.tangential_force.is_some())],
@@ -221,30 +208,5 @@ fn periodic_turns(r: &mut Resolver, steps: &[Numbered], periodic: [bool; 2]) {
         if tilt.or(spin).is_some() {
             told.push(*i);
         }
-    }
-}
-
-/// Cycles stand alone in their step.
-fn cycles_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    for (name, _) in controls(keys).iter().flatten().filter(|(_, there)| *there) {
-        let message =
-            format!("`{name}` stands besides `cycles`, which move about the position at the step's start");
-        r.wrong(&format!("{key}.{name}"), message, "besides `cycles`", "prescribe it in a step before");
-    }
-    if keys.increments.0 != 1 {
-        let message = "`increments` does not apply to `cycles`";
-        r.wrong(
-            &format!("{key}.increments"),
-            message,
-            "besides `cycles`",
-            "remove it; `cycles.jumps` divides cycles",
-        );
-    }
-    if let Some(cycles) = keys.cycles
-        && cycles.jumps.0 as u64 > cycles.count
-    {
-        let message = format!("{} jumps for {} cycles", cycles.jumps.0, cycles.count);
-        let mend = "a jump is at least one cycle: jumps <= count";
-        r.wrong(&format!("{key}.cycles.jumps"), message, "more jumps than cycles", mend);
     }
 }

@@ -110,15 +110,18 @@ impl Solver for GaussSeidel {
     }
 }
 
-fn rolls(problem: &Increment) -> bool {
-    problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
+fn steady(end: &End) -> bool {
+    matches!(end.reference, SlipReference::Upstream(_) | SlipReference::Given(_))
 }
 
 /// Why the method cannot be used for the increment.
 fn refusal(problem: &Increment) -> Option<&'static str> {
     let drawn = |end: &End| end.balance.is_some() || end.tangential != TangentialControl::Shift;
-    if rolls(problem) {
-        return Some("not for steady rolling");
+    if problem.ends.len() > 2 {
+        return Some("not for cycles of more than two ends");
+    }
+    if problem.ends.iter().any(steady) {
+        return Some("not for steady rolling and sliding");
     }
     if problem.pressures == Pressures::Given {
         return Some("not for given pressures");

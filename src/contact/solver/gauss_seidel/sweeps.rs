@@ -20,7 +20,7 @@ struct Side {
     gap: Vec<f64>,
     /// The same without tractions.
     bare: Vec<f64>,
-    /// Hatted tangential gap that the slip is measured from; `None`: from the other end.
+    /// Hatted tangential gap that the slip is measured from; `None`: from the end before.
     reference: Vec<Option<[f64; 2]>>,
     /// Normal motion of body 2 since the state was taken.
     moved: f64,
@@ -216,7 +216,7 @@ impl<'s, 'p> Sweeps<'s, 'p> {
     fn slip(&self, end: usize, i: usize) -> [f64; 2] {
         let m = self.cells.len();
         let at = |end: usize| [self.sides[end].gap[i], self.sides[end].gap[m + i]];
-        let from = self.sides[end].reference[i].unwrap_or_else(|| at(1 - end));
+        let from = self.sides[end].reference[i].unwrap_or_else(|| at(self.problem.end_before(end)));
         let here = at(end);
         [here[0] - from[0], here[1] - from[1]]
     }
@@ -244,14 +244,16 @@ impl<'s, 'p> Sweeps<'s, 'p> {
     }
 }
 
-/// Hatted tangential gap that the slip of a cell is measured from; `None`: from the other end.
+/// Hatted tangential gap that the slip of a cell is measured from; `None`: from the end before.
 fn reference(problem: &Increment, end: usize, cell: usize) -> Option<[f64; 2]> {
     let n = problem.n();
     let at = match &problem.ends[end].reference {
         SlipReference::Previous(at) => at,
-        SlipReference::OtherEnd { stuck, at } if stuck[cell] => at,
-        // Steady rolling is refused before.
-        SlipReference::OtherEnd { .. } | SlipReference::Upstream(_) => return None,
+        SlipReference::EndBefore { stuck, at } if stuck[cell] => at,
+        // Steady rolling and sliding are refused before.
+        SlipReference::EndBefore { .. } | SlipReference::Upstream(_) | SlipReference::Given(_) => {
+            return None;
+        }
     };
     let at = [at[cell], at[n + cell]];
     Some(problem.hat().map_or(at, |hat| hat.slip(at)))

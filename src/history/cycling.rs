@@ -1,0 +1,452 @@
+//! Steps of fretting cycles and of steady sliding, taken in jumps (docs/theory-wear.md).
+
+use std::time::Instant;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::solver::Stop;
+use crate::contact::{End, NormalControl, SlipReference, TangentialControl, Unknowns};
+use crate::error::Result;
+
+use super::control::{Held, Loads, Path};
+use super::increments::{Stage, entry};
+use super::jump::Jump;
+use super::jump_control::JumpControl;
+use super::ring::{Course, Ring};
+use super::snapshot::Within;
+use super::step::{
+    CycleMotion, Cycles, Integrator, JumpRecord, Jumps, Moment, Observer, Outcome, Spin, Step, StrokeEnd,
+};
+use super::{Run, state};
+
+/// Worn depth over the approach that the first controlled jump aims at.
+const FIRST: f64 = 0.05;
+
+/// Worn depth over the approach below which errors do not count.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Cells, or share of the radius of the contact, that the rims of contact and stick zone may move by in a controlled jump.
+const CELLS: f64 = 2.0;
+const SHARE: f64 = 0.05;
+
+/// Tries that a controlled jump may be too long for.
+const TRIES: usize = 12;
+
+/// A step of cycles or steady sliding in progress.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Cycling {
+    pub ring: Ring,
+    pub way: Way,
+    /// Cycles of this step, or mm of sliding, that are done.
+    pub done: f64,
+    /// Wear per cycle or mm at the worn depth of the state, `[N]`.
+    pub rate: Vec<f64>,
+    /// Dissipation per cycle or mm there.
+    pub power: f64,
+    /// What is prescribed besides the cycles, from the start of the step to its end.
+    path: Path,
+    control: JumpControl,
+    /// Entries of the step.
+    entries: usize,
+    /// Contact was at the rim of the frame from the start.
+    touched: bool,
+    /// Cycles and distance before the step.
+    before: (u64, f64),
+}
+
+/// What the slip of a cycle follows from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) enum Way {
+    /// The ends of a closed path.
+    Round(Course),
+    /// Slip per mm of steady sliding, `[2, N]`.
+    Along(Vec<f64>),
+}
+
+/// Why a controlled jump is taken again, shorter.
+enum Refusal {
+    /// Its error, as a multiple of what is allowed.
+    Error(f64),
+    /// Something else.
+    Other,
+}
+
+impl Run<'_> {
+    /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
+    pub(super) fn cycles(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        last: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        if matches!(self.within, Within::Start)
+            && let Some(cycling) = self.begin(step, cycles, observer)?
+        {
+            self.within = Within::Cycles(Box::new(cycling));
+        }
+        while let Within::Cycles(mut cycling) = std::mem::replace(&mut self.within, Within::Start) {
+            if cycling.done >= cycles.count {
+                self.held.normal = cycling.path.end.normal;
+                if let (Way::Round(course), false) = (&cycling.way, last) {
+                    self.return_to_center(step, course, observer)?;
+                }
+                return Ok(());
+            }
+            let before = Tried::of(&cycling);
+            self.next_jump(step, cycles, &mut cycling, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                before.put(&mut cycling);
+                self.within = Within::Cycles(cycling);
+                return Ok(());
+            }
+            self.within = Within::Cycles(cycling);
+            self.keep(Moment::Entry, observer)?;
+        }
+        Ok(())
+    }
+
+    /// The first strokes and the rates before the first jump; `None` where something does not converge.
+    fn begin(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Cycling>> {
+        let clock = Instant::now();
+        let (center, n) = (self.state.rigid, self.prepared.n());
+        let path = self.path(step);
+        let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
+        let shift = [center[0], center[1]];
+        let (ring, way) = match &cycles.motion {
+            CycleMotion::Closed(closed) => {
+                let course = Course::new(closed, shift, [x, y]);
+                let ring = Ring::new(n, &course, center);
+                (ring, Way::Round(course))
+            }
+            CycleMotion::Sliding { angle } => {
+                let mut ring = Ring::still(n, center);
+                ring.it.floating.fill(self.state.floating);
+                (ring, Way::Along(self.slip_per_length(*angle)))
+            }
+        };
+        let mut cycling = Cycling {
+            ring,
+            way,
+            done: 0.0,
+            rate: vec![0.0; n],
+            power: 0.0,
+            path,
+            control: JumpControl::new(cycles.count, cycles.integrator.order()),
+            entries: 0,
+            touched: false,
+            before: (self.state.cycles_done, self.state.distance_slid),
+        };
+        if let Way::Round(course) = &cycling.way {
+            let (loads, _) = self.loads_in_cycles(step, &cycling, 0.0);
+            self.first_strokes(step, (course, loads), &mut cycling.ring, observer)?;
+            if self.result.outcome != Outcome::Converged {
+                return Ok(None);
+            }
+        }
+        let worn = self.state.worn.clone();
+        let mut jump = Jump::new(n);
+        let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
+        self.stage(step, (0.0, &worn, 0.0), &mut cycling, &mut jump, (observer, &stage))?;
+        if !jump.converged() {
+            self.record_jump(step, cycles, (&mut cycling, &jump), (0.0, 0, clock), observer)?;
+            return Ok(None);
+        }
+        cycling.ring.spend(&jump.report);
+        cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
+        cycling.power = jump.checks.dissipation;
+        cycling.touched = state::touches_edge(&self.prepared, &cycling.ring.it);
+        let fastest = cycling.rate.iter().copied().fold(0.0, f64::max);
+        if fastest > 0.0 {
+            let first = FIRST * self.prepared.approach(&cycling.ring.it, 0).abs() / fastest;
+            cycling.control = JumpControl::new(first.min(cycles.count), cycles.integrator.order());
+        }
+        Ok(Some(cycling))
+    }
+
+    /// Slip of each cell per mm that body 2 slides along a direction, `[2, N]`.
+    fn slip_per_length(&self, angle: f64) -> Vec<f64> {
+        let n = self.prepared.n();
+        let along = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let mut slip = vec![0.0; 2 * n];
+        for i in 0..n {
+            let local = self.prepared.rigid_axes.as_ref().map_or(along, |axes| axes[i] * along);
+            (slip[i], slip[n + i]) = (local.x, local.y);
+        }
+        slip
+    }
+
+    /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
+    pub(super) fn loads_in_cycles(&self, step: &Step, cycling: &Cycling, at: f64) -> (Loads, Option<f64>) {
+        let turn = self.prepared.turn(&self.state.floating);
+        let controls = cycling.path.at(at, (self.state.rigid, turn));
+        let mut loads = self.carried(step, controls.loads);
+        loads.tangential = TangentialControl::Shift;
+        if matches!(cycling.way, Way::Along(_)) {
+            loads.moment[2] = None;
+        }
+        (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
+    }
+
+    /// Takes one more jump.
+    fn next_jump(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut Cycling,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let clock = Instant::now();
+        let (mut tries, mut spent) = (0, [0; 3]);
+        loop {
+            let (length, shortest) = cycling.next_length(cycles);
+            let before = Tried::of(cycling);
+            let radii = self.radii(cycling);
+            let part = |done: f64| done / cycles.count;
+            let stage = Stage { name: &step.name, from: part(cycling.done), to: part(cycling.done + length) };
+            let integrator = cycles.integrator;
+            let mut jump = self.integrate(step, (cycles, integrator, length), cycling, (observer, &stage))?;
+            if let (Jumps::Tolerance(tolerance), true) = (cycles.jumps, length > shortest && tries < TRIES)
+                && jump.report.stop != Stop::Interrupted
+                && let Some(refusal) = self.refusal((cycles, tolerance, length), (radii, cycling), &jump)
+            {
+                let report = &jump.report;
+                let now = [jump.solves, report.iterations, report.applications];
+                spent.iter_mut().zip(now).for_each(|(sum, now)| *sum += now);
+                tries += 1;
+                before.put(cycling);
+                match refusal {
+                    Refusal::Error(ratio) => cycling.control.reject(length, ratio),
+                    Refusal::Other => cycling.control.halve(length),
+                }
+                continue;
+            }
+            if jump.overshot {
+                let wasted = [jump.solves, jump.report.iterations, jump.report.applications];
+                before.put(cycling);
+                let euler = (cycles, Integrator::BackwardEuler, length);
+                jump = self.integrate(step, euler, cycling, (observer, &stage))?;
+                jump.burden(wasted);
+                self.result.warnings.push(format!(
+                    "step \"{}\" ({}): the jump of {length} cycles is too long for the second-order integrator, which \
+                     would wear past the end of contact; backward Euler took it: more jumps give a better answer",
+                    step.name,
+                    cycling.entries + 1
+                ));
+            }
+            jump.burden(spent);
+            // The first strokes have no entry of their own.
+            jump.burden(std::mem::take(&mut cycling.ring.spent));
+            if let Jumps::Tolerance(tolerance) = cycles.jumps {
+                let ratio = self.error_ratio((cycles, tolerance, length), &jump);
+                cycling.control.accept(length, ratio);
+            }
+            return self.record_jump(step, cycles, (cycling, &jump), (length, tries, clock), observer);
+        }
+    }
+
+    /// Estimated error of a jump over what is allowed: half of the tolerance goes by worn depth, half by cycles.
+    fn error_ratio(&self, (cycles, tolerance, length): (&Cycles, f64, f64), jump: &Jump) -> f64 {
+        if jump.depth_error == 0.0 {
+            return 0.0;
+        }
+        let deepest = |more: f64| {
+            let depths = self.state.worn.iter().zip(&jump.worn);
+            depths.map(|(worn, by)| worn + more * by).fold(0.0, f64::max)
+        };
+        let (before, after) = (deepest(0.0), deepest(1.0));
+        let negligible = NEGLIGIBLE * (self.prepared.first_touch - self.state.rigid[2]).abs();
+        let allowed = 0.5 * (after - before) + (0.5 * after + negligible) * length / cycles.count;
+        jump.depth_error / (tolerance * allowed)
+    }
+
+    /// Why a controlled jump is too long, if it is.
+    fn refusal(
+        &self,
+        jumped: (&Cycles, f64, f64),
+        ([contact, stick], after): ([f64; 2], &Cycling),
+        jump: &Jump,
+    ) -> Option<Refusal> {
+        if !jump.converged() || jump.overshot {
+            return Some(Refusal::Other);
+        }
+        let ratio = self.error_ratio(jumped, jump);
+        if ratio > 1.0 {
+            return Some(Refusal::Error(ratio));
+        }
+        let [new_contact, new_stick] = self.radii(after);
+        let areas = &self.prepared.model.frame.areas;
+        let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
+        let most = (CELLS * side).max(SHARE * contact);
+        (new_contact - contact > most || (new_stick - stick).abs() > most).then_some(Refusal::Other)
+    }
+
+    /// Radii of the circles that are as large as the contact at any end, and as the cells that stick through the cycle.
+    fn radii(&self, cycling: &Cycling) -> [f64; 2] {
+        let areas = &self.prepared.model.frame.areas;
+        let touching = self.touching(&cycling.ring.it);
+        let radius = |sum: f64| (sum / std::f64::consts::PI).sqrt();
+        let sum =
+            |counts: &dyn Fn(usize) -> bool| (0..areas.len()).filter(|&i| counts(i)).map(|i| areas[i]).sum();
+        [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && cycling.ring.stuck[i]))]
+    }
+
+    /// Takes what a jump did into the state, and hands out its entry.
+    fn record_jump(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, jump): (&mut Cycling, &Jump),
+        (length, rejected, clock): (f64, usize, Instant),
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let number = cycling.entries + 1;
+        if jump.converged() {
+            cycling.done += length;
+            cycling.entries += 1;
+            if cycles.count - cycling.done < 1e-9 * cycles.count {
+                cycling.done = cycles.count;
+            }
+            match cycling.way {
+                Way::Round(_) => self.state.cycles_done = cycling.before.0 + cycling.done.round() as u64,
+                Way::Along(_) => self.state.distance_slid = cycling.before.1 + cycling.done,
+            }
+            self.state.worn.iter_mut().zip(&jump.worn).for_each(|(worn, by)| *worn += by);
+            self.state.dissipation += jump.dissipation;
+            if step.wear {
+                self.state.worn_energy += jump.dissipation;
+            }
+            self.state.errors[0] += jump.depth_error;
+            self.state.errors[1] += jump.volume_error;
+        }
+        let half = match &cycling.way {
+            Way::Round(course) => course.half(),
+            Way::Along(_) => 0,
+        };
+        let it = &cycling.ring.it;
+        let worn = self.state.worn.clone();
+        let end = End {
+            normal: NormalControl::Approach,
+            tangential: TangentialControl::Shift,
+            balance: None,
+            reference: match &cycling.way {
+                Way::Round(_) => cycling.ring.reference(),
+                Way::Along(slip) => SlipReference::Given(slip.clone()),
+            },
+        };
+        let problem = self.ends_problem(step, cycling, &worn, end);
+        let ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
+        let mean = |value: fn(&StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
+        let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
+        let balance = state::energy_balance(&self.prepared, &self.state, it, half);
+        let fields = state::frame_state(&problem, it, 0, &worn);
+        drop(problem);
+        self.state.take(it, half);
+        let values = StrokeEnd {
+            shift: [0, 1].map(|k| 0.5 * (ends[0].shift[k] + ends[1].shift[k])),
+            rotation: [0, 1].map(|k| 0.5 * (ends[0].rotation[k] + ends[1].rotation[k])),
+            twist: mean(|e| e.twist),
+            normal_force: mean(|e| e.normal_force),
+            contact_area: mean(|e| e.contact_area),
+            stick_area: mean(|e| e.stick_area),
+            peak_pressure: mean(|e| e.peak_pressure),
+            ..ends[0]
+        };
+        let mut record = entry(&step.name, number, approach, &values);
+        record.contact_touches_edge = state::touches_edge(&self.prepared, it);
+        record.certificate = state::certificate(&jump.checks, approach, balance);
+        record.seconds = clock.elapsed().as_secs_f64();
+        record.stroke_ends = matches!(cycling.way, Way::Round(_)).then_some(ends);
+        record.jump = Some(JumpRecord {
+            length,
+            solves: jump.solves,
+            rejected,
+            depth_error: jump.depth_error,
+            volume_error: jump.volume_error,
+            critical_length: None,
+        });
+        self.finish(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
+        self.hint_at_spin(step);
+        if record.contact_touches_edge && !cycling.touched && self.result.outcome == Outcome::Converged {
+            self.result.outcome = Outcome::NotConverged("frame-edge");
+        }
+        self.deliver(record, fields, observer)
+    }
+
+    /// Tells of a spin moment that the cycles inherit, where they found no answer: slip all over the contact reverses from
+    /// end to end, and the moment of its friction with it.
+    pub(super) fn hint_at_spin(&mut self, step: &Step) {
+        let Spin::Moment(moment) = self.held.spin else { return };
+        if moment != 0.0 && self.result.outcome == Outcome::NotConverged("iterations") {
+            self.result.warnings.push(format!(
+                "step \"{}\": a spin moment of {moment} is still held while body 2 goes to and fro. If all of the contact slides, \
+                 friction there and back has opposite moments and cannot carry the same one at both ends: prescribe `twist`, \
+                 or a spin_moment of zero, in a step before, or take a smaller amplitude",
+                step.name
+            ));
+        }
+    }
+
+    /// Brings body 2 back to the centre of the cycles for the steps that follow.
+    fn return_to_center(&mut self, step: &Step, course: &Course, observer: &mut dyn Observer) -> Result<()> {
+        let rigid = [course.center[0], course.center[1], self.state.rigid[2]];
+        let loads = self.carried(step, self.held.loads_at_shift());
+        let (loads, tangential) = course.back(loads);
+        self.held = Held { tangential, ..self.held };
+        self.stroke_to(step, (loads, rigid), observer)?;
+        Ok(())
+    }
+}
+
+/// What a try at a jump changes.
+struct Tried {
+    unknowns: Unknowns,
+    stuck: Vec<bool>,
+    at: Vec<f64>,
+    rate: Vec<f64>,
+    power: f64,
+}
+
+impl Tried {
+    fn of(cycling: &Cycling) -> Self {
+        Self {
+            unknowns: Unknowns::of(&cycling.ring.it),
+            stuck: cycling.ring.stuck.clone(),
+            at: cycling.ring.at.clone(),
+            rate: cycling.rate.clone(),
+            power: cycling.power,
+        }
+    }
+
+    /// Puts it back.
+    fn put(self, cycling: &mut Cycling) {
+        self.unknowns.put(&mut cycling.ring.it);
+        (cycling.ring.stuck, cycling.ring.at) = (self.stuck, self.at);
+        (cycling.rate, cycling.power) = (self.rate, self.power);
+    }
+}
+
+impl Cycling {
+    /// Length of the next jump, and the shortest that can be.
+    fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
+        let whole = matches!(self.way, Way::Round(_));
+        match cycles.jumps {
+            Jumps::Tolerance(_) => {
+                let unit = if whole { 1.0 } else { 0.0 };
+                (self.control.length(cycles.count - self.done, unit), unit.max(1e-9 * cycles.count))
+            }
+            Jumps::Number(jumps) => {
+                let part = |k: usize| cycles.count * k as f64 / jumps as f64;
+                let done = |k: usize| if whole { part(k).round() } else { part(k) };
+                let length = done(self.entries + 1) - done(self.entries);
+                (length, length)
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Wear over a jump of ΔN cycles (docs/theory-wear.md).
+//!
+//! A jump integrates dw/dN = F(w), F = Σ p|s|_i over the increments of a cycle, whose ends are solved together: the slip of each is
+//! the difference of the tangential gaps at its ends (elastic recovery included), and the wear of the stage is implicit in all of
+//! them. Cells that stick through the whole cycle keep the tangential gap they stuck at.
+
+use crate::contact::certificate::StateChecks;
+use crate::contact::solver::{SolveReport, Stop};
+use crate::contact::{End, Increment, Iterate, SlipReference};
+use crate::error::Result;
+
+use super::Run;
+use super::cycling::{Cycling, Way};
+use super::increments::{Laws, Stage, problem, solve_and_check};
+use super::ring::settled;
+use super::step::{Cycles, Integrator, Observer, Step};
+
+/// γ of the L-stable two-stage SDIRK method.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// Solutions of a stage with strokes between them to find the cells that stick, at most.
+const STICK_PASSES: usize = 8;
+
+/// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
+/// only single cells at the rim come and go.
+const MOST_LOST: f64 = 0.05;
+
+/// Estimated error of the worn volume over what the companion sees of it: it sees a third of it and more where the whole contact
+/// wears alike (docs/theory-wear.md).
+const VOLUME_SAFETY: f64 = 2.0;
+
+/// A stage of an integrator: its wear is w_explicit + weight ΔN F(w_stage), and that of the jump has `share` ΔN F(w_stage) of it.
+#[derive(Debug, Clone, Copy)]
+struct StageWeights {
+    weight: f64,
+    share: f64,
+    /// Place of the stage in the jump.
+    at: f64,
+}
+
+/// An integrator with the companion of one order more that its error is estimated by.
+struct Scheme {
+    stages: &'static [StageWeights],
+    /// Share of the rate at the start of the jump in its wear.
+    start: f64,
+    /// The jump less its companion: by the rates at the start and in the stages, over ΔN.
+    error: &'static [f64],
+}
+
+/// Its companion takes the rates at 0, γ, 1 by the quadrature of third order: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. What contacts that
+/// grow make of the error, the larger part of it, it sees fully, what a rate that is linear in the depth does only in part
+/// (docs/theory-wear.md).
+const SDIRK2: Scheme = Scheme {
+    stages: &[
+        StageWeights { weight: GAMMA, share: 1.0 - GAMMA, at: GAMMA },
+        StageWeights { weight: GAMMA, share: GAMMA, at: 1.0 },
+    ],
+    start: 0.0,
+    error: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
+};
+
+/// b - b̃, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
+const SDIRK2_ERROR: [f64; 3] = {
+    let first = (1.0 / 6.0) / (GAMMA - GAMMA * GAMMA);
+    let second = 0.5 - GAMMA * first;
+    [first + second - 1.0, 1.0 - GAMMA - first, GAMMA - second]
+};
+
+/// Backward Euler, against the trapezoidal rule.
+const BACKWARD_EULER: Scheme =
+    Scheme { stages: &[StageWeights { weight: 1.0, share: 1.0, at: 1.0 }], start: 0.0, error: &[-0.5, 0.5] };
+
+/// Explicit Euler, against the trapezoidal rule; the rate at the end is that of the jump after it.
+const EXPLICIT: Scheme =
+    Scheme { stages: &[StageWeights { weight: 0.0, share: 0.0, at: 1.0 }], start: 1.0, error: &[0.5, -0.5] };
+
+impl Integrator {
+    fn scheme(self) -> &'static Scheme {
+        match self {
+            Self::Sdirk2 => &SDIRK2,
+            Self::BackwardEuler => &BACKWARD_EULER,
+            Self::Explicit => &EXPLICIT,
+        }
+    }
+
+    /// Order of the error per length of a jump.
+    pub(super) fn order(self) -> f64 {
+        if self == Self::Sdirk2 { 2.0 } else { 1.0 }
+    }
+}
+
+/// What a jump did.
+pub(super) struct Jump {
+    /// Iterations and applications of all stages; stop and residual of the last.
+    pub report: SolveReport,
+    /// The worst checks of the stages.
+    pub checks: StateChecks,
+    /// Contact problems solved.
+    pub solves: usize,
+    /// Friction dissipation.
+    pub dissipation: f64,
+    /// Depth worn, `[N]`.
+    pub worn: Vec<f64>,
+    /// Estimated error of the worn depth, root mean square over the contact at its end, mm.
+    pub depth_error: f64,
+    /// Estimated error of the worn volume, mm3.
+    pub volume_error: f64,
+    /// The second stage of SDIRK2 wore past the end of contact.
+    pub overshot: bool,
+}
+
+impl Jump {
+    pub fn new(n: usize) -> Self {
+        Self {
+            report: SolveReport { stop: Stop::Converged, residual: 0.0, ..SolveReport::default() },
+            checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
+            solves: 0,
+            dissipation: 0.0,
+            worn: vec![0.0; n],
+            depth_error: 0.0,
+            volume_error: 0.0,
+            overshot: false,
+        }
+    }
+
+    /// Takes over what one more solution says.
+    fn add(&mut self, report: &SolveReport) {
+        self.report = SolveReport {
+            iterations: self.report.iterations + report.iterations,
+            applications: self.report.applications + report.applications,
+            ..report.clone()
+        };
+    }
+
+    /// Adds the work of tries that were given up.
+    pub fn burden(&mut self, [solves, iterations, applications]: [usize; 3]) {
+        self.solves += solves;
+        self.report.iterations += iterations;
+        self.report.applications += applications;
+    }
+
+    /// Whether all that was solved converged.
+    pub fn converged(&self) -> bool {
+        self.report.stop == Stop::Converged
+    }
+}
+
+/// Adds a multiple of a field to another.
+fn add(to: &mut [f64], factor: f64, field: &[f64]) {
+    to.iter_mut().zip(field).for_each(|(to, value)| *to += factor * value);
+}
+
+impl Run<'_> {
+    /// Integrates the wear over `length` cycles; ends and rates of `cycling` follow, the worn depth of the state does not.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(super) fn integrate(
+        &mut self,
+        step: &Step,
+        (cycles, integrator, length): (&Cycles, Integrator, f64),
+        cycling: &mut Cycling,
+        (observer, stage): (&mut dyn Observer, &Stage),
+    ) -> Result<Jump> {
+        let scheme = integrator.scheme();
+        let mut jump = Jump::new(self.prepared.n());
+        add(&mut jump.worn, scheme.start * length, &cycling.rate);
+        let mut error = vec![0.0; jump.worn.len()];
+        add(&mut error, scheme.error[0] * length, &cycling.rate);
+        jump.dissipation = scheme.start * length * cycling.power;
+        for (number, weights) in scheme.stages.iter().enumerate() {
+            let mut worn = self.state.worn.clone();
+            add(&mut worn, 1.0, &jump.worn);
+            let touched = self.touching(&cycling.ring.it);
+            let at = (cycling.done + weights.at * length) / cycles.count;
+            self.stage(step, (at, &worn, weights.weight * length), cycling, &mut jump, (observer, stage))?;
+            if !jump.converged() {
+                return Ok(jump);
+            }
+            jump.overshot = number > 0 && self.lost_share(&touched, &cycling.ring.it) > MOST_LOST;
+            if jump.overshot {
+                return Ok(jump);
+            }
+            cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
+            cycling.power = jump.checks.dissipation;
+            add(&mut jump.worn, weights.share * length, &cycling.rate);
+            add(&mut error, scheme.error[number + 1] * length, &cycling.rate);
+            jump.dissipation += weights.share * length * cycling.power;
+        }
+        [jump.depth_error, jump.volume_error] = self.measured(&error, &cycling.ring.it);
+        Ok(jump)
+    }
+
+    /// Root mean square of an error of the worn depth over the cells in contact, and the error of the volume, which the companions
+    /// see in part only.
+    fn measured(&self, error: &[f64], it: &Iterate) -> [f64; 2] {
+        let (mut squares, mut contact, mut volume) = (0.0, 0.0, 0.0);
+        let areas = &self.prepared.model.frame.areas;
+        for ((error, touching), area) in error.iter().zip(self.touching(it)).zip(areas) {
+            volume += area * error;
+            if touching {
+                squares += area * error * error;
+                contact += area;
+            }
+        }
+        [if contact > 0.0 { (squares / contact).sqrt() } else { 0.0 }, VOLUME_SAFETY * volume.abs()]
+    }
+
+    /// Cells that carry pressure at any end.
+    pub(super) fn touching(&self, it: &Iterate) -> Vec<bool> {
+        let n = self.prepared.n();
+        (0..n).map(|i| (0..it.rigid.len()).any(|end| it.hatted[end * 3 * n + 2 * n + i] > 0.0)).collect()
+    }
+
+    /// Share of the area in contact before that carries nothing any more.
+    fn lost_share(&self, before: &[bool], it: &Iterate) -> f64 {
+        let (mut lost, mut all) = (0.0, 0.0);
+        let areas = &self.prepared.model.frame.areas;
+        for ((was, is), area) in before.iter().zip(self.touching(it)).zip(areas) {
+            if *was {
+                all += area;
+                lost += if is { 0.0 } else { *area };
+            }
+        }
+        if all > 0.0 { lost / all } else { 0.0 }
+    }
+
+    /// Solves the ends of a cycle, or steady sliding, at the depth `worn` with the wear of `repeats` cycles implicit in them,
+    /// under what is prescribed at the part `at` of the step.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(super) fn stage(
+        &mut self,
+        step: &Step,
+        (at, worn, repeats): (f64, &[f64], f64),
+        cycling: &mut Cycling,
+        jump: &mut Jump,
+        (observer, stage): (&mut dyn Observer, &Stage),
+    ) -> Result<()> {
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats };
+        let before = jump.checks;
+        let (loads, height) = self.loads_in_cycles(step, cycling, at);
+        if let Some(height) = height {
+            cycling.ring.it.rigid.iter_mut().for_each(|rigid| rigid[2] = height);
+        }
+        let mut last: Vec<[f64; 2]> = Vec::new();
+        for _ in 0..STICK_PASSES {
+            let ends = match &cycling.way {
+                Way::Round(course) => self.ends(step, course, loads, &cycling.ring)?,
+                Way::Along(slip) => vec![self.end(step, &loads, SlipReference::Given(slip.clone()))?],
+            };
+            let mut problem = problem(&self.prepared, &self.options, worn, laws, ends);
+            let (report, checks) = solve_and_check(
+                (&self.prepared, &mut problem),
+                &mut cycling.ring.it,
+                &self.options,
+                observer,
+                stage,
+            )?;
+            jump.add(&report);
+            jump.solves += 1;
+            jump.checks = before.worst(&checks);
+            let Way::Round(course) = &cycling.way else { return Ok(()) };
+            if report.stop != Stop::Converged || cycling.ring.consistent(&problem) {
+                return Ok(());
+            }
+            let now = self.found(&cycling.ring, course);
+            if settled(&now, &last) {
+                return Ok(());
+            }
+            last = now;
+            let mut depth = worn.to_vec();
+            add(&mut depth, repeats, &cycling.ring.it.wear_rate);
+            let report =
+                self.resettle(step, (course, loads), &depth, &mut cycling.ring, (observer, stage))?;
+            jump.add(&report);
+            if report.stop != Stop::Converged {
+                return Ok(());
+            }
+        }
+        // The set of cells that stick did not come to rest.
+        jump.report.stop = Stop::Unsettled;
+        Ok(())
+    }
+
+    /// The equations of the ends at the worn depth of the state, for what is reported.
+    pub(super) fn ends_problem<'b>(
+        &'b self,
+        step: &Step,
+        cycling: &Cycling,
+        worn: &'b [f64],
+        end: End,
+    ) -> Increment<'b> {
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0 };
+        let ends = vec![end; cycling.ring.it.rigid.len()];
+        problem(&self.prepared, &self.options, worn, laws, ends)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: dw/dN = λ w, w(0) = 1, is exp(z) after a jump, z = λΔN. Estimate and error have the order of the integrator and one
+    /// more; of the Euler methods they tend to each other, of SDIRK2 to the ratio of the defects of Σ b A c = 1/6:
+    /// (Σb̃Ac - ΣbAc) / (1/6 - ΣbAc), A c = (γ², 1/2).
+    #[test]
+    fn estimates_of_a_linear_rate() {
+        let by_rates = |b: [f64; 2]| b[0] * GAMMA * GAMMA + b[1] * 0.5;
+        let companion = [1.0 - GAMMA - SDIRK2_ERROR[1], GAMMA - SDIRK2_ERROR[2]];
+        let own = by_rates([1.0 - GAMMA, GAMMA]);
+        let share = (by_rates(companion) - own) / (1.0 / 6.0 - own);
+        for (integrator, order) in
+            [(Integrator::Sdirk2, 2), (Integrator::BackwardEuler, 1), (Integrator::Explicit, 1)]
+        {
+            let scheme = integrator.scheme();
+            let shares: f64 = scheme.start + scheme.stages.iter().map(|stage| stage.share).sum::<f64>();
+            assert!((shares - 1.0).abs() < 1e-15, "{integrator:?}: shares");
+            let error_and_estimate = |z: f64| {
+                let mut worn = 1.0 + scheme.start * z;
+                let mut estimate = scheme.error[0] * z;
+                for (stage, error) in scheme.stages.iter().zip(&scheme.error[1..]) {
+                    let rate = worn / (1.0 - stage.weight * z);
+                    worn += stage.share * z * rate;
+                    estimate += error * z * rate;
+                }
+                (worn - z.exp(), estimate)
+            };
+            for z in [-0.02, -0.01] {
+                let (error, estimate) = error_and_estimate(z);
+                let wanted = if integrator == Integrator::Sdirk2 { share } else { 1.0 };
+                let found = estimate / error;
+                assert!((found / wanted - 1.0).abs() < 3.0 * z.abs(), "{integrator:?}: {found} {wanted}");
+            }
+            let observed = (error_and_estimate(-0.02).0 / error_and_estimate(-0.01).0).log2();
+            assert!((observed - f64::from(order + 1)).abs() < 0.05, "{integrator:?}: {observed}");
+        }
+    }
+
+    /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1: of a rate that depends on the cycle alone, the estimate of SDIRK2 is the error.
+    #[test]
+    fn estimate_of_a_given_rate() {
+        let worn: f64 = SDIRK2.stages.iter().map(|stage| stage.share * stage.at * stage.at).sum();
+        let estimate = SDIRK2.error[1] * GAMMA * GAMMA + SDIRK2.error[2];
+        assert!((estimate - (worn - 1.0 / 3.0)).abs() < 1e-15, "{estimate} {worn}");
+        assert!(SDIRK2.error.iter().sum::<f64>().abs() < 1e-15);
+    }
+}

@@ -1,0 +1,121 @@
+//! Fretting cycles and steady sliding.
+
+use super::Resolver;
+use super::laws::Laws;
+use super::steps::controls;
+use crate::friction::FrictionLaw;
+use crate::history::step::{Closed, CycleMotion, Cycles, Drive, Integrator, Jumps};
+use crate::scene::keys::{
+    self,
+    step::{Cycles as Keys, Path, Sliding, Step as StepKeys},
+};
+
+/// Increments per stroke of an ellipse, if none are given.
+const ROUND: usize = 8;
+
+/// The cycles or the sliding of the step at `key`.
+pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option<&Laws>) -> Option<Cycles> {
+    let before = r.mistakes.len();
+    let (count, motion, jumps) = match (&step.cycles, &step.sliding) {
+        (Some(cycles), sliding) => {
+            if sliding.is_some() {
+                let message = "`sliding` stands besides `cycles`: body 2 does one of the two in a step";
+                r.wrong(&format!("{key}.sliding"), message, "besides `cycles`", "make it a step of its own");
+            }
+            alone(r, key, "cycles", step);
+            let closed = closed(r, &format!("{key}.cycles"), cycles);
+            needs_friction(r, key, (step, cycles), laws);
+            if let Some(jumps) = cycles.jumps
+                && jumps.0 as u64 > cycles.count
+            {
+                let message = format!("{} jumps for {} cycles", jumps.0, cycles.count);
+                let mend = "a jump is at least one cycle: jumps <= count";
+                r.wrong(&format!("{key}.cycles.jumps"), message, "more jumps than cycles", mend);
+            }
+            (cycles.count as f64, CycleMotion::Closed(closed?), cycles.jumps)
+        }
+        (None, Some(Sliding { distance, angle, jumps })) => {
+            alone(r, key, "sliding", step);
+            (*distance, CycleMotion::Sliding { angle: angle.to_radians() }, *jumps)
+        }
+        (None, None) => return None,
+    };
+    let integration = laws?.integration;
+    let jumps = jumps.map_or(Jumps::Tolerance(integration.tolerance), |jumps| Jumps::Number(jumps.0));
+    let integrator = match integration.integrator {
+        keys::laws::Integrator::Sdirk2 => Integrator::Sdirk2,
+        keys::laws::Integrator::BackwardEuler => Integrator::BackwardEuler,
+        keys::laws::Integrator::Explicit => Integrator::Explicit,
+    };
+    let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: integration.beyond_critical };
+    (r.mistakes.len() == before).then_some(cycles)
+}
+
+/// The path of a cycle.
+fn closed(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<Closed> {
+    let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
+        (Some(amplitude), None) => (Drive::Shift, amplitude),
+        (None, Some(amplitude)) => (Drive::Force, amplitude),
+        (both, _) => {
+            let (message, label) = if both.is_some() {
+                ("cycles prescribe `amplitude` or `force_amplitude`, not both", "besides `amplitude`")
+            } else {
+                ("cycles prescribe `amplitude` or `force_amplitude`: both are missing", "lacks an amplitude")
+            };
+            let key = if both.is_some() { format!("{key}.force_amplitude") } else { key.to_owned() };
+            let mend =
+                "amplitude is that of body 2's displacement, force_amplitude that of the tangential force";
+            r.wrong(&key, message, label, mend);
+            return None;
+        }
+    };
+    let across = match (cycles.path, cycles.amplitude2) {
+        (Path::Line, None) => 0.0,
+        (Path::Ellipse, Some(across)) => across,
+        (Path::Line, Some(_)) => {
+            let message = "`amplitude2` is the half-axis of an ellipse, but the path is a line";
+            let mend = "add path = \"ellipse\", or remove it";
+            r.wrong(&format!("{key}.amplitude2"), message, "needs path = \"ellipse\"", mend);
+            return None;
+        }
+        (Path::Ellipse, None) => {
+            let message = "an ellipse has two half-axes, but `amplitude2` is missing";
+            r.wrong(&format!("{key}.path"), message, "lacks `amplitude2`", "add amplitude2, across `angle`");
+            return None;
+        }
+    };
+    let usual = if cycles.path == Path::Ellipse { ROUND } else { 1 };
+    let increments = cycles.increments.map_or(usual, |increments| increments.0);
+    if cycles.path == Path::Ellipse && increments < 2 {
+        let message = "an ellipse of one increment per half is a line";
+        r.wrong(&format!("{key}.increments"), message, "too few", "take 4 or more, or leave it out for 8");
+    }
+    Some(Closed { drive, amplitude: [amplitude, across], angle: cycles.angle.to_radians(), increments })
+}
+
+/// Only friction carries a tangential force.
+fn needs_friction(r: &mut Resolver, key: &str, (step, cycles): (&StepKeys, &Keys), laws: Option<&Laws>) {
+    let none = !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None));
+    if cycles.force_amplitude.is_some() && none {
+        let message = "`force_amplitude` without friction: nothing carries a tangential force in this step";
+        let mend = "give [friction] a law and leave out `friction = false`, or prescribe `amplitude`";
+        r.wrong(&format!("{key}.cycles.force_amplitude"), message, "needs friction", mend);
+    }
+}
+
+/// Cycles and sliding stand alone in their step but for the normal control, which goes to its end linearly over them.
+fn alone(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
+    let [_, others @ ..] = controls(step);
+    for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {
+        let message =
+            format!("`{name}` stands besides `{what}`, which move about the position at the step's start");
+        let label = format!("besides `{what}`");
+        r.wrong(&format!("{key}.{name}"), message, &label, "prescribe it in a step before");
+    }
+    if step.increments.0 != 1 {
+        let message = format!("`increments` of the step does not apply to `{what}`");
+        let label = format!("besides `{what}`");
+        let mend = format!("remove it; `{what}.jumps` divides them, `cycles.increments` each stroke");
+        r.wrong(&format!("{key}.increments"), message, &label, &mend);
+    }
+}
