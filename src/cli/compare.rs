@@ -147,7 +147,8 @@ impl Run<'_> {
         let show = &mut |stage: &str, done, residual| {
             self.progress.show(&format!("{label} {stage}"), done, residual);
         };
-        let job = Job { frame: Some(self.frame), show, watch: &mut profiles, stop: self.stop };
+        let job =
+            Job { frame: Some(self.frame), show, watch: &mut profiles, stop: self.stop, checkpoints: None };
         let code = compute(plan, output, &mut summary, job).unwrap_or_else(|failure| {
             to_stderr(&format!("{}: ", variant.name));
             show_failure(self.plan, &failure)

@@ -5,6 +5,7 @@ mod compare;
 mod progress;
 mod refine;
 mod render;
+mod resume;
 mod run;
 mod schema;
 mod signal;
@@ -79,7 +80,7 @@ struct RunArgs {
     /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
     #[arg(long)]
     no_cache: bool,
-    /// Continues an interrupted run (not available in this version).
+    /// Goes on from the last checkpoint in the output directory, if there is one.
     #[arg(long)]
     resume: bool,
     /// Prints nothing but errors.

@@ -7,13 +7,18 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::progress::{Progress, seconds};
+use super::resume::{self, Checkpoints, Start};
 use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout};
 use crate::error::{Error, Kind, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
-use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use crate::history::Snapshot;
+use crate::history::step::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use crate::linalg::course::Course;
+use crate::results::checkpoint;
 use crate::results::fields::FieldWriter;
-use crate::results::output::OutputDir;
+use crate::results::keeper::{Keeper, Kept};
+use crate::results::output::{OutputDir, SUMMARY};
 use crate::results::recorder::Recorder;
 use crate::results::summary::{Status, Summary, Units};
 use crate::scene::{self, Mistakes, Plan};
@@ -21,10 +26,6 @@ use crate::study::{self, Failure};
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {
-    if arguments.resume {
-        to_stderr("--resume is not available in this version: run the scene from the start\n");
-        return exit::INPUT;
-    }
     let stop = signal::catch();
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
@@ -35,8 +36,14 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
     summary.warnings.extend(plan.notes.iter().cloned());
     summary.timings.add("scene", started.elapsed().as_secs_f64());
-    let output = match OutputDir::open(&directory) {
-        Ok(output) => output,
+    let (output, checkpoints) = match begin(&plan, arguments, &directory, &mut summary) {
+        Ok(Some(begun)) => begun,
+        Ok(None) => {
+            if !arguments.quiet {
+                to_stdout(&ended(&summary, &directory));
+            }
+            return exit::DONE;
+        }
         Err(error) => return report(&error),
     };
     if !arguments.no_cache {
@@ -48,17 +55,59 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let mut progress = Progress::new(arguments.quiet);
     let mut nobody = Nobody;
     let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
-    let code = compute(&plan, output, &mut summary, Job { frame: None, show, watch: &mut nobody, stop });
+    let job = Job { frame: None, show, watch: &mut nobody, stop, checkpoints: Some(checkpoints) };
+    let code = compute(&plan, output, &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
+        let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
+        if unfinished && checkpoint::are_in(&directory) {
+            to_stdout(&format!("to go on: {}\n", resume::command(arguments)));
+        }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
         let why = reason(summary.reason.as_deref());
         to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
     }
     code
+}
+
+/// The output directory and the checkpoints of a run that begins, or goes on; `None` if it has ended.
+///
+/// # Errors
+/// Input, if the directory or the checkpoint in it is wrong; resources, if a file cannot be read or written.
+fn begin(
+    plan: &Plan,
+    arguments: &RunArgs,
+    directory: &Path,
+    summary: &mut Summary,
+) -> Result<Option<(OutputDir, Checkpoints)>> {
+    let mut output = OutputDir::open(directory)?;
+    let mut checkpoints = Checkpoints::of(plan)?;
+    if arguments.resume {
+        let mut say = |text: &str| {
+            if !arguments.quiet {
+                to_stderr(&format!("{}\n", remark(text)));
+            }
+        };
+        match resume::start(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
+            Start::Anew => {}
+            Start::From(resumed) => checkpoints.from = Some(resumed),
+            Start::Done => return Ok(None),
+        }
+    }
+    Ok(Some((output, checkpoints)))
+}
+
+/// What is said of a run that has ended before.
+fn ended(summary: &Summary, directory: &Path) -> String {
+    let results = directory.join(SUMMARY);
+    format!(
+        "{}: has converged before, nothing to resume (without --resume it is computed again)\nresults: {}\n",
+        summary.title,
+        results.display()
+    )
 }
 
 /// `<scene>.out` beside the scene.
@@ -98,6 +147,8 @@ pub(super) struct Job<'a> {
     pub watch: &'a mut dyn Observer,
     /// Whether to stop.
     pub stop: &'a AtomicBool,
+    /// Its checkpoints; `None` if it has none.
+    pub checkpoints: Option<Checkpoints>,
 }
 
 /// Hears nothing.
@@ -131,6 +182,10 @@ impl Observer for Watched<'_, '_> {
         self.watch.increment_done(record, state)
     }
 
+    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        self.recorder.keep(moment, snapshot)
+    }
+
     fn interrupted(&self) -> bool {
         self.recorder.interrupted()
     }
@@ -148,7 +203,10 @@ pub(super) fn compute(
     summary: &mut Summary,
     job: Job<'_>,
 ) -> std::result::Result<u8, Failure> {
-    let Job { frame, show, watch, stop } = job;
+    let Job { frame, show, watch, stop, mut checkpoints } = job;
+    let from = checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
+    let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
+    let early = |output| Recorder::into_directory(output).with_records(records.clone());
     let prepared = catch_unwind(AssertUnwindSafe(|| {
         study::prepare_on(plan, frame, &mut |stage, done| show(stage, done, None), stop)
     }));
@@ -158,15 +216,15 @@ pub(super) fn compute(
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
-            return Ok(finish(Recorder::into_directory(output), summary, exit::INTERRUPTED));
+            return Ok(finish(early(output), summary, exit::INTERRUPTED));
         }
         Err(failure) => {
             summary.fail(&failure.error);
             let code = failure.error.exit_code();
             if code == exit::INTERRUPTED {
-                return Ok(finish(Recorder::into_directory(output), summary, code));
+                return Ok(finish(early(output), summary, code));
             }
-            return match finish(Recorder::into_directory(output), summary, code) {
+            return match finish(early(output), summary, code) {
                 written if written == code => Err(failure),
                 other => Ok(other),
             };
@@ -178,10 +236,21 @@ pub(super) fn compute(
     study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
     let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields)
         .on_surface(study.surface());
-    let mut recorder =
-        Recorder::into_directory(output).with_fields(fields).with_progress(show).with_stop(stop);
+    let keeper = checkpoints.map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
+    let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
+    let (fields, snapshot, course) = match from.map(|from| from.kept) {
+        Some(Kept { snapshot, course, written, .. }) => (fields.after(written), Some(snapshot), course),
+        None => (fields, None, Course::default()),
+    };
+    let recorder = Recorder::into_directory(output).with_records(records).with_fields(fields);
+    let recorder = recorder.with_progress(show).with_stop(stop);
+    let mut recorder = match keeper {
+        Some(keeper) => recorder.with_checkpoints(keeper, study.model().flexibility.as_ref()),
+        None => recorder,
+    };
     let mut watched = Watched { recorder: &mut recorder, watch };
-    let result = catch_unwind(AssertUnwindSafe(|| study.run(&mut watched)));
+    let from = snapshot.map(|snapshot| (snapshot, &course));
+    let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
     let result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);

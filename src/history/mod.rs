@@ -26,7 +26,7 @@ pub use snapshot::Snapshot;
 
 use crate::contact::solver::on_windows;
 use crate::contact::{Method, SolverOptions};
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::linalg::operator::Flexibility;
 use crate::wear::WearLaw;
@@ -131,7 +131,13 @@ pub fn run_from(
     if let Some(snapshot) = from {
         run.take_up(snapshot, steps.len())?;
     }
-    run.steps(steps, observer)?;
+    if let Err(error) = run.steps(steps, observer) {
+        // A body may hear of the signal before the solver does.
+        if error.kind() == Kind::Interrupted {
+            observer.keep(Moment::Broken, &|| run.snapshot())?;
+        }
+        return Err(error);
+    }
     Ok(run.result)
 }
 

@@ -12,6 +12,7 @@ pub mod condensation;
 pub mod fields;
 pub mod file;
 pub mod frame_fields;
+pub mod keeper;
 pub mod locate;
 pub mod memory;
 pub mod origin;

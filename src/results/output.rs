@@ -250,11 +250,13 @@ impl OutputDir {
     /// As [`OutputDir::finish`].
     pub fn suspend(mut self, summary: &mut Summary) -> Result<()> {
         summary.warnings.append(&mut self.notes);
-        summary.files.clear();
-        let (finite, text) = summary.to_json();
         if !self.goes_beyond_earlier(summary) {
             self.set_aside()?;
         }
+        // What is left of the run that this one goes on with.
+        summary.files = earlier_files(&self.target);
+        summary.files.retain(|name| self.target.join(name).is_file());
+        let (finite, text) = summary.to_json();
         write_atomically(&self.target.join(SUMMARY), text.as_bytes())?;
         finite
     }

@@ -3,9 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
-use crate::history::step::{FrameState, IncrementRecord, Observer};
-use crate::results::fields::FieldWriter;
-use crate::results::output::{OutputDir, write_failure};
+use crate::history::Snapshot;
+use crate::history::step::{FrameState, IncrementRecord, Moment, Observer};
+use crate::linalg::course::Course;
+use crate::linalg::operator::Flexibility;
+use crate::results::fields::{FieldWriter, Written};
+use crate::results::keeper::{self, Keeper};
+use crate::results::output::{Gathered, OutputDir, write_failure};
 use crate::results::summary::Summary;
 use crate::results::table::history_csv;
 
@@ -20,6 +24,17 @@ pub struct Recorder<'a> {
     fields: Option<FieldWriter<'a>>,
     progress: Option<Progress<'a>>,
     stop: Option<&'a AtomicBool>,
+    keeping: Option<Keeping<'a>>,
+}
+
+/// What checkpoints need besides what is recorded.
+struct Keeping<'a> {
+    keeper: Keeper,
+    operator: &'a dyn Flexibility,
+    /// What the operator held after the last finished entry.
+    course: Course,
+    /// What was written before an entry that was not finished.
+    finished: Option<(Written, Vec<Gathered>)>,
 }
 
 impl<'a> Recorder<'a> {
@@ -46,6 +61,18 @@ impl<'a> Recorder<'a> {
         self
     }
 
+    /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
+    pub fn with_checkpoints(mut self, keeper: Keeper, operator: &'a dyn Flexibility) -> Self {
+        self.keeping = Some(Keeping { keeper, operator, course: operator.course(), finished: None });
+        self
+    }
+
+    /// The entries before those that will come.
+    pub fn with_records(mut self, records: Vec<IncrementRecord>) -> Self {
+        self.records = records;
+        self
+    }
+
     /// The records so far.
     pub fn records(&self) -> &[IncrementRecord] {
         &self.records
@@ -61,9 +88,17 @@ impl<'a> Recorder<'a> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::results::memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
+        if self.fields.is_none() && output.continues() {
+            // It ended before it went on.
+            return output.suspend(summary);
+        }
         let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
+            if output.continues() || self.keeping.is_some_and(|keeping| keeping.keeper.has_any()) {
+                output.suspend(summary)?;
+                return Err(error);
+            }
             let target = output.path().to_owned();
             // Frees the disk of what was gathered before the summary is tried.
             drop(output);
@@ -71,6 +106,37 @@ impl<'a> Recorder<'a> {
             return Err(error);
         }
         output.finish(summary)
+    }
+}
+
+impl Keeping<'_> {
+    /// Writes a checkpoint, if it is time for one.
+    fn keep(
+        &mut self,
+        output: &mut OutputDir,
+        records: &[IncrementRecord],
+        fields: Option<&FieldWriter<'_>>,
+        (moment, interrupted): (Moment, bool),
+        snapshot: &dyn Fn() -> Snapshot,
+    ) -> Result<()> {
+        if moment != Moment::Broken {
+            self.course = self.operator.course();
+        }
+        let finished = &records[..records.len() - usize::from(self.finished.is_some())];
+        let now = keeper::Progress::of(finished);
+        let wanted = match moment {
+            Moment::Broken => interrupted && self.keeper.is_news(now),
+            Moment::Entry | Moment::StepEnd => self.keeper.is_due(now),
+        };
+        if !wanted {
+            return Ok(());
+        }
+        let nothing = Written::default();
+        let (written, files) = match &self.finished {
+            Some((written, files)) => (written, files.clone()),
+            None => (fields.map_or(&nothing, FieldWriter::written), output.files().to_vec()),
+        };
+        self.keeper.write(output, now, (snapshot(), &self.course), (written, &files))
     }
 }
 
@@ -90,9 +156,24 @@ impl Observer for Recorder<'_> {
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        if let (Some(keeping), Some(output), false) = (&mut self.keeping, &self.output, record.converged) {
+            let written =
+                self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());
+            keeping.finished = Some((written, output.files().to_vec()));
+        }
         self.records.push(record.clone());
         match (&mut self.fields, &mut self.output) {
             (Some(fields), Some(output)) => fields.increment(output, record, state),
+            _ => Ok(()),
+        }
+    }
+
+    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        let interrupted = self.interrupted();
+        match (&mut self.keeping, &mut self.output) {
+            (Some(keeping), Some(output)) => {
+                keeping.keep(output, &self.records, self.fields.as_ref(), (moment, interrupted), snapshot)
+            }
             _ => Ok(()),
         }
     }

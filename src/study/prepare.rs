@@ -17,7 +17,8 @@ use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::geometry::Side;
 use crate::history::step::{Observer, Skipped};
-use crate::history::{self, Model, RunResult};
+use crate::history::{self, Model, RunResult, Snapshot};
+use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::condensation::CondensationRecord;
 use crate::results::summary::Timings;
@@ -172,7 +173,26 @@ impl Study<'_> {
     /// # Errors
     /// As [`history::run`].
     pub fn run(&self, observer: &mut dyn Observer) -> Result<RunResult> {
-        history::run(&self.model, &self.plan.steps, &options(self.plan), observer)
+        self.run_from(None, observer)
+    }
+
+    /// The same, or what is left of them: goes on from a state, with what the operators held there.
+    ///
+    /// # Errors
+    /// As [`history::run_from`].
+    pub fn run_from(
+        &self,
+        from: Option<(Snapshot, &Course)>,
+        observer: &mut dyn Observer,
+    ) -> Result<RunResult> {
+        let snapshot = match from {
+            Some((snapshot, course)) => {
+                self.model.flexibility.repeat(course)?;
+                Some(snapshot)
+            }
+            None => None,
+        };
+        history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)
     }
 
     /// Frame, flexibility, gap and laws.

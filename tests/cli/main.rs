@@ -13,6 +13,7 @@ mod materials;
 mod outputs;
 mod refine;
 mod repeated;
+mod resume;
 mod run;
 mod tools;
 mod mesh_mistakes;

@@ -25,6 +25,7 @@ mod periodic;
 mod pressures;
 mod punches;
 mod recovery;
+mod restart;
 mod rolling;
 mod structures;
 mod tangential;

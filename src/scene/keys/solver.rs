@@ -112,16 +112,35 @@ pub enum Coupling {
 }
 
 /// What is written besides summary.json and history.csv.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Kinds of fields; [] writes none.
     pub fields: Vec<FieldKind>,
+    /// How often a checkpoint is written, from which --resume goes on.
+    pub checkpoint: Interval,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: vec![FieldKind::Vtu, FieldKind::Svg] }
+        Self { fields: vec![FieldKind::Vtu, FieldKind::Svg], checkpoint: Interval::default() }
+    }
+}
+
+/// Work after which the next entry is followed by a checkpoint; an interrupt is in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Interval {
+    /// Seconds since the last one, or the start; 0: none for their sake.
+    #[schemars(range(min = 0))]
+    pub seconds: f64,
+    /// Fretting cycles since the last one; 0: none for their sake.
+    pub cycles: u64,
+}
+
+impl Default for Interval {
+    fn default() -> Self {
+        Self { seconds: 60.0, cycles: 0 }
     }
 }
 

@@ -1,0 +1,312 @@
+//! Runs taken up again from each of their checkpoints, against the run that was not interrupted.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use orthowear::error::Result;
+use orthowear::frame::ContactFrame;
+use orthowear::history::step::{FrameState, IncrementRecord, Moment, Observer};
+use orthowear::history::{RunResult, Snapshot};
+use orthowear::linalg::course::Course;
+use orthowear::linalg::operator::Flexibility;
+use orthowear::results::checkpoint;
+use orthowear::results::origin::Origin;
+use orthowear::scene::Plan;
+use orthowear::study::{Study, prepare_on};
+
+/// Writes a checkpoint wherever the run could be taken up, each into a folder of its own, and keeps every state.
+struct Keeping<'a> {
+    operator: &'a dyn Flexibility,
+    folder: &'a Path,
+    checkpoints: usize,
+    states: Vec<FrameState>,
+}
+
+impl Observer for Keeping<'_> {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, state: &FrameState) -> Result<()> {
+        self.states.push(state.clone());
+        Ok(())
+    }
+
+    fn keep(&mut self, _: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        let folder = self.folder.join(self.checkpoints.to_string());
+        fs::create_dir(&folder).expect("a folder");
+        self.checkpoints += 1;
+        checkpoint::write(&folder, 1, &origin(), &(snapshot(), self.operator.course()))
+    }
+}
+
+fn origin() -> Origin {
+    Origin::new(serde_json::Value::Null, Vec::new())
+}
+
+/// Everything of a run that follows from the scene, as text and bits.
+#[derive(PartialEq)]
+struct Outcome {
+    records: Vec<String>,
+    rest: String,
+    states: Vec<Vec<u64>>,
+}
+
+impl Outcome {
+    fn new(result: &RunResult, states: &[FrameState]) -> Self {
+        let records = result.records.iter().map(|record| {
+            let record = IncrementRecord { seconds: 0.0, ..record.clone() };
+            serde_json::to_string(&record).expect("finite numbers")
+        });
+        let bits = |state: &FrameState| {
+            let numbers =
+                [&state.tractions, &state.gap, &state.slip, &state.wear_depth].into_iter().flatten();
+            numbers.map(|value| value.to_bits()).chain(state.status.iter().map(|&s| s.into())).collect()
+        };
+        Self {
+            records: records.collect(),
+            rest: format!("{:?} {:?} {:?}", result.outcome, result.skipped, result.warnings),
+            states: states.iter().map(bits).collect(),
+        }
+    }
+
+    /// Says where the end of a run differs from that of another.
+    #[track_caller]
+    fn assert_ends_as(&self, whole: &Self, place: &str) {
+        for (i, (found, expected)) in self.records.iter().zip(&whole.records).enumerate() {
+            assert_eq!(found, expected, "{place}: entry {i}");
+        }
+        assert_eq!(self.records.len(), whole.records.len(), "{place}");
+        assert_eq!(self.rest, whole.rest, "{place}");
+        let later = &whole.states[whole.states.len() - self.states.len()..];
+        for (i, (found, expected)) in self.states.iter().zip(later).enumerate() {
+            assert!(found == expected, "{place}: state {i} after the checkpoint differs");
+        }
+    }
+}
+
+/// Runs `plan` from a checkpoint, or the start, on some threads; writes its checkpoints into `folder`.
+fn run(
+    plan: &Plan,
+    frame: Option<&ContactFrame>,
+    (from, threads): (Option<&Path>, usize),
+    folder: &Path,
+) -> (Outcome, usize) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| {
+        let study = prepare_on(plan, frame, &mut |_, _| {}, &AtomicBool::new(false));
+        let study: Study = study.ok().flatten().expect("a study");
+        let operator = study.model().flexibility.as_ref();
+        let from: Option<(Snapshot, Course)> = from.map(|from| {
+            let found = checkpoint::read(from).expect("a checkpoint").expect("a checkpoint");
+            found.state().expect("a state")
+        });
+        let from = from.as_ref().map(|(snapshot, course)| (snapshot.clone(), course));
+        let mut keeping = Keeping { operator, folder, checkpoints: 0, states: Vec::new() };
+        let result = study.run_from(from, &mut keeping).expect("a run");
+        (Outcome::new(&result, &keeping.states), keeping.checkpoints)
+    })
+}
+
+/// Takes a scene up from each of its checkpoints, and each of those runs from one of its own.
+fn check(scene: &str, frame: Option<&ContactFrame>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, scene).expect("a written file");
+    let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|m| panic!("{:?}", m.to_error()));
+    let place = |name: String| {
+        let place = folder.path().join(name);
+        fs::create_dir(&place).expect("a folder");
+        place
+    };
+    let first = place("first".to_owned());
+    let (whole, checkpoints) = run(&plan, frame, (None, 2), &first);
+    assert!(whole.rest.starts_with("Converged"), "{}", whole.rest);
+    assert!(checkpoints >= whole.records.len(), "{checkpoints} checkpoints");
+    for k in 0..checkpoints {
+        let (from, second) = (first.join(k.to_string()), place(format!("from-{k}")));
+        let (end, more) = run(&plan, frame, (Some(&from), 1 + k % 3), &second);
+        end.assert_ends_as(&whole, &format!("from checkpoint {k}"));
+        if more > 0 {
+            let (from, third) = (second.join((more / 2).to_string()), place(format!("chain-{k}")));
+            let (end, _) = run(&plan, frame, (Some(&from), 1), &third);
+            end.assert_ends_as(&whole, &format!("from a checkpoint of the run from checkpoint {k}"));
+        }
+    }
+}
+
+const MATERIALS: &str = r#"
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 167230.0
+E2 = 9544.0
+G12 = 5292.0
+nu12 = 0.272
+nu23 = 0.37
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[gap]
+kind = "sphere"
+radius = 50.0
+[friction]
+law = "coulomb"
+mu = 0.4
+[wear]
+law = "archard"
+i = 2.0e-8
+[output]
+fields = []
+"#;
+
+fn half_spaces(frame: &str, steps: &str) -> String {
+    format!(
+        "{MATERIALS}\n[body1]\nkind = \"half-space\"\nmaterial = \"cfrp\"\nfibre = {{ tilt = 30.0 }}\n\
+         [body2]\nkind = \"half-space\"\nmaterial = \"steel\"\n[frame]\nkind = \"grid\"\n{frame}\n{steps}"
+    )
+}
+
+/// Truth (rel-restart-equals-continuous): the run that was not interrupted, to the last bit, from every checkpoint, in chains and with
+/// other numbers of threads: loads in increments, fretting cycles, what follows on them. The frame is large enough for windows.
+#[test]
+fn loads_and_cycles_of_half_spaces() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 250.0
+increments = 3
+[[steps]]
+name = "push"
+tangential_force = [40.0, 10.0]
+increments = 3
+[[steps]]
+name = "fret"
+cycles = { count = 3000, amplitude = 0.004, angle = 20.0, jumps = 3 }
+[[steps]]
+name = "back"
+shift = { distance = 0.0, angle = 0.0 }
+increments = 2
+wear = false
+"#;
+    check(&half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
+}
+
+/// Truth: the same for jumps as long as their estimated error allows, under a load that changes meanwhile; for ellipses, strokes in
+/// increments and forces to and fro; for steady sliding.
+#[test]
+fn cycles_and_sliding_of_all_kinds() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 250.0
+[[steps]]
+name = "fret"
+normal_force = 200.0
+cycles = { count = 20000, amplitude = 0.004, angle = 20.0 }
+[[steps]]
+name = "round"
+cycles = { count = 200, amplitude = 0.003, amplitude2 = 0.002, path = "ellipse", increments = 3, jumps = 2 }
+[[steps]]
+name = "shake"
+cycles = { count = 500, force_amplitude = 20.0, increments = 2, jumps = 2 }
+[[steps]]
+name = "slide"
+sliding = { distance = 20.0, angle = 30.0 }
+[[steps]]
+name = "back"
+shift = { distance = 0.0, angle = 0.0 }
+"#;
+    check(&half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps), None);
+}
+
+/// Truth: the same where a frame's windows shrink: those of a run that was not interrupted are served by the grids of earlier ones.
+#[test]
+fn windows_that_shrink() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 300.0
+increments = 2
+[[steps]]
+name = "release"
+normal_force = 200.0
+increments = 5
+"#;
+    check(&half_spaces("half_width = [1.5, 1.5]\ncells = [96, 96]", steps), None);
+}
+
+/// Truth: the same for rolling, whose worn volume and distance go on from increment to increment.
+#[test]
+fn rolling() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 250.0
+[[steps]]
+name = "roll"
+rolling = { direction = 0.0, creepage = [0.001, 0.0005], spin = 0.0, distance = 10.0 }
+increments = 3
+"#;
+    check(&half_spaces("half_width = [1.2, 1.2]\ncells = [24, 24]", steps), None);
+}
+
+/// Truth: the same for rotations and moments, loaded and unloaded.
+#[test]
+fn turns() {
+    let steps = r#"
+[[steps]]
+name = "press"
+normal_force = 250.0
+increments = 2
+[[steps]]
+name = "tip"
+moment = [10.0, 0.0]
+twist = 0.02
+increments = 3
+[[steps]]
+name = "release"
+moment = [0.0, 0.0]
+normal_force = 100.0
+increments = 2
+"#;
+    check(&half_spaces("half_width = [1.4, 1.4]\ncells = [20, 20]", steps), None);
+}
+
+/// Truth: the same for a meshed body whose flexibility is formed as contact spreads: first in the middle cells only.
+#[test]
+fn growing_contact_of_a_meshed_body() {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
+    let scene = format!(
+        r#"{MATERIALS}
+[body1]
+kind = "fe"
+material = "cfrp"
+fibre = {{ tilt = 30.0 }}
+mesh = '{}'
+contact = "contact"
+fixed = [{{ group = "base" }}]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [1.2, 1.2]
+cells = [8, 8]
+[[steps]]
+name = "press"
+normal_force = 300.0
+increments = 4
+[[steps]]
+name = "fret"
+cycles = {{ count = 2000, amplitude = 0.01, angle = 20.0, jumps = 2 }}
+[[steps]]
+name = "release"
+normal_force = 200.0
+increments = 2
+"#,
+        mesh.display()
+    );
+    let mut frame = ContactFrame::grid([1.2, 1.2], [8, 8], [0.0, 0.0], 0.0).expect("a frame");
+    let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
+    frame.candidates = Some((0..frame.n_cells()).map(near).collect());
+    check(&scene, Some(&frame));
+}
