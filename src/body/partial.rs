@@ -174,12 +174,8 @@ impl Flexibility for PartialFlexibility {
     }
 
     fn course(&self) -> Course {
-        let formed = self.formed();
-        Course {
-            formed: formed.later.clone(),
-            compared: formed.compared.load(Ordering::Relaxed),
-            ..Course::default()
-        }
+        let Formed { cells: _, flexibility: _, compared, later } = &*self.formed();
+        Course { formed: later.clone(), compared: compared.load(Ordering::Relaxed), ..Course::default() }
     }
 
     /// Row by row in the order in which they came: the entries between new cells are those of the later of two.

@@ -14,6 +14,9 @@ use crate::results::output::{OutputDir, SUMMARY, read_json};
 use crate::results::summary::Summary;
 use crate::scene::Plan;
 
+/// Missing files listed at most.
+const LISTED: usize = 6;
+
 /// How a run begins.
 pub(super) enum Start {
     /// At the start.
@@ -96,11 +99,14 @@ pub(super) fn start(
         )));
     }
     let mut kept: Kept<Snapshot> = found.state()?;
-    let missing = output.adopt(std::mem::take(&mut kept.files))?;
+    let mut missing = output.adopt(std::mem::take(&mut kept.files))?;
     if !missing.is_empty() {
         kept.written.forget(&missing);
+        let more = missing.len().saturating_sub(LISTED);
+        let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
+        missing.truncate(LISTED);
         summary.warnings.push(format!(
-            "files of the run before --resume are missing, and left out of the collections: {}",
+            "files of the run before --resume are missing, and left out of the collections: {}{rest}",
             missing.join(", ")
         ));
     }

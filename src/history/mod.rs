@@ -173,17 +173,20 @@ impl Run<'_> {
 
     /// What the run can be taken up from.
     fn snapshot(&self) -> Snapshot {
-        let mut formed = self.prepared.formed();
-        formed.truncate(self.safe.formed);
+        // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
+        let Self { prepared, options: _, step, within, state: _, held: _, result, safe } = self;
+        let RunResult { records, outcome: _, skipped: _, warnings, timings, state: _ } = result;
+        let mut formed = prepared.formed();
+        formed.truncate(safe.formed);
         Snapshot {
-            step: self.step,
-            within: self.within.clone(),
-            state: self.safe.state.clone(),
-            held: self.safe.held,
+            step: *step,
+            within: within.clone(),
+            state: safe.state.clone(),
+            held: safe.held,
             formed,
-            records: self.result.records[..self.safe.records].to_vec(),
-            warnings: self.result.warnings[..self.safe.warnings].to_vec(),
-            timings: self.result.timings.clone(),
+            records: records[..safe.records].to_vec(),
+            warnings: warnings[..safe.warnings].to_vec(),
+            timings: timings.clone(),
         }
     }
 

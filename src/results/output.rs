@@ -230,9 +230,11 @@ impl OutputDir {
         } else {
             self.set_aside()?;
         }
-        for file in &self.files {
-            let to = self.target.join(&file.name);
-            fs::rename(self.gathering.join(&file.name), &to).map_err(|e| failure("cannot write", &to, &e))?;
+        if let Err(error) = self.move_to_names() {
+            summary.fail(&error);
+            summary.files.retain(|name| self.target.join(name).is_file());
+            write_atomically(&self.target.join(SUMMARY), summary.to_json().1.as_bytes())?;
+            return Err(error);
         }
         // Last, so that a summary never names results that are not there.
         write_atomically(&self.target.join(SUMMARY), text.as_bytes())?;
@@ -242,6 +244,13 @@ impl OutputDir {
         // An unfinished run that this one did not come to disturb keeps what it gathered.
         self.lasting = self.untouched;
         finite
+    }
+
+    fn move_to_names(&self) -> Result<()> {
+        self.files.iter().try_for_each(|file| {
+            let to = self.target.join(&file.name);
+            fs::rename(self.gathering.join(&file.name), &to).map_err(|e| failure("cannot write", &to, &e))
+        })
     }
 
     /// Writes the summary and leaves everything else for a run that goes on: the gathered files, the checkpoints.

@@ -119,6 +119,62 @@ fn a_dropped_run_leaves_no_trace() {
     assert!(names(dir.path()).is_empty());
 }
 
+/// Truth: docs/checkpoints.md: a run that ends before it went on, again and again, leaves what it was to go on with, its entries in the
+/// summary; files that were moved or set aside meanwhile are found by their content.
+#[test]
+fn a_run_that_ends_before_it_goes_on_loses_nothing() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let content = |file: &mut dyn std::io::Write| {
+        file.write_all(b"of the first run").map_err(|e| Error::resources(e.to_string()))
+    };
+    let mut output = OutputDir::open(dir.path()).expect("an output directory");
+    output.write("frame_0001.vtu", content).expect("a written file");
+    output.last().expect("a lasting folder");
+    let files = output.files().to_vec();
+    fs::write(dir.path().join("checkpoint-1.bin"), "of this run").expect("a written file");
+    drop(output);
+    let suspended = |dir: &Path| {
+        let mut output = OutputDir::open(dir).expect("an output directory");
+        assert!(output.adopt(files.clone()).expect("readable files").is_empty(), "a file is missing");
+        let mut summary = Summary::new("test", "", Units::default());
+        summary.conclude(&Ok(Outcome::Interrupted));
+        Recorder::into_directory(output)
+            .with_records(vec![record(1)])
+            .finish(&mut summary)
+            .expect("a summary");
+        assert_eq!(json(&dir.join("summary.json"))["steps"].as_array().map(Vec::len), Some(1));
+        assert!(dir.join(".incoming/frame_0001.vtu").exists() && dir.join("checkpoint-1.bin").exists());
+    };
+    suspended(dir.path());
+    fs::rename(dir.path().join(".incoming/frame_0001.vtu"), dir.path().join("frame_0001.vtu"))
+        .expect("moved");
+    suspended(dir.path());
+    fs::create_dir(dir.path().join("previous-1")).expect("a folder");
+    let aside = dir.path().join("previous-1/frame_0001.vtu");
+    fs::rename(dir.path().join(".incoming/frame_0001.vtu"), &aside).expect("moved");
+    fs::write(dir.path().join("frame_0001.vtu"), "of another one..").expect("a file of the same length");
+    suspended(dir.path());
+    fs::remove_file(dir.path().join(".incoming/frame_0001.vtu")).expect("removed");
+    fs::remove_file(aside).expect("removed");
+    let missing = OutputDir::open(dir.path()).and_then(|mut output| output.adopt(files.clone()));
+    assert_eq!(missing.expect("readable files"), ["frame_0001.vtu"]);
+}
+
+/// Truth: docs/results.md: a summary is written whatever the outcome, also where what was gathered has vanished.
+#[test]
+fn vanished_files_fail_the_run() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut output = OutputDir::open(dir.path()).expect("an output directory");
+    output.write("frame.pvd", |_| Ok(())).expect("a written file");
+    fs::remove_file(dir.path().join(".incoming/frame.pvd")).expect("removed");
+    let mut summary = Summary::new("test", "", Units::default());
+    summary.conclude(&Ok(Outcome::Converged));
+    let error = output.finish(&mut summary).expect_err("a file is gone");
+    assert!(error.exit_code() == 4 && error.to_string().contains("frame.pvd"), "{error}");
+    let summary = json(&dir.path().join("summary.json"));
+    assert_eq!((&summary["status"], &summary["files"]), (&"failed".into(), &serde_json::json!([])));
+}
+
 /// Truth: results that are not finite end as a failed run with an error, and the table is not written.
 #[test]
 fn numbers_that_are_not_finite_are_never_written_silently() {
