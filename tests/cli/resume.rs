@@ -48,7 +48,7 @@ fn killed_runs_go_on() {
     for kill in 0..6 {
         let before = job.number();
         let more: &[&str] = if kill == 0 { &["--quiet"] } else { &["--quiet", "--resume"] };
-        job.kill(more, 1 + next(9), Duration::from_micros(next(20_000)));
+        job.kill(more, 1 + next(6), Duration::from_micros(next(8_000)));
         assert!(job.number() > before, "checkpoints before the kill are lost");
         assert!(!job.out.join("summary.json").exists(), "results before the end");
     }
