@@ -98,7 +98,7 @@ fn one_only(variants: &[Variant]) -> Option<String> {
 }
 
 /// The graver of two exit codes.
-fn worse(a: u8, b: u8) -> u8 {
+pub(super) fn worse(a: u8, b: u8) -> u8 {
     const ORDER: [u8; 6] = [exit::DONE, exit::NOT_CONVERGED, exit::INPUT, 4, exit::FAILED, exit::INTERRUPTED];
     let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
     if rank(b) > rank(a) { b } else { a }

@@ -9,6 +9,7 @@ mod resume;
 mod run;
 mod schema;
 mod signal;
+mod study;
 mod table;
 
 use std::ffi::OsString;
@@ -49,12 +50,18 @@ enum Command {
     Run(RunArgs),
     /// Computes a scene with each meshed body as it is and as a half-space, and shows what differs.
     Compare(CompareArgs),
+    /// Runs a scene for all combinations of some of its values, and collects the results.
+    Study(study::StudyArgs),
     /// Checks a scene with its meshes and says what a run would compute, skip and need.
     Check(SceneArgs),
     /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
     Refine(refine::RefineArgs),
-    /// Prints the JSON Schema of a scene.
-    Schema,
+    /// Prints the JSON Schema of a scene, or of a study.
+    Schema {
+        /// That of a study file.
+        #[arg(long)]
+        study: bool,
+    },
 }
 
 /// A scene and how to read it.
@@ -117,9 +124,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let code = std::panic::catch_unwind(|| match command {
         Command::Run(arguments) => stoppable(arguments.scene.threads, || run::run(&arguments)),
         Command::Compare(arguments) => stoppable(arguments.scene.threads, || compare::compare(&arguments)),
+        Command::Study(arguments) => stoppable(arguments.threads, || study::study(&arguments)),
         Command::Check(arguments) => in_pool(arguments.threads, || check::check(&arguments)),
         Command::Refine(arguments) => stoppable(arguments.scene.threads, || refine::refine(&arguments)),
-        Command::Schema => schema::schema(),
+        Command::Schema { study } => schema::schema(study),
     });
     ExitCode::from(code.unwrap_or(exit::FAILED))
 }

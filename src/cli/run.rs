@@ -152,7 +152,7 @@ pub(super) struct Job<'a> {
 }
 
 /// Hears nothing.
-struct Nobody;
+pub(super) struct Nobody;
 
 impl Observer for Nobody {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}

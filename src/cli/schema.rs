@@ -1,10 +1,12 @@
 //! `orthowear schema`.
 
 use super::{exit, to_stdout};
-use crate::scene::schema::json_schema;
+use crate::scene::schema::{json_schema, json_schema_of};
+use crate::study::sweep::keys::StudyFile;
 
-/// Prints the JSON Schema of a scene.
-pub(super) fn schema() -> u8 {
-    to_stdout(&format!("{:#}\n", json_schema()));
+/// Prints the JSON Schema of a scene, or of a study.
+pub(super) fn schema(study: bool) -> u8 {
+    let schema = if study { json_schema_of::<StudyFile>() } else { json_schema() };
+    to_stdout(&format!("{schema:#}\n"));
     exit::DONE
 }

@@ -94,7 +94,7 @@ impl Document {
     }
 
     /// Takes the entry at a dotted key out of its table.
-    pub(super) fn remove(&mut self, key: &str) {
+    pub(crate) fn remove(&mut self, key: &str) {
         let mut table: Vec<&str> = segments(key).collect();
         let Some(name) = table.pop() else { return };
         let mut node = &mut self.root;
@@ -147,7 +147,7 @@ impl Document {
 }
 
 /// The parts of a dotted key; a part in quotes may hold dots, as in TOML.
-pub(super) fn segments(key: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn segments(key: &str) -> impl Iterator<Item = &str> {
     let mut rest = key;
     std::iter::from_fn(move || {
         rest = rest.trim_start_matches('.');
@@ -206,6 +206,25 @@ impl Node {
         }
     }
 
+    /// As TOML on one line.
+    pub fn to_toml(&self) -> String {
+        match &self.value {
+            Value::Table(entries) => {
+                let parts = entries.iter().map(|e| format!("{} = {}", quoted(&e.name), e.node.to_toml()));
+                format!("{{ {} }}", parts.collect::<Vec<_>>().join(", "))
+            }
+            Value::Array(items) => {
+                format!("[{}]", items.iter().map(Node::to_toml).collect::<Vec<_>>().join(", "))
+            }
+            Value::String(text) => quoted(text),
+            Value::Integer(number) => number.to_string(),
+            // The shortest text that reads back to the same bits.
+            Value::Float(number) => format!("{number:?}").replace("NaN", "nan"),
+            Value::Boolean(value) => value.to_string(),
+            Value::Other(_, text) => text.clone(),
+        }
+    }
+
     /// As JSON; whole floats become integers, since TOML writes 1e5 as a float.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.value {
@@ -235,6 +254,11 @@ pub(super) fn position(items: &[Node], segment: &str) -> Option<usize> {
 /// Whether a float holds an integer exactly.
 pub(super) fn is_whole(number: f64) -> bool {
     number.fract() == 0.0 && number.abs() < 9.0e15
+}
+
+/// A text in double quotes; TOML's basic strings have the escapes of JSON.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
 
 /// At most 60 characters of a text, on one line.

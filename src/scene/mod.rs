@@ -37,6 +37,11 @@ fn unexplained(document: &Document) -> Mistake {
 /// Everything wrong with the scene, all at once.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
     let mut document = parse::read_document(path, overrides)?;
+    if document.get("study").is_some() && document.get("axes").is_some() {
+        let mistake = Mistake::at(&document, "study", "this is a study, not a scene").label("a study");
+        let mend = format!("run it with `orthowear study {}`", path.display());
+        return Err(Mistakes::new(&document, vec![mistake.mend(mend)]));
+    }
     let (mut mistakes, unknown) = check::check(&document, &schema::json_schema());
     let clean = mistakes.is_empty();
     // Without the keys that no table knows, what is left may still be checked.

@@ -1,5 +1,6 @@
 //! The JSON Schema of a scene, generated from the [keys](super::keys).
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::Value;
@@ -8,10 +9,15 @@ use super::keys::Scene;
 
 /// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
 pub fn json_schema() -> Value {
+    json_schema_of::<Scene>()
+}
+
+/// The same of a file with the keys of `T`.
+pub fn json_schema_of<T: JsonSchema>() -> Value {
     SchemaSettings::draft2020_12()
         .with_transform(RecursiveTransform(tidy))
         .into_generator()
-        .into_root_schema_for::<Scene>()
+        .into_root_schema_for::<T>()
         .to_value()
 }
 

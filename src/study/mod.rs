@@ -12,6 +12,7 @@ mod prepare;
 pub mod refine;
 mod repetition;
 mod skips;
+pub mod sweep;
 
 pub use failure::Failure;
 pub use forecast::{Forecast, forecast};

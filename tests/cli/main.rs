@@ -15,6 +15,7 @@ mod refine;
 mod repeated;
 mod resume;
 mod run;
+mod study;
 mod tools;
 mod mesh_mistakes;
 mod scenes;

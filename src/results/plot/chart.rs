@@ -51,11 +51,21 @@ impl Chart {
 
     /// The same with ranges around some of its series.
     pub(crate) fn panel_with(&self, bands: &[Band]) -> Canvas {
-        let axes = self.axes(bands);
+        let mut axes = self.axes(bands, 0.0);
+        let (mut corner, hidden) = self.legend_corner(&axes);
+        if hidden > 0 && self.series.len() > 1 {
+            // Room for the legend above the lines.
+            let height = PANEL[1] - MARGIN[3] - MARGIN[1];
+            let share = (self.legend_size()[1] + 24.0) / height;
+            let roomy = self.axes(bands, (share / (1.0 - share)).clamp(0.0, 1.0));
+            let (place, left) = self.legend_corner(&roomy);
+            if left < hidden {
+                (axes, corner) = (roomy, place);
+            }
+        }
         let mut canvas = Canvas::default();
         canvas.text([0.5 * PANEL[0], 20.0], Anchor::Middle, 14.0, &self.title);
         self.draw_axes(&mut canvas, &axes);
-        let corner = self.legend_corner(&axes);
         bands.iter().for_each(|band| draw_band(&mut canvas, band, &axes));
         for (i, series) in self.series.iter().enumerate() {
             draw_series(&mut canvas, series, &axes, i);
@@ -64,7 +74,8 @@ impl Chart {
         canvas
     }
 
-    fn axes(&self, bands: &[Band]) -> [Axis; 2] {
+    /// The axes; that of y has `room`, a share of its range, more above, unless it is logarithmic.
+    fn axes(&self, bands: &[Band], room: f64) -> [Axis; 2] {
         let edges = |axis: usize| {
             let at = move |[x, low, high]: &[f64; 3]| if axis == 0 { [*x; 2] } else { [*low, *high] };
             bands.iter().flat_map(move |band| band.edges.iter().flat_map(at))
@@ -73,7 +84,12 @@ impl Chart {
             self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis])).chain(edges(axis))
         };
         let x = Axis::over(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
-        let y = Axis::over(values(1), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
+        let finite = values(1).filter(|y| y.is_finite());
+        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+        // An axis that starts at 0 is longer than its values.
+        let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
+        let above = (room > 0.0 && self.scales[1] == Scale::Linear).then_some(high + room * (high - low));
+        let y = Axis::over(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
         [x, y]
     }
 
@@ -118,8 +134,8 @@ impl Chart {
         [44.0 + 6.6 * longest as f64, 8.0 + 18.0 * self.series.len() as f64]
     }
 
-    /// Upper left corner of the legend: of a lattice of places in the plot area, the one that hides fewest points.
-    fn legend_corner(&self, axes: &[Axis; 2]) -> [f64; 2] {
+    /// Upper left corner of the legend: of a lattice of places in the plot area, the one that hides fewest points; their number.
+    fn legend_corner(&self, axes: &[Axis; 2]) -> ([f64; 2], usize) {
         let [width, height] = self.legend_size();
         let (left, top) = (MARGIN[0] + 8.0, MARGIN[1] + 8.0);
         let room = [PANEL[0] - MARGIN[2] - width - 8.0 - left, PANEL[1] - MARGIN[3] - height - 8.0 - top];
@@ -138,7 +154,8 @@ impl Chart {
             };
             self.series.iter().flat_map(|s| along(&s.points, axes)).filter(inside).count()
         };
-        places.min_by_key(|place| hidden(*place)).unwrap_or([left, top])
+        let counted = places.map(|place| (place, hidden(place)));
+        counted.min_by_key(|(_, hidden)| *hidden).unwrap_or(([left, top], 0))
     }
 
     fn draw_legend(&self, canvas: &mut Canvas, [left, top]: [f64; 2]) {
@@ -162,12 +179,16 @@ impl Chart {
     }
 }
 
-/// The points and the middles between them, so that a long line counts as well.
+/// The points and some between them, so that a long line counts as well.
 fn along(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     let shown = |p: &&[f64; 2]| axes[0].at(p[0]).is_some() && axes[1].at(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
-    let middles = shown.windows(2).map(|w| [0.5 * (w[0][0] + w[1][0]), 0.5 * (w[0][1] + w[1][1])]);
-    shown.iter().copied().chain(middles).collect()
+    let few = (60 / shown.len().max(1)).max(2);
+    let between = shown.windows(2).flat_map(|w| {
+        let at = |k: usize| k as f64 / few as f64;
+        (1..few).map(move |k| [0, 1].map(|axis| w[0][axis] + at(k) * (w[1][axis] - w[0][axis])))
+    });
+    shown.iter().copied().chain(between).collect()
 }
 
 fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize) {
@@ -225,4 +246,59 @@ fn mark(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
         _ => format!("M{x:.1} {:.1}l4.4 4.4l-4.4 4.4l-4.4 -4.4z", y - 4.4),
     };
     canvas.add(format_args!(r#"<path d="{path}" fill="{colour}"/>"#));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: lines all over the plot area leave room for a legend only above them: it hides none of their points.
+    #[test]
+    fn legends_hide_no_lines() {
+        let line = |i: usize| Series {
+            name: format!("series {i}"),
+            points: vec![[0.0, i as f64], [1.0, 6.0 - i as f64]],
+        };
+        let chart = Chart {
+            title: String::new(),
+            labels: [String::new(), String::new()],
+            scales: [Scale::Linear, Scale::Linear],
+            series: (0..7).map(line).collect(),
+        };
+        assert!(chart.legend_corner(&chart.axes(&[], 0.0)).1 > 0);
+        let picture = chart.svg();
+        let number = |line: &str, key: &str| -> f64 {
+            line.split(&format!(" {key}=\""))
+                .nth(1)
+                .and_then(|rest| rest.split('"').next())
+                .unwrap()
+                .parse()
+                .unwrap()
+        };
+        let legend = picture.lines().find(|line| line.contains("fill-opacity=\"0.85\"")).unwrap();
+        let bottom = number(legend, "y") + number(legend, "height");
+        let highest = picture
+            .lines()
+            .filter(|line| line.contains("<circle") && line.contains("r=\"3.6\""))
+            .map(|line| number(line, "cy"))
+            .filter(|y| *y > bottom)
+            .count();
+        // Both ends of the first series and of the fifth, which have circles; those in the legend are above.
+        assert_eq!(highest, 4, "{picture}");
+    }
+
+    /// Truth: the corners of the band on the axes of the chart: 0 to 10 mm on 466 pixels, 0 to 10 N on 314.
+    #[test]
+    fn bands_lie_around_their_series() {
+        let chart = Chart {
+            title: String::new(),
+            labels: [String::new(), String::new()],
+            scales: [Scale::Linear, Scale::Linear],
+            series: vec![Series { name: "a".into(), points: vec![[0.0, 2.0], [10.0, 8.0]] }],
+        };
+        let band = Band { series: 0, edges: vec![[0.0, 0.0, 4.0], [10.0, 6.0, 10.0]] };
+        let picture = chart.panel_with(&[band]).into_svg(PANEL);
+        let path = "M76.0 222.4L542.0 34.0L542.0 159.6L76.0 348.0z";
+        assert!(picture.contains(path), "{picture}");
+    }
 }

@@ -1,0 +1,54 @@
+//! The keys of a study file as they are written; their comments are the descriptions of its JSON Schema.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A study: a scene, the values that vary, and what is collected from the runs.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// What is studied.
+    pub study: Study,
+    /// The values that vary; every value of one axis is combined with every value of the others.
+    #[schemars(length(min = 1))]
+    pub axes: Vec<AxisKeys>,
+    /// What is collected from the runs.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// What is studied.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// Title, shown with the results; that of the scene if absent.
+    #[serde(default)]
+    pub title: String,
+    /// Scene file, relative to the study file.
+    pub scene: String,
+}
+
+/// An axis of the study.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AxisKeys {
+    /// Name in tables and plots; the last part of the first key if absent.
+    #[serde(default)]
+    pub name: String,
+    /// Keys of the scene that the axis sets together, dotted as for --set: "body1.fibre.tilt", "steps.indent.approach".
+    #[schemars(length(min = 1))]
+    pub keys: Vec<String>,
+    /// The values; with several keys each value is a list of one for each key.
+    #[schemars(length(min = 1))]
+    pub values: Vec<serde_json::Value>,
+}
+
+/// What is collected from the runs.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Numbers of the last entry of a step: "fretting.worn_volume", "shift.tangential_force.0"; some of the last step if absent.
+    pub collect: Vec<String>,
+    /// Numbers of all entries of a step, over the cycles or, without cycles, the increments.
+    pub curves: Vec<String>,
+}

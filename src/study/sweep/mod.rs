@@ -1,0 +1,14 @@
+//! Studies: a scene run for all combinations of some of its values.
+//!
+//! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included;
+//! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
+
+pub mod collect;
+pub mod file;
+pub mod keys;
+pub mod plots;
+mod scenes;
+pub mod share;
+pub mod table;
+
+pub use file::{Axis, RunSpec, Sweep, read};

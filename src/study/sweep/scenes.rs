@@ -1,0 +1,160 @@
+//! Reads the scenes that the runs of a study make.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use super::collect::Quantity;
+use super::file::Axis;
+use crate::history::step::CycleMotion;
+use crate::linalg::memory::MemoryLimit;
+use crate::scene::mistake::Place;
+use crate::scene::plan::Plan;
+use crate::scene::{self, Document, Mistake, Mistakes};
+
+/// Reads the scene of each run and gathers what is wrong with them.
+pub(super) struct Reader<'a> {
+    document: &'a Document,
+    scene: &'a Path,
+    /// What is wrong with the study file.
+    pub of_study: Vec<Mistake>,
+    /// What is wrong with the scene itself.
+    pub of_scene: Option<Mistakes>,
+    /// The plan of the first run.
+    pub first: Option<Plan>,
+    steps: BTreeSet<String>,
+    /// What steps that wear in jumps have along their curves, by name.
+    pub jumping: BTreeMap<String, &'static str>,
+}
+
+impl<'a> Reader<'a> {
+    /// Nothing read yet.
+    pub fn new(document: &'a Document, scene: &'a Path) -> Self {
+        let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
+        Self { document, scene, of_study: Vec::new(), of_scene: None, first: None, steps, jumping }
+    }
+
+    /// Reads the scene of a run; the memory that it may take, `None` if the scene is wrong.
+    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
+        match scene::read(self.scene, overrides) {
+            Ok(plan) => {
+                self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
+                for (step, cycles) in plan.steps.iter().filter_map(|step| Some((step, step.cycles?))) {
+                    let along = match cycles.motion {
+                        CycleMotion::Closed(_) => "cycles",
+                        CycleMotion::Sliding { .. } => "distance slid",
+                    };
+                    self.jumping.insert(step.name.clone(), along);
+                }
+                let memory = plan.memory;
+                if let Some(first) = &self.first {
+                    // Of all runs the memory that was free before any of them.
+                    let given = plan.solver.memory_limit.is_some();
+                    let memory = if given { memory } else { first.memory };
+                    if first.units != plan.units {
+                        let message = "the units of the scene differ from run to run";
+                        self.add(Mistake::at(self.document, "axes", message).mend("vary values, not units"));
+                    }
+                    return Some(memory);
+                }
+                self.first = Some(plan);
+                Some(memory)
+            }
+            Err(mistakes) => {
+                // A key that leads nowhere hides what else is wrong.
+                let lost = |mistake: &Mistake| match &mistake.place {
+                    Place::Option(option) if mistake.label.is_empty() => Some(option.clone()),
+                    _ => None,
+                };
+                let lost: Vec<String> = mistakes.list.iter().filter_map(lost).collect();
+                self.gather(mistakes, axes, choice);
+                if !lost.is_empty() {
+                    let others: Vec<String> =
+                        overrides.iter().filter(|line| !lost.contains(line)).cloned().collect();
+                    if let Err(mistakes) = scene::read(self.scene, &others) {
+                        self.gather(mistakes, axes, choice);
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    fn add(&mut self, mistake: Mistake) {
+        if !self.of_study.contains(&mistake) {
+            self.of_study.push(mistake);
+        }
+    }
+
+    /// Sorts mistakes into those that a value of the study made, and those of the scene itself.
+    fn gather(&mut self, mistakes: Mistakes, axes: &[Axis], choice: &[usize]) {
+        let mut remaining = mistakes.clone();
+        remaining.list.clear();
+        for mistake in mistakes.list {
+            match self.cause(&mistake, axes, choice) {
+                Some(place) => {
+                    let key =
+                        if mistake.key.is_empty() { String::new() } else { format!("{}: ", mistake.key) };
+                    let message = format!("{key}{}", mistake.message);
+                    let label =
+                        if mistake.label.is_empty() { "no such key".to_owned() } else { mistake.label };
+                    self.add(Mistake {
+                        message,
+                        label,
+                        key: String::new(),
+                        place: self.document.place(&place),
+                        ..mistake
+                    });
+                }
+                None => remaining.list.push(mistake),
+            }
+        }
+        if remaining.list.is_empty() {
+            return;
+        }
+        match &mut self.of_scene {
+            None => self.of_scene = Some(remaining),
+            Some(known) => {
+                for mistake in remaining.list {
+                    if !known.list.contains(&mistake) {
+                        known.list.push(mistake);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The key in the study file that made a mistake of a scene, if one did.
+    fn cause(&self, mistake: &Mistake, axes: &[Axis], choice: &[usize]) -> Option<String> {
+        let Place::Option(option) = &mistake.place else { return None };
+        let (key, _) = option.split_once('=')?;
+        for (i, (axis, value)) in axes.iter().zip(choice).enumerate() {
+            let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
+            // Where the key is wrong, none of its values can be right.
+            let of_key = mistake.label == "unknown key" || mistake.label.is_empty();
+            return Some(match (of_key, axis.keys.len()) {
+                (true, _) => format!("axes.{i}.keys.{k}"),
+                (false, 1) => format!("axes.{i}.values.{value}"),
+                (false, _) => format!("axes.{i}.values.{value}.{k}"),
+            });
+        }
+        None
+    }
+
+    /// Refuses quantities of steps that no run has.
+    pub fn check_steps(&mut self, lists: [(&Vec<Quantity>, &str); 2]) {
+        if self.first.is_none() {
+            return;
+        }
+        let names = self.steps.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        for (quantities, key) in lists {
+            for (i, quantity) in quantities.iter().enumerate() {
+                if !self.steps.contains(&quantity.step) {
+                    let message = format!("the scene has no step \"{}\"", quantity.step);
+                    let place = format!("output.{key}.{i}");
+                    let mistake = Mistake::at(self.document, &place, message);
+                    self.of_study.push(mistake.label("no such step").mend(format!("its steps are {names}")));
+                }
+            }
+        }
+    }
+}

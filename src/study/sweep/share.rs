@@ -1,0 +1,40 @@
+//! How the runs of a study share threads and memory.
+
+/// Runs side by side, and the threads of each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Share {
+    /// Number of runs at the same time.
+    pub side_by_side: usize,
+    /// Threads of each of them.
+    pub threads: usize,
+}
+
+/// The share of `runs` runs in `threads` threads, of which each needs about `needed` bytes of the `free` ones; `None` where that
+/// is not known. A thread is worth more in a run of its own than in one that others share.
+pub fn share(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Share {
+    let fit = match (needed, free) {
+        (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,
+        _ => usize::MAX,
+    };
+    let side_by_side = threads.min(runs).min(fit).max(1);
+    Share { side_by_side, threads: (threads / side_by_side).max(1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: no more threads than there are, one run at least, and what fits into the memory.
+    #[test]
+    fn threads_and_memory_suffice() {
+        let shares = |runs, threads, needed, free| {
+            let share = share(runs, threads, needed, free);
+            (share.side_by_side, share.threads)
+        };
+        assert_eq!(shares(21, 2, None, Some(1)), (2, 1));
+        assert_eq!(shares(3, 8, None, None), (3, 2));
+        assert_eq!(shares(1, 4, Some(1e9), Some(1)), (1, 4));
+        assert_eq!(shares(9, 8, Some(1e9), Some(2_500_000_000)), (2, 4));
+        assert_eq!(shares(0, 4, None, None), (1, 4));
+    }
+}
