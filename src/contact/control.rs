@@ -83,4 +83,6 @@ pub struct End {
     pub balance: Option<Balance>,
     /// Where its slip is measured from.
     pub reference: SlipReference,
+    /// Normal gap by what is not among its unknowns, `[N]`, mm.
+    pub lifted: Option<Vec<f64>>,
 }

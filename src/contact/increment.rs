@@ -68,9 +68,11 @@ impl Increment<'_> {
         }
     }
 
-    /// Whether only normal components are computed while iterating: nothing slips against friction or wears.
+    /// Whether only normal components are computed while iterating: nothing slips against friction, and nothing wears but by slip
+    /// that is given.
     pub fn normal_only(&self) -> bool {
-        self.skip && self.friction.is_none() && self.wear.is_none()
+        let given = |end: &End| matches!(end.reference, SlipReference::Given(_));
+        self.skip && self.friction.is_none() && (self.wear.is_none() || self.ends.iter().all(given))
     }
 
     /// The tangential part of the operator, if it is all that is asked for.
@@ -90,6 +92,7 @@ impl Increment<'_> {
             tangential: TangentialControl::Shift,
             balance: None,
             reference: end.reference.homogeneous(self.n()),
+            lifted: None,
         });
         Increment {
             flexibility,
@@ -212,6 +215,10 @@ impl Increment<'_> {
                     let k = base + plane * n + i;
                     it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
                 }
+            }
+            if let Some(lifted) = &self.ends[end].lifted {
+                let normal = &mut it.gap[base + 2 * n..base + 3 * n];
+                normal.iter_mut().zip(lifted).for_each(|(gap, lifted)| *gap += lifted);
             }
         }
     }

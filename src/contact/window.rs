@@ -220,7 +220,8 @@ fn on_window(end: &End, window: &Window) -> Option<End> {
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
     let balance = end.balance.as_ref().map(|balance| balance.on_cells(&pairs));
-    Some(End { normal: end.normal, tangential: end.tangential, balance, reference })
+    let lifted = end.lifted.as_ref().map(|lifted| window.restrict(lifted));
+    Some(End { normal: end.normal, tangential: end.tangential, balance, reference, lifted })
 }
 
 #[cfg(test)]

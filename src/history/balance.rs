@@ -22,7 +22,13 @@ impl Run<'_> {
     /// # Errors
     /// If a load acts along a motion that nothing resists.
     pub(super) fn end(&mut self, step: &Step, loads: &Loads, reference: SlipReference) -> Result<End> {
-        let mut end = End { normal: loads.normal, tangential: loads.tangential, balance: None, reference };
+        let mut end = End {
+            normal: loads.normal,
+            tangential: loads.tangential,
+            balance: None,
+            reference,
+            lifted: None,
+        };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
         if prepared.model.floating.is_empty() && !inclined && !loads.turning() {

@@ -37,6 +37,11 @@ pub trait Flexibility: Send + Sync {
     /// `normal_gap = S_nn pressure`, both `[N]`; overwrites. Does not allocate.
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]);
 
+    /// As [`Self::apply_normal`] to about six digits, where that is faster.
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.apply_normal(pressure, normal_gap);
+    }
+
     /// The 3 x 3 diagonal blocks S_II, `[N]`.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>>;
 
@@ -212,7 +217,7 @@ impl Flexibility for SinglePrecision<'_> {
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.0.apply_normal(pressure, normal_gap);
+        self.0.apply_normal_single(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
@@ -242,6 +247,10 @@ impl Flexibility for SharedFlexibility {
 
     fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
         self.0.apply_single(tractions, gap);
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal_single(pressure, normal_gap);
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {

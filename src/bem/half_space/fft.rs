@@ -60,9 +60,10 @@ pub struct FftFlexibility {
     normal_inverse: OnceLock<Filter>,
     full_inverse: OnceLock<Filter>,
     tangential_inverse: OnceLock<Filter>,
-    /// The operator itself in single precision, and the tangential part of an uncoupled one.
+    /// The operator itself in single precision, the tangential part of an uncoupled one, and the normal part.
     single: OnceLock<Filter>,
     tangential_single: OnceLock<Filter>,
+    normal_single: OnceLock<Filter>,
     /// Operators on parts of the grid and on coarser ones, the last used last.
     smaller: Mutex<Vec<Arc<FftFlexibility>>>,
 }
@@ -110,6 +111,7 @@ impl FftFlexibility {
             tangential_inverse: OnceLock::new(),
             single: OnceLock::new(),
             tangential_single: OnceLock::new(),
+            normal_single: OnceLock::new(),
             smaller: Mutex::new(Vec::new()),
         }
     }
@@ -269,6 +271,11 @@ impl Flexibility for FftFlexibility {
             let [nn] = self.columns(normal, ky);
             values.iter_mut().zip(nn).for_each(|(value, s)| *value *= *s);
         });
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let make = || Filter::new(Convolution::new(self.convolution.cells), Parts::Normal, &[self.normal()]);
+        self.normal_single.get_or_init(make).apply(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {

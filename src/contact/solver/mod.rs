@@ -7,6 +7,7 @@ mod nested;
 mod newton;
 mod projected;
 mod report;
+mod sliding;
 mod split;
 mod uzawa;
 
@@ -19,6 +20,7 @@ use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use gauss_seidel::{Aim, GaussSeidel};
 use newton::Newton;
+use sliding::Sliding;
 use uzawa::Uzawa;
 
 /// Which solver.
@@ -93,7 +95,9 @@ fn chain(method: Method, problem: &Increment) -> Vec<&'static dyn Solver> {
             let pressures = krylov.suits(problem).then_some(krylov);
             let blocks: [&dyn Solver; 2] = [&GaussSeidel { aim: Aim::Few }, &GaussSeidel { aim: Aim::Start }];
             let blocks = blocks.into_iter().filter(|solver| pressures.is_none() && solver.suits(problem));
-            let first = pressures.into_iter().chain(blocks).chain([newton]);
+            let sliding: &dyn Solver = &Sliding;
+            let sliding = sliding.suits(problem).then_some(sliding);
+            let first = pressures.into_iter().chain(sliding).chain(blocks).chain([newton]);
             first.chain([&BarzilaiBorwein as &dyn Solver]).collect()
         }
         Method::GaussSeidel => vec![&GaussSeidel { aim: Aim::Tolerance }, newton],

@@ -40,6 +40,10 @@ impl Inverse {
 
     /// Tractions from the gap; false if the operator has no inverse.
     fn invert(&mut self, problem: &Increment) -> bool {
+        if problem.normal_only() {
+            let n = problem.n();
+            return problem.flexibility.precondition_normal(&self.gap[2 * n..], &mut self.tractions[2 * n..]);
+        }
         let Some(part) = problem.tangential() else {
             return problem.flexibility.precondition(&self.gap, &mut self.tractions);
         };
