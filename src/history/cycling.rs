@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::solver::Stop;
 use crate::contact::{End, NormalControl, SlipReference, TangentialControl, Unknowns};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 use super::control::{Held, Loads, Path};
 use super::increments::{Stage, entry};
@@ -30,6 +30,9 @@ const NEGLIGIBLE: f64 = 1e-3;
 const CELLS: f64 = 2.0;
 const SHARE: f64 = 0.05;
 
+/// Share of the longest stable jump that controlled explicit ones may have.
+const STABLE: f64 = 0.9;
+
 /// Tries that a controlled jump may be too long for.
 const TRIES: usize = 12;
 
@@ -49,6 +52,8 @@ pub(super) struct Cycling {
     control: JumpControl,
     /// Entries of the step.
     entries: usize,
+    /// Longest stable jump of an explicit integrator.
+    critical: Option<f64>,
     /// Contact was at the rim of the frame from the start.
     touched: bool,
     /// Cycles and distance before the step.
@@ -140,6 +145,7 @@ impl Run<'_> {
             path,
             control: JumpControl::new(cycles.count, cycles.integrator.order()),
             entries: 0,
+            critical: None,
             touched: false,
             before: (self.state.cycles_done, self.state.distance_slid),
         };
@@ -162,6 +168,10 @@ impl Run<'_> {
         cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
         cycling.power = jump.checks.dissipation;
         cycling.touched = state::touches_edge(&self.prepared, &cycling.ring.it);
+        if cycles.integrator == Integrator::Explicit {
+            cycling.critical = self.critical_length(&cycling.ring.it);
+            cycling.refuse_unstable(step, cycles)?;
+        }
         let fastest = cycling.rate.iter().copied().fold(0.0, f64::max);
         if fastest > 0.0 {
             let first = FIRST * self.prepared.approach(&cycling.ring.it, 0).abs() / fastest;
@@ -251,7 +261,8 @@ impl Run<'_> {
         }
     }
 
-    /// Estimated error of a jump over what is allowed: half of the tolerance goes by worn depth, half by cycles.
+    /// Estimated error of a jump over what is allowed. That goes by the square root of its share in worn depth and cycles: most
+    /// of the error is in cells that come into contact in the jump, other ones in each, and adds up by squares.
     fn error_ratio(&self, (cycles, tolerance, length): (&Cycles, f64, f64), jump: &Jump) -> f64 {
         if jump.depth_error == 0.0 {
             return 0.0;
@@ -262,8 +273,9 @@ impl Run<'_> {
         };
         let (before, after) = (deepest(0.0), deepest(1.0));
         let negligible = NEGLIGIBLE * (self.prepared.first_touch - self.state.rigid[2]).abs();
-        let allowed = 0.5 * (after - before) + (0.5 * after + negligible) * length / cycles.count;
-        jump.depth_error / (tolerance * allowed)
+        let all = after + negligible;
+        let share = 0.5 * ((after - before) / all + length / cycles.count);
+        jump.depth_error / (tolerance * all * share.sqrt())
     }
 
     /// Why a controlled jump is too long, if it is.
@@ -322,8 +334,9 @@ impl Run<'_> {
             if step.wear {
                 self.state.worn_energy += jump.dissipation;
             }
-            self.state.errors[0] += jump.depth_error;
-            self.state.errors[1] += jump.volume_error;
+            let errors = self.state.depth_errors.iter_mut().zip(&jump.error);
+            errors.for_each(|(sum, error)| *sum += error.abs());
+            self.state.volume_error += jump.volume_error;
         }
         let half = match &cycling.way {
             Way::Round(course) => course.half(),
@@ -335,6 +348,7 @@ impl Run<'_> {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
+            lifted: None,
             reference: match &cycling.way {
                 Way::Round(_) => cycling.ring.reference(),
                 Way::Along(slip) => SlipReference::Given(slip.clone()),
@@ -369,7 +383,7 @@ impl Run<'_> {
             rejected,
             depth_error: jump.depth_error,
             volume_error: jump.volume_error,
-            critical_length: None,
+            critical_length: cycling.critical,
         });
         self.finish(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.hint_at_spin(step);
@@ -433,13 +447,37 @@ impl Tried {
 }
 
 impl Cycling {
+    /// Refuses explicit jumps that are longer than is stable.
+    fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
+        let (Some(critical), Jumps::Number(jumps), false) =
+            (self.critical, cycles.jumps, cycles.beyond_critical)
+        else {
+            return Ok(());
+        };
+        let length = cycles.count / jumps as f64;
+        if length <= critical {
+            return Ok(());
+        }
+        Err(Error::input(format!(
+            "step \"{}\": explicit jumps of {length} cycles are unstable: pressures would swing from cell to cell from {critical:.4e} \
+             on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
+             integrator; wear.beyond_critical = true takes them all the same",
+            step.name,
+            (cycles.count / critical * (1.0 - 1e-9)).ceil()
+        )))
+    }
+
     /// Length of the next jump, and the shortest that can be.
     fn next_length(&self, cycles: &Cycles) -> (f64, f64) {
         let whole = matches!(self.way, Way::Round(_));
         match cycles.jumps {
             Jumps::Tolerance(_) => {
                 let unit = if whole { 1.0 } else { 0.0 };
-                (self.control.length(cycles.count - self.done, unit), unit.max(1e-9 * cycles.count))
+                let mut control = self.control;
+                if let (Some(critical), false) = (self.critical, cycles.beyond_critical) {
+                    control.limit(STABLE * critical);
+                }
+                (control.length(cycles.count - self.done, unit), unit.max(1e-9 * cycles.count))
             }
             Jumps::Number(jumps) => {
                 let part = |k: usize| cycles.count * k as f64 / jumps as f64;

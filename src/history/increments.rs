@@ -131,6 +131,16 @@ pub(super) fn solve_and_check(
     }
 }
 
+/// Root of the mean square of a field over the areas of the cells that `counts`; 0 without any.
+pub(super) fn mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for (_, (value, area)) in field.iter().zip(areas).enumerate().filter(|(i, _)| counts(*i)) {
+        squares += area * value * value;
+        sum += area;
+    }
+    if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
+}
+
 /// The entry of an increment from its resultants.
 pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd) -> IncrementRecord {
     IncrementRecord {
@@ -313,7 +323,8 @@ impl Run<'_> {
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
         record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
         record.worn_volume_by_energy = self.prepared.volume_per_energy.map(|k| k * self.state.worn_energy);
-        [record.wear_depth_error, record.worn_volume_error] = self.state.errors;
+        record.wear_depth_error = mean_square(&self.state.depth_errors, areas, |i| self.state.worn[i] > 0.0);
+        record.worn_volume_error = self.state.volume_error;
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
         record.dissipation = self.state.dissipation;

@@ -11,7 +11,7 @@ use crate::error::Result;
 
 use super::Run;
 use super::cycling::{Cycling, Way};
-use super::increments::{Laws, Stage, problem, solve_and_check};
+use super::increments::{Laws, Stage, mean_square, problem, solve_and_check};
 use super::ring::settled;
 use super::step::{Cycles, Integrator, Observer, Step};
 
@@ -101,7 +101,9 @@ pub(super) struct Jump {
     pub dissipation: f64,
     /// Depth worn, `[N]`.
     pub worn: Vec<f64>,
-    /// Estimated error of the worn depth, root mean square over the contact at its end, mm.
+    /// Its estimated error, `[N]`.
+    pub error: Vec<f64>,
+    /// Root mean square of that over the contact at its end, mm.
     pub depth_error: f64,
     /// Estimated error of the worn volume, mm3.
     pub volume_error: f64,
@@ -117,6 +119,7 @@ impl Jump {
             solves: 0,
             dissipation: 0.0,
             worn: vec![0.0; n],
+            error: vec![0.0; n],
             depth_error: 0.0,
             volume_error: 0.0,
             overshot: false,
@@ -165,8 +168,7 @@ impl Run<'_> {
         let scheme = integrator.scheme();
         let mut jump = Jump::new(self.prepared.n());
         add(&mut jump.worn, scheme.start * length, &cycling.rate);
-        let mut error = vec![0.0; jump.worn.len()];
-        add(&mut error, scheme.error[0] * length, &cycling.rate);
+        add(&mut jump.error, scheme.error[0] * length, &cycling.rate);
         jump.dissipation = scheme.start * length * cycling.power;
         for (number, weights) in scheme.stages.iter().enumerate() {
             let mut worn = self.state.worn.clone();
@@ -184,26 +186,15 @@ impl Run<'_> {
             cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
             cycling.power = jump.checks.dissipation;
             add(&mut jump.worn, weights.share * length, &cycling.rate);
-            add(&mut error, scheme.error[number + 1] * length, &cycling.rate);
+            add(&mut jump.error, scheme.error[number + 1] * length, &cycling.rate);
             jump.dissipation += weights.share * length * cycling.power;
         }
-        [jump.depth_error, jump.volume_error] = self.measured(&error, &cycling.ring.it);
-        Ok(jump)
-    }
-
-    /// Root mean square of an error of the worn depth over the cells in contact, and the error of the volume, which the companions
-    /// see in part only.
-    fn measured(&self, error: &[f64], it: &Iterate) -> [f64; 2] {
-        let (mut squares, mut contact, mut volume) = (0.0, 0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
-        for ((error, touching), area) in error.iter().zip(self.touching(it)).zip(areas) {
-            volume += area * error;
-            if touching {
-                squares += area * error * error;
-                contact += area;
-            }
-        }
-        [if contact > 0.0 { (squares / contact).sqrt() } else { 0.0 }, VOLUME_SAFETY * volume.abs()]
+        let touching = self.touching(&cycling.ring.it);
+        jump.depth_error = mean_square(&jump.error, areas, |i| touching[i]);
+        let volume: f64 = jump.error.iter().zip(areas).map(|(error, area)| error * area).sum();
+        jump.volume_error = VOLUME_SAFETY * volume.abs();
+        Ok(jump)
     }
 
     /// Cells that carry pressure at any end.

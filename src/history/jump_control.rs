@@ -37,6 +37,11 @@ impl JumpControl {
         if unit > 0.0 { ((even / unit).ceil() * unit).min(left) } else { even }
     }
 
+    /// Makes the next jump no longer than `most`.
+    pub fn limit(&mut self, most: f64) {
+        self.next = self.next.min(most);
+    }
+
     /// After a jump with an error of `ratio` times what is allowed.
     pub fn accept(&mut self, length: f64, ratio: f64) {
         let ratio = ratio.max(1e-10);

@@ -6,6 +6,7 @@
 
 mod balance;
 mod control;
+mod critical;
 mod cycling;
 mod increments;
 mod jump;

@@ -34,8 +34,10 @@ pub(super) struct State {
     pub distance_slid: f64,
     /// Friction dissipation of what wore, N mm.
     pub worn_energy: f64,
-    /// Estimated errors of worn depth and worn volume.
-    pub errors: [f64; 2],
+    /// Estimated error of the worn depth, sum of the magnitudes of all jumps, `[N]`, mm.
+    pub depth_errors: Vec<f64>,
+    /// Estimated error of the worn volume, sum of the magnitudes of all jumps, mm3.
+    pub volume_error: f64,
 }
 
 impl State {
@@ -54,7 +56,8 @@ impl State {
             cycles_done: 0,
             distance_slid: 0.0,
             worn_energy: 0.0,
-            errors: [0.0; 2],
+            depth_errors: vec![0.0; n],
+            volume_error: 0.0,
         }
     }
 

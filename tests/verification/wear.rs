@@ -1,5 +1,9 @@
 //! Wear: the reference cycles, identities, orders, limits.
 
+mod control;
+mod paths;
+mod sliding;
+
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{Integrator, Outcome, Step};
