@@ -190,6 +190,10 @@ impl Observer for Watched<'_, '_> {
         self.recorder.interrupted()
     }
 
+    fn wants_loops(&self) -> bool {
+        self.recorder.wants_loops()
+    }
+
     fn wants_tangential_gap(&self) -> bool {
         self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap()
     }
@@ -255,6 +259,7 @@ pub(super) fn compute(
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
         summary.warnings.extend(result.warnings);
+        summary.loops = result.loops;
         result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
         result.outcome
     });

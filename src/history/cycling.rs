@@ -89,10 +89,16 @@ impl Run<'_> {
         if matches!(self.within, Within::Start)
             && let Some(cycling) = self.begin(step, cycles, observer)?
         {
+            if observer.wants_loops() {
+                self.resolve_loop(step, cycles, &cycling, observer)?;
+            }
             self.within = Within::Cycles(Box::new(cycling));
         }
         while let Within::Cycles(mut cycling) = std::mem::replace(&mut self.within, Within::Start) {
             if cycling.done >= cycles.count {
+                if observer.wants_loops() {
+                    self.resolve_loop(step, cycles, &cycling, observer)?;
+                }
                 self.held.normal = cycling.path.end.normal;
                 if let (Way::Round(course), false) = (&cycling.way, last) {
                     self.return_to_center(step, course, observer)?;
@@ -261,8 +267,7 @@ impl Run<'_> {
         }
     }
 
-    /// Estimated error of a jump over what is allowed. That goes by the square root of its share in worn depth and cycles: most
-    /// of the error is in cells that come into contact in the jump, other ones in each, and adds up by squares.
+    /// Estimated error of a jump over what is allowed.
     fn error_ratio(&self, (cycles, tolerance, length): (&Cycles, f64, f64), jump: &Jump) -> f64 {
         if jump.depth_error == 0.0 {
             return 0.0;
@@ -275,7 +280,7 @@ impl Run<'_> {
         let negligible = NEGLIGIBLE * (self.prepared.first_touch - self.state.rigid[2]).abs();
         let all = after + negligible;
         let share = 0.5 * ((after - before) / all + length / cycles.count);
-        jump.depth_error / (tolerance * all * share.sqrt())
+        jump.depth_error / (tolerance * all * cycles.integrator.share_of_error(share))
     }
 
     /// Why a controlled jump is too long, if it is.

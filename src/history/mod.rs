@@ -11,6 +11,7 @@ mod cycling;
 mod increments;
 mod jump;
 mod jump_control;
+mod loops;
 mod model;
 mod predictor;
 mod open;
@@ -35,7 +36,9 @@ use control::Held;
 use model::Prepared;
 use snapshot::Within;
 use state::State;
-use step::{FrameState, IncrementRecord, Moment, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt};
+use step::{
+    FrameState, FrettingLoop, IncrementRecord, Moment, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt,
+};
 
 /// What a run leaves.
 #[derive(Debug, Clone)]
@@ -50,6 +53,8 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// Seconds per stage.
     pub timings: Vec<(String, f64)>,
+    /// Fretting cycles at the start and the end of steps of cycles, where the observer wants them.
+    pub loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
 }
@@ -75,6 +80,7 @@ struct Safe {
     formed: usize,
     records: usize,
     warnings: usize,
+    loops: usize,
 }
 
 /// Runs the steps one after the other.
@@ -117,6 +123,7 @@ pub fn run_from(
         ),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
+        loops: Vec::new(),
         state: FrameState::default(),
     };
     if prepared.ellipse.is_some() {
@@ -126,7 +133,8 @@ pub fn run_from(
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
     let held = Held::at_rest(normal);
-    let safe = Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len() };
+    let safe =
+        Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
     let mut run =
         Run { prepared, options: *options, step: 0, within: Within::Start, state, held, result, safe };
     if let Some(snapshot) = from {
@@ -169,6 +177,7 @@ impl Run<'_> {
         self.safe.formed = self.prepared.formed().len();
         self.safe.records = self.result.records.len();
         self.safe.warnings = self.result.warnings.len();
+        self.safe.loops = self.result.loops.len();
         observer.keep(moment, &|| self.snapshot())
     }
 
@@ -176,7 +185,7 @@ impl Run<'_> {
     fn snapshot(&self) -> Snapshot {
         // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
         let Self { prepared, options: _, step, within, state: _, held: _, result, safe } = self;
-        let RunResult { records, outcome: _, skipped: _, warnings, timings, state: _ } = result;
+        let RunResult { records, outcome: _, skipped: _, warnings, timings, loops, state: _ } = result;
         let mut formed = prepared.formed();
         formed.truncate(safe.formed);
         Snapshot {
@@ -188,6 +197,7 @@ impl Run<'_> {
             records: records[..safe.records].to_vec(),
             warnings: warnings[..safe.warnings].to_vec(),
             timings: timings.clone(),
+            loops: loops[..safe.loops].to_vec(),
         }
     }
 
@@ -204,12 +214,14 @@ impl Run<'_> {
         for cells in &snapshot.formed {
             self.prepared.form(cells)?;
         }
-        let Snapshot { step, within, state, held, formed, records, warnings, timings } = snapshot;
+        let Snapshot { step, within, state, held, formed, records, warnings, timings, loops } = snapshot;
         self.safe.formed = formed.len();
-        (self.safe.records, self.safe.warnings) = (records.len(), warnings.len());
+        (self.safe.records, self.safe.warnings, self.safe.loops) =
+            (records.len(), warnings.len(), loops.len());
         (self.safe.state, self.safe.held) = (state.clone(), held);
         (self.step, self.within, self.state, self.held) = (step, within, state, held);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
+        self.result.loops = loops;
         Ok(())
     }
 }

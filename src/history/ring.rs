@@ -11,6 +11,7 @@ use crate::error::Result;
 
 use super::control::Loads;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
+use super::loops::Place;
 use super::step::{Closed, Drive, Observer, Outcome, Step, Tangential};
 use super::{Run, state};
 
@@ -55,6 +56,11 @@ impl Course {
         let about = if closed.drive == Drive::Shift { center } else { force };
         let ends = closed.offsets().iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
         Self { drive: closed.drive, ends, center, force }
+    }
+
+    /// The same path through the ends of another number of increments.
+    pub fn resolved(&self, closed: &Closed) -> Self {
+        Self::new(closed, self.center, self.force)
     }
 
     /// Number of ends.
@@ -269,7 +275,7 @@ impl Run<'_> {
     }
 
     /// How strokes are solved that only say where cells stick.
-    fn stroke_options(&self) -> SolverOptions {
+    pub(super) fn stroke_options(&self) -> SolverOptions {
         SolverOptions { tolerance: self.options.tolerance.max(TOLERANCE), ..self.options }
     }
 
@@ -287,7 +293,6 @@ impl Run<'_> {
         (observer, stage): (&mut dyn Observer, &Stage),
     ) -> Result<SolveReport> {
         let (n, half) = (self.prepared.n(), course.half());
-        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
         let options = self.stroke_options();
         // Looked at here, the operator would be looked at again and again.
         let stage = &Stage { name: stage.name, from: stage.from, to: stage.from };
@@ -297,13 +302,13 @@ impl Run<'_> {
         let mut before: Vec<[f64; 2]> = Vec::new();
         for _ in 0..MOST_CYCLES {
             for end in (half + 1..course.len() + 1).map(|end| end % course.len()).chain(1..half + 1) {
-                let spec = self.end(step, &course.loads(end, loads), SlipReference::Previous(reference))?;
-                let mut problem = problem(&self.prepared, &options, worn, laws, vec![spec]);
                 let mut it = Iterate::new(n, vec![ring.it.rigid[end]]);
                 it.floating = vec![ring.it.floating[end]];
                 it.hatted.copy_from_slice(&ring.it.hatted[end * 3 * n..(end + 1) * 3 * n]);
-                let (report, _) =
-                    solve_and_check((&self.prepared, &mut problem), &mut it, &options, observer, stage)?;
+                let place = Place { reference, it };
+                let way = (course, end, loads);
+                let (place, report, _) =
+                    self.stroke_at(step, way, (worn, &options), place, (&mut *observer, stage))?;
                 ring.spend(&SolveReport { iterations: 0, applications: 0, ..report.clone() });
                 let (iterations, applications) =
                     (sum.iterations + report.iterations, sum.applications + report.applications);
@@ -316,8 +321,8 @@ impl Run<'_> {
                 if end == 1 {
                     ring.stuck.fill(true);
                 }
-                ring.take(&it, end, CREEP * ring.amplitude());
-                reference = it.gap[..2 * n].to_vec();
+                ring.take(&place.it, end, CREEP * ring.amplitude());
+                reference = place.reference;
             }
             let found = self.found(ring, course);
             if settled(&found, &before) {

@@ -6,7 +6,7 @@ use super::control::Held;
 use super::cycling::Cycling;
 use super::increments::Ramp;
 use super::state::State;
-use super::step::IncrementRecord;
+use super::step::{FrettingLoop, IncrementRecord};
 
 /// Everything that the rest of a run follows from, between two entries.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -21,6 +21,7 @@ pub struct Snapshot {
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
     pub(super) timings: Vec<(String, f64)>,
+    pub(super) loops: Vec<FrettingLoop>,
 }
 
 /// How far a step has come.

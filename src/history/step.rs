@@ -324,6 +324,20 @@ pub struct IncrementRecord {
     pub rolling: Option<RollingRecord>,
 }
 
+/// A fretting cycle resolved into many increments, without wear.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrettingLoop {
+    /// Name of its step.
+    pub name: String,
+    /// Fretting cycles since the start of the run.
+    pub cycles_done: u64,
+    /// What friction dissipates in it, N mm.
+    pub dissipation: f64,
+    /// After each increment from the - end: displacement of body 2 along x, y from the centre of the cycle, tangential force on
+    /// body 1 along x, y, normal force; mm and N.
+    pub points: Vec<[f64; 5]>,
+}
+
 /// How a jump went.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct JumpRecord {
@@ -402,6 +416,11 @@ pub trait Observer {
 
     /// Asked between iterations: whether to stop (a signal was caught).
     fn interrupted(&self) -> bool {
+        false
+    }
+
+    /// Whether fretting cycles are resolved into loops of force over shift.
+    fn wants_loops(&self) -> bool {
         false
     }
 

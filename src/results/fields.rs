@@ -15,8 +15,10 @@ use crate::results::body_peaks::BodyRecord;
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};
 use crate::results::output::{OutputDir, write_failure};
 use crate::results::pictures::Pictures;
+use crate::results::plot::loops::{Loop, loops_svg};
 use crate::results::summary::Summary;
 use crate::results::surface::Surface;
+use crate::results::table::loops_csv;
 use crate::results::volume::volume_grid;
 use crate::results::vtu::{UnstructuredGrid, collection};
 
@@ -34,6 +36,8 @@ pub enum FieldKind {
     Error,
     /// Maps, profiles and the course of the resultants, as pictures.
     Svg,
+    /// Fretting loops: cycles at the start and the end of their steps, resolved into force over shift.
+    Loops,
 }
 
 impl FieldKind {
@@ -111,6 +115,11 @@ impl<'a> FieldWriter<'a> {
 
     fn mesh(&self) -> &FrameMesh {
         self.mesh.get_or_init(|| FrameMesh::new(self.frame))
+    }
+
+    /// Whether fretting loops are asked for.
+    pub fn wants_loops(&self) -> bool {
+        self.wanted.contains(&FieldKind::Loops)
     }
 
     /// Whether it writes anything.
@@ -195,6 +204,11 @@ impl<'a> FieldWriter<'a> {
         summary.bodies = peaks;
         for (series, files) in collections {
             write_text(output, &format!("{series}.pvd"), &collection(&files))?;
+        }
+        if !summary.loops.is_empty() {
+            let loops: Vec<Loop> = summary.loops.iter().map(Loop::of).collect();
+            write_text(output, "loops.svg", &loops_svg(&loops, &summary.units))?;
+            write_text(output, "loops.csv", &loops_csv(&summary.loops)?)?;
         }
         pictures.write((self.frame, &self.surface), output, summary)
     }

@@ -178,6 +178,10 @@ impl Observer for Recorder<'_> {
         }
     }
 
+    fn wants_loops(&self) -> bool {
+        self.fields.as_ref().is_some_and(FieldWriter::wants_loops)
+    }
+
     fn wants_tangential_gap(&self) -> bool {
         self.fields.as_ref().is_some_and(FieldWriter::writes)
     }

@@ -6,7 +6,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
 use crate::error::{Error, Kind, Result};
-use crate::history::step::{IncrementRecord, Outcome, Skipped};
+use crate::history::step::{FrettingLoop, IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::condensation::CondensationRecord;
 
@@ -115,6 +115,9 @@ pub struct Summary {
     pub bodies: Vec<BodyRecord>,
     /// Work that the scene did not need.
     pub skipped: Vec<Skipped>,
+    /// Fretting cycles resolved into loops, where they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<FrettingLoop>,
     /// How the meshed bodies were condensed to their contact nodes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub condensation: Vec<CondensationRecord>,
@@ -143,6 +146,7 @@ impl Summary {
             steps: Vec::new(),
             bodies: Vec::new(),
             skipped: Vec::new(),
+            loops: Vec::new(),
             condensation: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::error::{Error, Result};
-use crate::history::step::IncrementRecord;
+use crate::history::step::{FrettingLoop, IncrementRecord};
 
 /// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
 pub const COLUMNS: [&str; 46] = [
@@ -65,6 +65,29 @@ pub fn history_csv(records: &[IncrementRecord]) -> Result<String> {
         write_row(&mut text, record).map_err(|error| {
             error.context(format!("history.csv, row {}, step \"{}\"", row + 1, record.name))
         })?;
+    }
+    Ok(text)
+}
+
+/// Fretting loops as text: a row per increment.
+///
+/// # Errors
+/// Numerical, if a number is not finite.
+pub fn loops_csv(loops: &[FrettingLoop]) -> Result<String> {
+    let mut text =
+        "name,cycles_done,shift_x,shift_y,tangential_force_x,tangential_force_y,normal_force\n".to_owned();
+    for cycle in loops {
+        for point in &cycle.points {
+            if point.iter().any(|value| !value.is_finite()) {
+                return Err(Error::numerical(format!(
+                    "loops.csv, step \"{}\": {point:?} are not finite",
+                    cycle.name
+                )));
+            }
+            let numbers: Vec<String> = point.iter().map(|value| format!("{value:?}")).collect();
+            writeln!(text, "{},{},{}", quoted(&cycle.name), cycle.cycles_done, numbers.join(","))
+                .expect("writing to a string does not fail");
+        }
     }
     Ok(text)
 }

@@ -2,6 +2,7 @@
 
 use super::axis::Scale;
 use super::chart::{Chart, Series};
+use crate::history::step::FrettingLoop;
 use crate::results::summary::Units;
 
 /// One cycle of a fretting contact.
@@ -17,6 +18,20 @@ pub struct Loop {
 }
 
 impl Loop {
+    /// A cycle of a run, along the direction that its ends are farthest apart in.
+    pub fn of(cycle: &FrettingLoop) -> Self {
+        let far = |a: &&[f64; 5], b: &&[f64; 5]| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]));
+        let end = cycle.points.iter().max_by(far).copied().unwrap_or_default();
+        let length = end[0].hypot(end[1]);
+        let [x, y] = if length > 0.0 { [end[0] / length, end[1] / length] } else { [1.0, 0.0] };
+        let along = |point: &[f64; 5]| [point[0] * x + point[1] * y, point[2] * x + point[3] * y];
+        Self {
+            label: format!("{}, after {} cycles", cycle.name, cycle.cycles_done),
+            points: cycle.points.iter().map(along).collect(),
+            energy: cycle.dissipation,
+        }
+    }
+
     /// Area that the points enclose, positive where the force follows the shift as friction does: that of body 1
     /// has the sign of the motion of body 2.
     pub fn area(&self) -> f64 {

@@ -1,8 +1,12 @@
 //! Closed paths: under forces, round ellipses.
 
+use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Drive, Integrator, Jumps, Outcome, Step};
+use orthowear::history::step::{
+    Drive, FrameState, IncrementRecord, Integrator, Jumps, Observer, Outcome, Step,
+};
 use orthowear::material::Stiffness;
+use orthowear::results::plot::loops::Loop;
 use orthowear::wear::WearLaw;
 
 use crate::common::{fretting, half_spaces, path_of, press, relative, solve, sphere};
@@ -46,6 +50,54 @@ fn ellipses_may_begin_anywhere() {
     };
     let [one, other] = [volume([0.01, 0.004], 0.0), volume([0.004, 0.01], std::f64::consts::FRAC_PI_2)];
     assert!(relative(one, other) < 1e-3, "{one} {other}");
+}
+
+/// Wants loops, keeps nothing.
+struct Loops;
+
+impl Observer for Loops {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> orthowear::error::Result<()> {
+        Ok(())
+    }
+
+    fn wants_loops(&self) -> bool {
+        true
+    }
+}
+
+/// Truth: Mindlin, Deresiewicz 1953: energy of a cycle of equal spheres under ±Q, K the shift under Q = μP but for the factor 1 - (1-x)^(2/3):
+/// (24/5) K μP {1 - (1-x)^(5/3) - (5x/6) [1 + (1-x)^(2/3)]}, x = Q/(μP); the loop is closed and symmetric, and its area is that energy.
+#[test]
+fn loops_dissipate_what_they_enclose() {
+    let (radius, a, e_star, nu, mu, x) = (100.0, 1.0, 1e5, 0.0, 0.5, 0.6_f64);
+    let force = 4.0 * e_star * a * a * a / (3.0 * radius);
+    let young = 2.0 * e_star * (1.0 - nu * nu);
+    let material = Stiffness::isotropic(young, nu).expect("an admissible material");
+    let mut model = half_spaces(&material, Some(&material), (1.2, 64), sphere(radius));
+    model.friction = FrictionLaw::Coulomb { mu };
+    let mut cycles = fretting(10, x * mu * force, 1, Integrator::BackwardEuler);
+    path_of(&mut cycles).drive = Drive::Force;
+    let run = orthowear::history::run(&model, &[press(force), cycles], &SolverOptions::default(), &mut Loops);
+    let run = run.expect("a run without errors");
+    assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
+    assert_eq!(run.loops.len(), 2);
+    let shear = young / (2.0 * (1.0 + nu));
+    let k = 3.0 * (2.0 - nu) * mu * force / (8.0 * shear * a);
+    let y = 1.0 - x;
+    let wanted = 4.8 * k * mu * force * (1.0 - y.powf(5.0 / 3.0) - 5.0 * x / 6.0 * (1.0 + y.powf(2.0 / 3.0)));
+    for found in &run.loops {
+        assert!(relative(found.dissipation, wanted) < 3e-2, "{} {wanted}", found.dissipation);
+        let cycle = Loop::of(found);
+        assert!(relative(cycle.area().abs(), wanted) < 3e-2, "{} {wanted}", cycle.area());
+        let half = found.points.len() / 2;
+        for (there, back) in found.points.iter().zip(&found.points[half..]) {
+            assert!((there[0] + back[0]).abs() < 1e-4 * k && (there[2] + back[2]).abs() < 1e-6 * force);
+        }
+        let amplitude = found.points.iter().map(|point| point[0]).fold(0.0, f64::max);
+        assert!(relative(amplitude, k * (1.0 - y.powf(2.0 / 3.0))) < 1e-2, "{amplitude}");
+    }
 }
 
 /// Truth: `fretting-limit-profile`: under a constant amplitude of the tangential force the stick zone stays as it is, and the rest wears to zero
