@@ -249,7 +249,7 @@ impl Run<'_> {
         } else {
             self.state.dissipation += checks.dissipation;
             if step.wear {
-                self.state.worn_energy += checks.dissipation;
+                self.state.wear_by(checks.dissipation, step.friction);
             }
         }
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
@@ -322,7 +322,8 @@ impl Run<'_> {
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
         record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
-        record.worn_volume_by_energy = self.prepared.volume_per_energy.map(|k| k * self.state.worn_energy);
+        record.worn_volume_by_energy =
+            self.prepared.volume_per_energy.zip(self.state.worn_energy).map(|(k, energy)| k * energy);
         record.wear_depth_error = mean_square(&self.state.depth_errors, areas, |i| self.state.worn[i] > 0.0);
         record.worn_volume_error = self.state.volume_error;
         record.cycles_done = self.state.cycles_done;

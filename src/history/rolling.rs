@@ -90,7 +90,7 @@ impl Run<'_> {
         self.state.rolled_off += worn * passages;
         self.state.dissipation += dissipation * passages;
         if step.wear {
-            self.state.worn_energy += dissipation * passages;
+            self.state.wear_by(dissipation * passages, step.friction);
         }
         let share = number as f64 / count;
         Ok(RollingRecord {

@@ -32,8 +32,8 @@ pub(super) struct State {
     pub cycles_done: u64,
     /// Cumulative distance of steady sliding, mm.
     pub distance_slid: f64,
-    /// Friction dissipation of what wore, N mm.
-    pub worn_energy: f64,
+    /// Friction dissipation of what wore, N mm; `None` once something wore without friction.
+    pub worn_energy: Option<f64>,
     /// Estimated error of the worn depth, sum of the magnitudes of all jumps, `[N]`, mm.
     pub depth_errors: Vec<f64>,
     /// Estimated error of the worn volume, sum of the magnitudes of all jumps, mm3.
@@ -55,10 +55,15 @@ impl State {
             rolled_off: 0.0,
             cycles_done: 0,
             distance_slid: 0.0,
-            worn_energy: 0.0,
+            worn_energy: Some(0.0),
             depth_errors: vec![0.0; n],
             volume_error: 0.0,
         }
+    }
+
+    /// Adds what was dissipated while a body wore, with friction or without.
+    pub fn wear_by(&mut self, dissipation: f64, friction: bool) {
+        self.worn_energy = self.worn_energy.filter(|_| friction).map(|energy| energy + dissipation);
     }
 
     /// Takes tractions, gap and rigid motion of one end of a solved increment.

@@ -6,7 +6,7 @@ mod sliding;
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Integrator, Outcome, Step};
+use orthowear::history::step::{Integrator, Jumps, Outcome, Step};
 use orthowear::wear::WearLaw;
 
 use crate::common::{
@@ -170,6 +170,29 @@ fn an_unconverged_stage_is_loud() {
             assert!(!cut.records.last().expect("records").converged);
         }
     }
+}
+
+/// Truth: at a fixed approach no more than the overlap can wear, however many cycles there are; the worn volume by energy is missing where part of it wore without friction.
+#[test]
+fn nothing_is_left_to_wear() {
+    let mut model = sphere_on_frp(0.0, 1.6, 16);
+    model.wear = frp_wear(0.0);
+    let mut cycles = fretting(1_000_000_000, 0.08, 1, Integrator::Sdirk2);
+    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(1e-2);
+    let smooth = Step { friction: false, name: "smooth".into(), ..fretting(10, 0.08, 1, Integrator::Sdirk2) };
+    let result = solve(&model, &[indent(0.02), cycles]);
+    assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
+    let worn = result.records.iter().rfind(|record| record.name == "fretting").expect("an entry");
+    assert_eq!(worn.cycles_done, 1_000_000_000);
+    let areas = &model.frame.areas;
+    let overlap = |i: usize| (0.02 - model.initial_gap[2 * 256 + i]).max(0.0) * areas[i];
+    let all: f64 = (0..256).map(overlap).sum();
+    assert!(relative(worn.worn_volume, all) < 1e-4, "{} {all}", worn.worn_volume);
+    assert!(result.warnings.iter().any(|note| note.contains("nothing is left")), "{:?}", result.warnings);
+    assert!(worn.worn_volume_by_energy.is_some());
+    let result = solve(&model, &[indent(0.02), smooth]);
+    assert_eq!(result.outcome, Outcome::Converged);
+    assert_eq!(result.records.last().expect("records").worn_volume_by_energy, None);
 }
 
 /// Truth: no jump, however long, wears more than the rigid overlap (pi R approach^2) or deeper than
