@@ -113,11 +113,12 @@ impl Run<'_> {
                 return Ok(());
             }
             let before = Tried::of(&cycling);
-            self.next_jump(step, cycles, &mut cycling, observer)?;
-            if self.result.outcome != Outcome::Converged {
+            let jumped = self.next_jump(step, cycles, &mut cycling, observer);
+            // A body may hear of an interrupt itself: the run is taken up from before the jump.
+            if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 before.put(&mut cycling);
                 self.within = Within::Cycles(cycling);
-                return Ok(());
+                return jumped;
             }
             self.within = Within::Cycles(cycling);
             self.keep(Moment::Entry, observer)?;
@@ -299,6 +300,9 @@ impl Run<'_> {
             "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length}",
             step.name
         ));
+        // A run that is taken up here has not evaluated its ends yet.
+        let worn = self.state.worn.clone();
+        self.ends_problem(step, cycling, &worn, cycling.reported_end()).evaluate(&mut cycling.ring.it);
         let jump = Jump::new(self.prepared.n());
         self.record_jump(step, cycles, (cycling, &jump), (length, 0, clock), observer)
     }
@@ -385,17 +389,7 @@ impl Run<'_> {
         };
         let it = &cycling.ring.it;
         let worn = self.state.worn.clone();
-        let end = End {
-            normal: NormalControl::Approach,
-            tangential: TangentialControl::Shift,
-            balance: None,
-            lifted: None,
-            reference: match &cycling.way {
-                Way::Round(_) => cycling.ring.reference(),
-                Way::Along(slip) => SlipReference::Given(slip.clone()),
-            },
-        };
-        let problem = self.ends_problem(step, cycling, &worn, end);
+        let problem = self.ends_problem(step, cycling, &worn, cycling.reported_end());
         let ends = [0, half].map(|end| state::resultants(&self.prepared, &problem, it, end));
         let mean = |value: fn(&StrokeEnd) -> f64| 0.5 * (value(&ends[0]) + value(&ends[1]));
         let approach = 0.5 * [0, half].map(|end| self.prepared.approach(it, end)).iter().sum::<f64>();
@@ -488,6 +482,20 @@ impl Tried {
 }
 
 impl Cycling {
+    /// An end as it is reported: nothing is prescribed any more, and slip is what it was solved with.
+    fn reported_end(&self) -> End {
+        End {
+            normal: NormalControl::Approach,
+            tangential: TangentialControl::Shift,
+            balance: None,
+            lifted: None,
+            reference: match &self.way {
+                Way::Round(_) => self.ring.reference(),
+                Way::Along(slip) => SlipReference::Given(slip.clone()),
+            },
+        }
+    }
+
     /// Largest pressure at any end.
     fn peak_pressure(&self) -> f64 {
         let n = self.rate.len();
