@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::compute::{Job, compute};
 use super::progress::{Progress, seconds};
-use super::run::{Job, compute, reason, report, show_failure, units};
+use super::run::{reason, report, show_failure, units};
 use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::Result;

@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+mod compute;
 mod progress;
 mod refine;
 mod render;

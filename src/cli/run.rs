@@ -1,28 +1,19 @@
 //! `orthowear run`.
 
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::compute::{Job, Nobody, compute};
 use super::progress::{Progress, seconds};
 use super::resume::{self, Checkpoints, Start};
 use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout};
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::frame::ContactFrame;
-use crate::history::Snapshot;
-use crate::history::step::{FrameState, IncrementRecord, Moment, Observer, Outcome};
-use crate::linalg::course::Course;
 use crate::results::checkpoint;
-use crate::results::fields::FieldWriter;
-use crate::results::keeper::{Keeper, Kept};
 use crate::results::output::{OutputDir, SUMMARY};
-use crate::results::recorder::Recorder;
 use crate::results::summary::{Status, Summary, Units};
 use crate::scene::{self, Mistakes, Plan};
-use crate::study::{self, Failure};
+use crate::study::Failure;
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {
@@ -137,157 +128,6 @@ fn refuse_scene(mistakes: &Mistakes, arguments: &RunArgs, directory: &Path) -> u
     code
 }
 
-/// How a plan is run.
-pub(super) struct Job<'a> {
-    /// The frame, if it was made for another plan.
-    pub frame: Option<&'a ContactFrame>,
-    /// Shows stage, fraction done, residual.
-    pub show: &'a mut dyn FnMut(&str, f64, Option<f64>),
-    /// Hears of each increment.
-    pub watch: &'a mut dyn Observer,
-    /// Whether to stop.
-    pub stop: &'a AtomicBool,
-    /// Its checkpoints; `None` if it has none.
-    pub checkpoints: Option<Checkpoints>,
-}
-
-/// Hears nothing.
-pub(super) struct Nobody;
-
-impl Observer for Nobody {
-    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
-
-    fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
-        Ok(())
-    }
-
-    fn wants_tangential_gap(&self) -> bool {
-        false
-    }
-}
-
-/// The recorder of a run, and somebody who watches besides.
-struct Watched<'a, 'r> {
-    recorder: &'a mut Recorder<'r>,
-    watch: &'a mut dyn Observer,
-}
-
-impl Observer for Watched<'_, '_> {
-    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
-        self.recorder.progress(stage, fraction, residual);
-    }
-
-    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        self.recorder.increment_done(record, state)?;
-        self.watch.increment_done(record, state)
-    }
-
-    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        self.recorder.keep(moment, snapshot)
-    }
-
-    fn interrupted(&self) -> bool {
-        self.recorder.interrupted()
-    }
-
-    fn wants_loops(&self) -> bool {
-        self.recorder.wants_loops()
-    }
-
-    fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap()
-    }
-}
-
-/// Runs the plan into `output` and completes `summary`; the exit code, or the failure that ended it, which is in the
-/// summary too.
-pub(super) fn compute(
-    plan: &Plan,
-    output: OutputDir,
-    summary: &mut Summary,
-    job: Job<'_>,
-) -> std::result::Result<u8, Failure> {
-    let Job { frame, show, watch, stop, mut checkpoints } = job;
-    let from = checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
-    let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
-    let early = |output| Recorder::into_directory(output).with_records(records.clone());
-    let prepared = catch_unwind(AssertUnwindSafe(|| {
-        study::prepare_on(plan, frame, &mut |stage, done| show(stage, done, None), stop)
-    }));
-    let prepared =
-        prepared.unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: String::new() }));
-    let study = match prepared {
-        Ok(Some(study)) => study,
-        Ok(None) => {
-            summary.conclude(&Ok(Outcome::Interrupted));
-            return Ok(finish(early(output), summary, exit::INTERRUPTED));
-        }
-        Err(failure) => {
-            summary.fail(&failure.error);
-            let code = failure.error.exit_code();
-            if code == exit::INTERRUPTED {
-                return Ok(finish(early(output), summary, code));
-            }
-            return match finish(early(output), summary, code) {
-                written if written == code => Err(failure),
-                other => Ok(other),
-            };
-        }
-    };
-    summary.warnings.extend(study.notes.iter().cloned());
-    summary.skipped.extend(study.skipped.iter().cloned());
-    summary.condensation.clone_from(&study.condensation);
-    study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-    let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields)
-        .on_surface(study.surface());
-    let keeper = checkpoints.map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
-    let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
-    let (fields, snapshot, course) = match from.map(|from| from.kept) {
-        Some(Kept { snapshot, course, written, .. }) => (fields.after(written), Some(snapshot), course),
-        None => (fields, None, Course::default()),
-    };
-    let recorder = Recorder::into_directory(output).with_records(records).with_fields(fields);
-    let recorder = recorder.with_progress(show).with_stop(stop);
-    let mut recorder = match keeper {
-        Some(keeper) => recorder.with_checkpoints(keeper, study.model().flexibility.as_ref()),
-        None => recorder,
-    };
-    let mut watched = Watched { recorder: &mut recorder, watch };
-    let from = snapshot.map(|snapshot| (snapshot, &course));
-    let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
-    let result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
-    let outcome = result.map(|result| {
-        summary.skipped.extend(result.skipped);
-        summary.warnings.extend(result.warnings);
-        summary.loops = result.loops;
-        result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
-        result.outcome
-    });
-    summary.conclude(&outcome);
-    let code = finish(recorder, summary, exit_code(&outcome));
-    match outcome {
-        Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
-        _ => Ok(code),
-    }
-}
-
-/// Writes what there is; the exit code, that of a failure to write before any other.
-fn finish(recorder: Recorder<'_>, summary: &mut Summary, code: u8) -> u8 {
-    match recorder.finish(summary) {
-        Ok(()) => code,
-        Err(error) => report(&error),
-    }
-}
-
-fn exit_code(outcome: &Result<Outcome>) -> u8 {
-    match outcome {
-        Ok(Outcome::Converged) => exit::DONE,
-        Ok(Outcome::NotConverged(_)) => exit::NOT_CONVERGED,
-        Ok(Outcome::Interrupted) => exit::INTERRUPTED,
-        Err(error) => error.exit_code(),
-    }
-}
-
 /// Prints a failure, with the place in the scene it concerns; the exit code.
 pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
     let code = if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
@@ -300,13 +140,6 @@ pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
         to_stderr(&format!("note: {hint}\n"));
     }
     code
-}
-
-/// The error that a panic is; its message was printed when it happened.
-fn internal(panic: &(dyn Any + Send)) -> Error {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-    Error::numerical(format!("internal error, please report it with the scene: {text}"))
 }
 
 /// What is printed at the end: the table, how the run ended, and where the results are.
@@ -343,7 +176,10 @@ pub(super) fn reason(word: Option<&str>) -> String {
             "friction cannot carry the tangential load (gross-sliding): lower it, or prescribe `shift` or `twist`"
         }
         Some("contact-lost") => "the bodies came apart (contact-lost): check approach, forces and moments",
-        Some("frame-edge") => "contact reached the edge of the frame (frame-edge): enlarge frame.half_width",
+        Some("frame-edge") => {
+            "wear brings the contact to the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells, or \
+             see the warnings for what keeps the frame from growing"
+        },
         Some("stick-zone") => {
             "the cells that stick through a fretting cycle did not settle (stick-zone): more jumps, another amplitude or more \
              cells may help, more iterations do not"

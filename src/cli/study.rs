@@ -8,8 +8,9 @@ use std::time::Instant;
 use clap::Args;
 
 use super::compare::worse;
+use super::compute::{Job, Nobody, compute};
 use super::progress::{Progress, seconds};
-use super::run::{Job, Nobody, compute, reason, report, units};
+use super::run::{reason, report, units};
 use super::table::{align, short};
 use super::{STACK, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};

@@ -18,14 +18,32 @@ impl ContactFrame {
     pub fn grid(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<Self> {
         check(half_width, cells, center, azimuth)?;
         let spacing = [2.0 * half_width[0] / cells[0] as f64, 2.0 * half_width[1] / cells[1] as f64];
-        let grid = Grid { cells, spacing, center, azimuth, periodic: [false; 2] };
+        Ok(Self::of_grid(Grid { cells, spacing, center, azimuth, periodic: [false; 2] }))
+    }
+
+    /// The grid with `more` cells on each side along its x and y; the cells so far stay where they are, bit by bit. `None` if the
+    /// frame is a mesh, has an outline or repeats itself.
+    ///
+    /// # Errors
+    /// If the cells do not fit into the memory.
+    pub fn wider(&self, more: [usize; 2]) -> Result<Option<Self>> {
+        let Some(grid) = self.whole_grid().filter(|grid| grid.periodic == [false; 2]) else {
+            return Ok(None);
+        };
+        let cells = [0, 1].map(|axis| grid.cells[axis].saturating_add(more[axis].saturating_mul(2)));
+        check_cells(cells)?;
+        Ok(Some(Self::of_grid(Grid { cells, ..grid })))
+    }
+
+    fn of_grid(grid: Grid) -> Self {
+        let Grid { cells, spacing, center, azimuth, .. } = grid;
         let triad = Triad::horizontal(azimuth);
         let n = cells[0] * cells[1];
         let mut centers = Vec::with_capacity(n);
         for ix in 0..cells[0] {
             centers.extend((0..cells[1]).map(|iy| grid.point(&triad, [ix as f64 + 0.5, iy as f64 + 0.5])));
         }
-        Ok(Self {
+        Self {
             centers,
             polygons: None,
             areas: vec![spacing[0] * spacing[1]; n],
@@ -37,11 +55,23 @@ impl ContactFrame {
             places: None,
             left_out: 0,
             candidates: None,
-        })
+        }
     }
 }
 
 impl Grid {
+    /// Half of the sides along x and y, mm.
+    pub fn half_width(&self) -> [f64; 2] {
+        [0, 1].map(|axis| 0.5 * self.cells[axis] as f64 * self.spacing[axis])
+    }
+
+    /// Numbers that the cells have in a grid with more of them on each side, `[N]`.
+    pub fn places_in(&self, wider: &Self) -> Vec<usize> {
+        let more = [0, 1].map(|axis| (wider.cells[axis] - self.cells[axis]) / 2);
+        let place = |ix: usize, iy: usize| (ix + more[0]) * wider.cells[1] + iy + more[1];
+        (0..self.cells[0]).flat_map(|ix| (0..self.cells[1]).map(move |iy| place(ix, iy))).collect()
+    }
+
     /// Frame coordinate along `axis` (0, 1) of a grid line or, at half steps, of cell centres; exactly
     /// antisymmetric about the middle.
     fn coordinate(&self, axis: usize, line: f64) -> f64 {
@@ -73,6 +103,17 @@ impl Grid {
     }
 }
 
+/// A field in the cells of a larger frame of `n` cells, plane by plane: what it has in the cells so far, whose numbers there are
+/// `places`, and `fill` in the others.
+pub fn spread<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
+    let planes = field.len() / places.len().max(1);
+    let mut out: Vec<T> = (0..planes * n).map(fill).collect();
+    for (plane, values) in field.chunks_exact(places.len().max(1)).enumerate() {
+        places.iter().zip(values).for_each(|(&place, value)| out[plane * n + place] = *value);
+    }
+    out
+}
+
 fn check(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64) -> Result<()> {
     if !half_width.iter().all(|w| w.is_finite() && *w > 0.0) {
         return Err(Error::input(format!(
@@ -89,6 +130,10 @@ fn check(half_width: [f64; 2], cells: [usize; 2], center: [f64; 2], azimuth: f64
             "the frame's center {center:?} and azimuth {azimuth} must be finite numbers"
         )));
     }
+    check_cells(cells)
+}
+
+fn check_cells(cells: [usize; 2]) -> Result<()> {
     let n: u128 = cells.iter().map(|&n| n as u128).product();
     let what = format!("a frame of {} x {} cells", cells[0], cells[1]);
     memory::ensure(n.saturating_mul(CELL_BYTES), &what, "use fewer cells (frame.cells)")
@@ -130,6 +175,31 @@ mod tests {
         let count = |periodic| frame(periodic).rim().iter().filter(|is| **is).count();
         assert_eq!([count([true, false]), count([false, true]), count([true, true])], [10, 8, 0]);
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
+    }
+
+    /// Truth: the definition: cells of the same bits in other places, the middle stays; the numbers of the outer rows by hand.
+    #[test]
+    fn wider_grids_keep_their_cells() {
+        for (cells, half) in [([5, 4], [1.3, 0.7]), ([6, 3], [0.1, 1.0 / 3.0])] {
+            let frame = ContactFrame::grid(half, cells, [0.3, -7.1], 0.4).unwrap();
+            let wide = frame.wider([2, 3]).unwrap().unwrap();
+            let (grid, wider) = (frame.grid.unwrap(), wide.grid.unwrap());
+            assert_eq!(wider.cells, [cells[0] + 4, cells[1] + 6]);
+            let places = grid.places_in(&wider);
+            assert_eq!((places[0], places.len()), (2 * (cells[1] + 6) + 3, frame.n_cells()));
+            for (cell, &place) in places.iter().enumerate() {
+                let coordinates =
+                    |frame: &ContactFrame, cell: usize| frame.plane_coordinates(cell).map(f64::to_bits);
+                assert_eq!(coordinates(&frame, cell), coordinates(&wide, place));
+                assert_eq!(frame.centers[cell], wide.centers[place]);
+                assert_eq!((frame.areas[cell], frame.origin), (wide.areas[place], wide.origin));
+            }
+            let width = wider.half_width()[0] / (half[0] * wider.cells[0] as f64 / cells[0] as f64);
+            assert!((width - 1.0).abs() < 1e-15);
+        }
+        let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();
+        assert!(frame.wider([usize::MAX, 1]).is_err());
+        assert!(frame.repeated([true, false]).wider([1, 1]).unwrap().is_none());
     }
 
     /// Truth: the documented refusals.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::solver::Stop;
-use crate::contact::{End, NormalControl, SlipReference, TangentialControl, Unknowns};
+use crate::contact::{End, NormalControl, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
 
 use super::control::{Held, Loads, Path};
@@ -19,7 +19,8 @@ use super::step::{
     CycleMotion, Cycles, Integrator, JumpRecord, Jumps, Moment, Normal, Observer, Outcome, Spin, Step,
     StrokeEnd,
 };
-use super::{Run, state};
+use super::tried::Tried;
+use super::{FRAME_EDGE, Run, state};
 
 /// Worn depth over the approach that the first controlled jump aims at.
 const FIRST: f64 = 0.05;
@@ -112,12 +113,16 @@ impl Run<'_> {
                 }
                 return Ok(());
             }
-            let before = Tried::of(&cycling);
+            let (before, control, spent) = (Tried::of(&cycling), cycling.control, cycling.ring.spent);
             let jumped = self.next_jump(step, cycles, &mut cycling, observer);
-            // A body may hear of an interrupt itself: the run is taken up from before the jump.
+            // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
-                before.put(&mut cycling);
-                self.within = Within::Cycles(cycling);
+                // Before its first entry the step begins anew, from the state before it.
+                if cycling.entries > 0 {
+                    before.put(&mut cycling);
+                    (cycling.control, cycling.ring.spent) = (control, spent);
+                    self.within = Within::Cycles(cycling);
+                }
                 return jumped;
             }
             self.within = Within::Cycles(cycling);
@@ -276,6 +281,10 @@ impl Run<'_> {
                 let ratio = self.error_ratio((cycles, tolerance, length), &jump);
                 cycling.control.accept(length, ratio);
             }
+            if jump.converged() && jump.at_rim && !cycling.touched {
+                self.outgrow(step, cycling, &jump, length);
+                return Ok(());
+            }
             return self.record_jump(step, cycles, (cycling, &jump), (length, tries, clock), observer);
         }
     }
@@ -354,6 +363,21 @@ impl Run<'_> {
         [radius(sum(&|i| touching[i])), radius(sum(&|i| touching[i] && cycling.ring.stuck[i]))]
     }
 
+    /// Ends the run before a jump that brings the contact to the rim of the frame, beyond which it would be cut off.
+    fn outgrow(&mut self, step: &Step, cycling: &Cycling, jump: &Jump, length: f64) {
+        self.lost = [jump.solves, jump.report.iterations, jump.report.applications];
+        self.result.outcome = FRAME_EDGE;
+        let unit = if matches!(cycling.way, Way::Round(_)) { "cycles" } else { "of the sliding distance" };
+        self.result.warnings.push(format!(
+            "step \"{}\" ({}): wear brings the contact to the edge of the frame between {} and {} {unit}; that jump is not taken, for \
+             what lies beyond would be cut off",
+            step.name,
+            cycling.entries + 1,
+            cycling.done,
+            cycling.done + length
+        ));
+    }
+
     /// Takes what a jump did into the state, and hands out its entry.
     fn record_jump(
         &mut self,
@@ -422,9 +446,6 @@ impl Run<'_> {
         });
         self.finish(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.hint_at_spin(step);
-        if record.contact_touches_edge && !cycling.touched && self.result.outcome == Outcome::Converged {
-            self.result.outcome = Outcome::NotConverged("frame-edge");
-        }
         self.deliver(record, fields, observer)
     }
 
@@ -450,34 +471,6 @@ impl Run<'_> {
         self.held = Held { tangential, ..self.held };
         self.stroke_to(step, (loads, rigid), observer)?;
         Ok(())
-    }
-}
-
-/// What a try at a jump changes.
-struct Tried {
-    unknowns: Unknowns,
-    stuck: Vec<bool>,
-    at: Vec<f64>,
-    rate: Vec<f64>,
-    power: f64,
-}
-
-impl Tried {
-    fn of(cycling: &Cycling) -> Self {
-        Self {
-            unknowns: Unknowns::of(&cycling.ring.it),
-            stuck: cycling.ring.stuck.clone(),
-            at: cycling.ring.at.clone(),
-            rate: cycling.rate.clone(),
-            power: cycling.power,
-        }
-    }
-
-    /// Puts it back.
-    fn put(self, cycling: &mut Cycling) {
-        self.unknowns.put(&mut cycling.ring.it);
-        (cycling.ring.stuck, cycling.ring.at) = (self.stuck, self.at);
-        (cycling.rate, cycling.power) = (self.rate, self.power);
     }
 }
 

@@ -9,11 +9,11 @@ use crate::contact::solver::{SolveReport, Stop};
 use crate::contact::{End, Increment, Iterate, SlipReference};
 use crate::error::Result;
 
-use super::Run;
 use super::cycling::{Cycling, Way};
 use super::increments::{Laws, Stage, mean_square, problem, solve_and_check};
 use super::ring::settled;
 use super::step::{Cycles, Integrator, Observer, Step};
+use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -119,6 +119,8 @@ pub(super) struct Jump {
     pub volume_error: f64,
     /// The second stage of SDIRK2 wore past the end of contact.
     pub overshot: bool,
+    /// Contact was at the rim of the frame in some stage.
+    pub at_rim: bool,
 }
 
 impl Jump {
@@ -133,6 +135,7 @@ impl Jump {
             depth_error: 0.0,
             volume_error: 0.0,
             overshot: false,
+            at_rim: false,
         }
     }
 
@@ -189,6 +192,7 @@ impl Run<'_> {
             if !jump.converged() {
                 return Ok(jump);
             }
+            jump.at_rim |= state::touches_edge(&self.prepared, &cycling.ring.it);
             jump.overshot = number > 0 && self.lost_share(&touched, &cycling.ring.it) > MOST_LOST;
             if jump.overshot {
                 return Ok(jump);

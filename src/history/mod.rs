@@ -14,12 +14,14 @@ mod jump_control;
 mod loops;
 mod model;
 mod predictor;
+mod onto;
 mod open;
 mod ring;
 mod rolling;
 mod snapshot;
 mod state;
 pub mod step;
+mod tried;
 
 use std::time::Instant;
 
@@ -40,6 +42,9 @@ use step::{
     FrameState, FrettingLoop, IncrementRecord, Moment, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt,
 };
 
+/// How a run ends before a jump in which wear brings the contact to the edge of the frame.
+pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
+
 /// What a run leaves.
 #[derive(Debug, Clone)]
 pub struct RunResult {
@@ -57,6 +62,8 @@ pub struct RunResult {
     pub loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
+    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`Snapshot::onto`]).
+    pub outgrown: Option<Box<Snapshot>>,
 }
 
 /// A run in progress: the model, the state, and what is collected.
@@ -71,6 +78,8 @@ struct Run<'a> {
     result: RunResult,
     /// What the run would be taken up from at the end of the last entry.
     safe: Safe,
+    /// Solves, iterations and operator applications of a jump that was not taken since contact outgrew the frame in it.
+    lost: [usize; 3],
 }
 
 /// What later increments change of a run, as it was at the end of the last entry.
@@ -125,6 +134,7 @@ pub fn run_from(
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
         loops: Vec::new(),
         state: FrameState::default(),
+        outgrown: None,
     };
     if prepared.ellipse.is_some() {
         result.warnings.extend(path_dependence(&model.friction, steps));
@@ -135,8 +145,8 @@ pub fn run_from(
     let held = Held::at_rest(normal);
     let safe =
         Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
-    let mut run =
-        Run { prepared, options: *options, step: 0, within: Within::Start, state, held, result, safe };
+    let (within, lost) = (Within::Start, [0; 3]);
+    let mut run = Run { prepared, options: *options, step: 0, within, state, held, result, safe, lost };
     if let Some(snapshot) = from {
         run.take_up(snapshot, steps.len())?;
     }
@@ -160,6 +170,13 @@ impl Run<'_> {
                 Some(cycles) => self.cycles(step, cycles, self.step + 1 == steps.len(), observer)?,
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
+            if self.result.outcome == FRAME_EDGE {
+                observer.keep(Moment::Outgrown, &|| self.snapshot())?;
+                let mut snapshot = self.snapshot();
+                snapshot.burden(self.lost);
+                self.result.outgrown = Some(Box::new(snapshot));
+                return Ok(());
+            }
             if self.result.outcome != Outcome::Converged {
                 return observer.keep(Moment::Broken, &|| self.snapshot());
             }
@@ -184,8 +201,9 @@ impl Run<'_> {
     /// What the run can be taken up from.
     fn snapshot(&self) -> Snapshot {
         // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
-        let Self { prepared, options: _, step, within, state: _, held: _, result, safe } = self;
-        let RunResult { records, outcome: _, skipped: _, warnings, timings, loops, state: _ } = result;
+        let Self { prepared, options: _, step, within, state: _, held: _, result, safe, lost: _ } = self;
+        let RunResult { records, outcome: _, skipped: _, warnings, timings, loops, state: _, outgrown: _ } =
+            result;
         let mut formed = prepared.formed();
         formed.truncate(safe.formed);
         Snapshot {

@@ -41,6 +41,18 @@ impl Snapshot {
         &self.records
     }
 
+    /// Adds to what the user should know.
+    pub fn tell(&mut self, note: String) {
+        self.warnings.push(note);
+    }
+
+    /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
+    pub(super) fn burden(&mut self, lost: [usize; 3]) {
+        if let Within::Cycles(cycling) = &mut self.within {
+            cycling.ring.spent.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
+        }
+    }
+
     /// Number of cells of the frame.
     pub fn n_cells(&self) -> usize {
         self.state.worn.len()

@@ -361,7 +361,8 @@ pub struct JumpRecord {
 pub enum Outcome {
     /// All steps converged.
     Converged,
-    /// A step did not; the reason is one of "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone".
+    /// A step did not; the reason is one of "iterations", "gross-sliding", "contact-lost", "frame-edge" (the jump in which contact
+    /// reaches the edge of the frame is not taken), "stick-zone".
     NotConverged(&'static str),
     /// A signal stopped the run.
     Interrupted,
@@ -392,6 +393,8 @@ pub enum Moment {
     StepEnd,
     /// The run ends here, before its time.
     Broken,
+    /// The run ends here: contact reaches the edge of the frame in the jump that would follow.
+    Outgrown,
 }
 
 /// Watches a run: progress, output of fields, checkpoints hang on it.

@@ -81,6 +81,12 @@ impl Written {
             files.retain(|(_, name)| !missing.contains(name));
         }
     }
+
+    /// For a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    pub fn onto(mut self, places: &[usize], n: usize) -> Self {
+        self.pictures.onto(places, n);
+        self
+    }
 }
 
 impl<'a> FieldWriter<'a> {
@@ -105,6 +111,11 @@ impl<'a> FieldWriter<'a> {
     /// What it has written so far.
     pub fn written(&self) -> &Written {
         &self.written
+    }
+
+    /// The same, when it writes no more.
+    pub fn into_written(self) -> Written {
+        self.written
     }
 
     /// Also says which axes and fibres the surface has, and whose surface wears.

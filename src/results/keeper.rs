@@ -21,6 +21,9 @@ pub struct Kept<S> {
     pub course: Course,
     /// What has been written of the entries, and is kept of them for the end.
     pub written: Written,
+    /// How often the frame was enlarged.
+    #[serde(default)]
+    pub growths: usize,
     /// The files that were written.
     pub files: Vec<Gathered>,
 }
@@ -60,18 +63,25 @@ pub struct Keeper {
     /// What it holds.
     last: Progress,
     at: Instant,
+    growths: usize,
 }
 
 impl Keeper {
     /// Of a run that begins at the start.
     pub fn new(origin: Origin, interval: Interval) -> Self {
         let (now, last) = (Instant::now(), Progress { entries: 0, cycles: 0 });
-        Self { origin, interval, number: 0, last, at: now }
+        Self { origin, interval, number: 0, last, at: now, growths: 0 }
     }
 
     /// Of a run that goes on from checkpoint `number`, which holds `last`.
     pub fn after(mut self, number: u64, last: Progress) -> Self {
         (self.number, self.last) = (number, last);
+        self
+    }
+
+    /// Of a run on a frame that was enlarged so often.
+    pub fn on_frame(mut self, growths: usize) -> Self {
+        self.growths = growths;
         self
     }
 
@@ -104,7 +114,7 @@ impl Keeper {
         (written, files): (&Written, &[Gathered]),
     ) -> Result<()> {
         output.last()?;
-        let kept = KeptNow { snapshot, course, written, files };
+        let kept = KeptNow { snapshot, course, written, growths: self.growths, files };
         checkpoint::write(output.path(), self.number + 1, &self.origin, &kept)
             .context(|| "writing a checkpoint".to_owned())?;
         (self.number, self.last, self.at) = (self.number + 1, now, Instant::now());
@@ -118,6 +128,7 @@ struct KeptNow<'a, S> {
     snapshot: S,
     course: &'a Course,
     written: &'a Written,
+    growths: usize,
     files: &'a [Gathered],
 }
 

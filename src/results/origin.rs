@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Keys that change no number and no file: a run may go on with others.
-const FREE: [&str; 2] = ["title", "output.checkpoint"];
+/// Keys that change no number of an entry, and at most whether there are more: a run may go on with others.
+const FREE: [&str; 3] = ["title", "output.checkpoint", "frame.grow"];
 
 /// Differences listed at most.
 const LISTED: usize = 20;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::frame::ContactFrame;
+use crate::frame::grid::spread;
 use crate::history::step::{FrameState, IncrementRecord};
 use crate::results::along::{Line, along};
 use crate::results::output::{OutputDir, write_failure};
@@ -63,6 +64,15 @@ impl Pictures {
         match self.steps.iter_mut().find(|known| known.name == record.name) {
             Some(known) => *known = kept,
             None => self.steps.push(kept),
+        }
+    }
+
+    /// Puts what is kept onto a frame of `n` cells; `places`: the numbers there of the cells so far. The others have nothing.
+    pub fn onto(&mut self, places: &[usize], n: usize) {
+        for kept in &mut self.steps {
+            kept.map.onto(places, n);
+            kept.tractions = spread(&kept.tractions, places, n, |_| 0.0);
+            kept.worn = spread(&kept.worn, places, n, |_| 0.0);
         }
     }
 

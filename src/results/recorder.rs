@@ -25,6 +25,20 @@ pub struct Recorder<'a> {
     progress: Option<Progress<'a>>,
     stop: Option<&'a AtomicBool>,
     keeping: Option<Keeping<'a>>,
+    /// Whether there are checkpoints already.
+    resumes: bool,
+}
+
+/// What goes on with another recorder.
+pub struct Parts {
+    /// The files so far, where there is a directory.
+    pub output: Option<OutputDir>,
+    /// The entries so far.
+    pub records: Vec<IncrementRecord>,
+    /// What has been written of them.
+    pub written: Written,
+    /// Who writes the checkpoints.
+    pub keeper: Option<Keeper>,
 }
 
 /// What checkpoints need besides what is recorded.
@@ -40,7 +54,18 @@ struct Keeping<'a> {
 impl<'a> Recorder<'a> {
     /// Keeps records and writes files into `output`.
     pub fn into_directory(output: OutputDir) -> Self {
-        Self { output: Some(output), ..Self::default() }
+        Self::writing_to(Some(output))
+    }
+
+    /// Keeps records, and writes files into `output` if there is one.
+    pub fn writing_to(output: Option<OutputDir>) -> Self {
+        Self { output, ..Self::default() }
+    }
+
+    /// Says whether there are checkpoints that the run goes on from, where it writes none itself.
+    pub fn that_resumes(mut self, resumes: bool) -> Self {
+        self.resumes = resumes;
+        self
     }
 
     /// Also writes fields, where there is an output directory.
@@ -73,6 +98,16 @@ impl<'a> Recorder<'a> {
         self
     }
 
+    /// Ends it without an end of the run.
+    pub fn into_parts(self) -> Parts {
+        Parts {
+            output: self.output,
+            records: self.records,
+            written: self.fields.map_or_else(Written::default, FieldWriter::into_written),
+            keeper: self.keeping.map(|keeping| keeping.keeper),
+        }
+    }
+
     /// The records so far.
     pub fn records(&self) -> &[IncrementRecord] {
         &self.records
@@ -95,7 +130,8 @@ impl<'a> Recorder<'a> {
         let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
             summary.fail(&error);
-            if output.continues() || self.keeping.is_some_and(|keeping| keeping.keeper.has_any()) {
+            let kept = self.keeping.is_some_and(|keeping| keeping.keeper.has_any());
+            if output.continues() || self.resumes || kept {
                 output.suspend(summary)?;
                 return Err(error);
             }
@@ -119,13 +155,14 @@ impl Keeping<'_> {
         (moment, interrupted): (Moment, bool),
         snapshot: &dyn Fn() -> Snapshot,
     ) -> Result<()> {
-        if moment != Moment::Broken {
+        if matches!(moment, Moment::Entry | Moment::StepEnd) {
             self.course = self.operator.course();
         }
         let finished = &records[..records.len() - usize::from(self.finished.is_some())];
         let now = keeper::Progress::of(finished);
         let wanted = match moment {
             Moment::Broken => interrupted && self.keeper.is_news(now),
+            Moment::Outgrown => self.keeper.is_news(now),
             Moment::Entry | Moment::StepEnd => self.keeper.is_due(now),
         };
         if !wanted {

@@ -6,6 +6,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
 use crate::error::{Error, Kind, Result};
+use crate::frame::Grid;
 use crate::history::step::{FrettingLoop, IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::condensation::CondensationRecord;
@@ -87,6 +88,21 @@ impl Serialize for Timings {
     }
 }
 
+/// Extent of a grid frame.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FrameRecord {
+    /// Half of its sides along x, y.
+    pub half_width: [f64; 2],
+    /// Number of cells along x, y.
+    pub cells: [usize; 2],
+}
+
+impl From<&Grid> for FrameRecord {
+    fn from(grid: &Grid) -> Self {
+        Self { half_width: grid.half_width(), cells: grid.cells }
+    }
+}
+
 /// What a run computed and how it ended: the fields of `summary.json` (docs/results.md).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Summary {
@@ -108,6 +124,9 @@ pub struct Summary {
     /// The message of the error that ended a failed run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// The frame at the end, where it is a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<FrameRecord>,
     /// One entry per increment or cycle jump, in order.
     pub steps: Vec<IncrementRecord>,
     /// Peaks of stress, failure indices and estimated error of the bodies, where they were asked for.
@@ -143,6 +162,7 @@ impl Summary {
             status: Status::Failed,
             reason: None,
             error: None,
+            frame: None,
             steps: Vec::new(),
             bodies: Vec::new(),
             skipped: Vec::new(),
@@ -246,6 +266,7 @@ mod tests {
     fn json_has_the_documented_fields() {
         let mut summary = summary();
         summary.conclude(&Ok(Outcome::NotConverged("gross-sliding")));
+        summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
         let (outcome, text) = summary.to_json();
         outcome.unwrap();
         let value: Value = serde_json::from_str(&text).unwrap();

@@ -179,11 +179,6 @@ impl<'a> Walk<'a> {
         self.unknown.push(path.to_owned());
         let name = &entry.name;
         let known: Vec<&str> = names(schema);
-        if let Some(what) = not_yet::key(key, name) {
-            let message = format!("`{name}` ({what}) is not available in this version");
-            let mend = format!("remove it; keys available here: {}", list(&known, "`"));
-            return self.report(path, message, "not available yet", mend);
-        }
         let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
         let owner = variant.and_then(|(tag, branches)| {
             let owner =

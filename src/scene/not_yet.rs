@@ -1,13 +1,4 @@
-//! Keys and values of the scene's format that this version does not do yet, so that it can say so.
-
-/// What a key below `table` would be, if it belongs to a later version.
-pub(super) fn key(table: &str, name: &str) -> Option<&'static str> {
-    let first = table.split('.').next().unwrap_or("");
-    Some(match (first, name) {
-        ("frame", "grow") => "growing frame",
-        _ => return None,
-    })
-}
+//! Values of the scene's format that this version does not do yet, so that it can say so.
 
 /// What a value of the key `name` would be, if it belongs to a later version.
 pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {

@@ -156,6 +156,8 @@ pub enum FrameSpec {
         periodic: [bool; 2],
         /// Outline of what may touch.
         outline: Option<Outline>,
+        /// Whether it is enlarged when wear brings the contact to its edge.
+        grow: bool,
     },
     /// The contact group of a meshed body.
     Mesh {

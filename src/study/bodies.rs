@@ -22,14 +22,22 @@ pub(super) const KEYS: [&str; 2] = ["body1", "body2"];
 /// The two sides of the frame.
 pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 
+/// Checks that a grid frame fits into the memory.
+///
+/// # Errors
+/// If it does not.
+pub(super) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
+    // A cell of the frame with its states, and its share of a half-space operator.
+    let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
+    let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
+    plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)")
+}
+
 /// The contact frame of a plan.
 pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
     match plan.frame {
-        FrameSpec::Grid { half_width, cells, center, azimuth, periodic, ref outline } => {
-            // A cell of the frame with its states, and its share of a half-space operator.
-            let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
-            let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
-            plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)").at("frame.cells")?;
+        FrameSpec::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
+            ensure_grid(plan, cells).at("frame.cells")?;
             let frame = ContactFrame::grid(half_width, cells, center, azimuth).at("frame")?;
             let frame = frame.repeated(periodic);
             match outline {

@@ -7,6 +7,7 @@ mod controls;
 mod failure;
 mod fit;
 pub mod forecast;
+pub mod grow;
 mod memory;
 mod prepare;
 pub mod refine;

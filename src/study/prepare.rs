@@ -6,6 +6,7 @@ use super::bodies::{KEYS, body, frame};
 use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::grow::{self, Outgrown};
 use super::memory;
 use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
@@ -96,6 +97,7 @@ pub fn prepare_on<'p>(
     skipped.extend(candidates::skipped(&frame));
     skipped.extend(compression(plan, &frame));
     skipped.extend(skipped_fields(plan));
+    skipped.extend(grow::skipped(plan));
     let mut condensation = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {
         let BodyEquations::FiniteElements(body) = body.equations() else { continue };
@@ -193,6 +195,11 @@ impl Study<'_> {
             None => None,
         };
         history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)
+    }
+
+    /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
+    pub fn outgrown(self, snapshot: Snapshot) -> Outgrown {
+        Outgrown { frame: self.model.frame, gap: self.model.initial_gap, snapshot }
     }
 
     /// Frame, flexibility, gap and laws.

@@ -4,6 +4,7 @@ use super::bodies::SIDES;
 use super::bodies::half_space;
 use super::candidates;
 use super::failure::Failure;
+use super::grow;
 use super::memory::compresses;
 use super::prepare::{cross, options};
 use crate::bem::half_space::compressed::DENSE;
@@ -47,6 +48,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     all.extend(candidates::skipped(frame));
     all.extend(compression(plan, frame));
     all.extend(skipped_fields(plan));
+    all.extend(grow::skipped(plan));
     all.extend(of_contact);
     Ok(all)
 }

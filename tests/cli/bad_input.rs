@@ -242,12 +242,7 @@ const TABLE: &[Row] = &[
     ),
     // What a later version may do.
     ("kind = \"half-space\"", "kind = \"be\"", 0, &["body1.kind", "not available in this version"]),
-    (
-        "cells = [16, 16]",
-        "cells = [16, 16]\ngrow = true",
-        1,
-        &["frame.grow", "not available in this version"],
-    ),
+    ("cells = [16, 16]", "cells = [16, 16]\ngrow = 2", 1, &["frame.grow", "true or false"]),
     (
         "cells = [16, 16]",
         "cells = [1, 1]\nperiodic = [true, true]",

@@ -5,6 +5,7 @@ mod cache;
 mod compare;
 mod compressed;
 mod doubts;
+mod grow;
 mod interrupt;
 mod iterative;
 mod limits;

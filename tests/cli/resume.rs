@@ -34,6 +34,32 @@ fn interrupted_runs_go_on() {
     assert_eq!(fs::read(job.out.join("summary.json")).unwrap(), before);
 }
 
+/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, also where contact outgrows the frame meanwhile (in the
+/// jump that is entry 50): interrupted before that and twice after it.
+#[test]
+fn runs_go_on_whose_frame_has_grown() {
+    let sets = ["wear.i=2e-6", "frame.half_width=[1.1, 1.1]", "frame.cells=[18, 18]"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+    let whole = Job::new();
+    let (code, text) = whole.run(&sets);
+    assert_eq!(code, Some(0), "{text}");
+    assert_eq!(whole.summary()["frame"]["cells"], serde_json::json!([28, 28]));
+    let more = |others: &[&'static str]| [&sets, others].concat();
+    let job = Job::new();
+    job.interrupt(&more(&["--threads", "1"]), 43);
+    let entries = job.summary()["steps"].as_array().unwrap().len() as u64;
+    job.interrupt(&more(&["--threads", "3", "--resume"]), 54_u64.saturating_sub(entries).max(1));
+    assert_eq!(job.summary()["frame"]["cells"], serde_json::json!([28, 28]));
+    job.interrupt(&more(&["--threads", "2", "--resume"]), 3);
+    let (code, text) = job.run(&more(&["--threads", "1", "--resume"]));
+    assert_eq!(code, Some(0), "{text}");
+    let [found, expected] = [&job, &whole].map(|job| results(&job.out));
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, content) in &expected {
+        assert!(found[name] == *content, "{name} differs");
+    }
+}
+
 /// Truth (rel-kill-any-time): the same after SIGKILL at random moments, in and between the checkpoints that follow every entry;
 /// nothing but the entries after the last checkpoint is lost.
 #[test]

@@ -1,6 +1,7 @@
 //! Wear: the reference cycles, identities, orders, limits.
 
 mod control;
+mod growth;
 mod paths;
 mod sliding;
 

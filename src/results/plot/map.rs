@@ -8,6 +8,7 @@ use super::bar::draw_bar;
 use super::cells::Shapes;
 use super::{Anchor, Canvas, arranged, colour, fibres};
 use crate::frame::ContactFrame;
+use crate::frame::grid::spread;
 use crate::history::step::FrameState;
 use crate::results::summary::Units;
 use crate::results::surface::Surface;
@@ -60,6 +61,14 @@ impl MapState {
             status: state.status.clone(),
             worn: state.wear_depth.clone(),
         }
+    }
+
+    /// Puts it onto a frame of `n` cells; `places`: the numbers there of the cells so far. The others have nothing.
+    pub fn onto(&mut self, places: &[usize], n: usize) {
+        self.pressure = spread(&self.pressure, places, n, |_| 0.0);
+        self.slip = spread(&self.slip, places, n, |_| [0.0; 2]);
+        self.status = spread(&self.status, places, n, |_| 0);
+        self.worn = spread(&self.worn, places, n, |_| 0.0);
     }
 
     /// Whether a map of this kind shows anything.

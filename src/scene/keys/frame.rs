@@ -27,6 +27,9 @@ pub enum Frame {
         /// Whether frame and half-spaces repeat themselves along its x, y; not with meshed bodies.
         #[serde(default)]
         periodic: [bool; 2],
+        /// Whether the frame is enlarged when wear brings the contact to its edge; without, the run stops there.
+        #[serde(default = "enlarged")]
+        grow: bool,
     },
     /// The contact group of a meshed body, divided into cells by its mesh.
     Mesh {
@@ -49,6 +52,10 @@ pub enum Frame {
         #[serde(default = "upward")]
         normal: [f64; 3],
     },
+}
+
+fn enlarged() -> bool {
+    true
 }
 
 fn upward() -> [f64; 3] {

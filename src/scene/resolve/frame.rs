@@ -11,7 +11,7 @@ use super::Resolver;
 /// The frame; a mesh frame names a meshed body.
 pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Option<FrameSpec> {
     match r.section("frame")? {
-        Frame::Grid { half_width, cells, center, azimuth, outline, periodic } => {
+        Frame::Grid { half_width, cells, center, azimuth, outline, periodic, grow } => {
             let (half_width, cells) = (half_width.map(|w| w.0), cells.map(|n| n.0));
             let azimuth = azimuth.to_radians();
             if periodic != [false; 2] {
@@ -22,7 +22,7 @@ pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) ->
                 None => None,
             };
             r.notes.extend(outline.as_ref().and_then(|outline| cut_outline(outline, half_width, periodic)));
-            Some(FrameSpec::Grid { half_width, cells, center, azimuth, periodic, outline })
+            Some(FrameSpec::Grid { half_width, cells, center, azimuth, periodic, outline, grow })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
             let azimuth = azimuth.to_radians();

@@ -20,22 +20,22 @@ fn slide(distance: f64, angle: f64, jumps: Jumps, integrator: Integrator) -> Ste
     Step { cycles: Some(cycles), ..step("slide") }
 }
 
-fn slide_to(distance: f64, tolerance: f64) -> Step {
+pub(super) fn slide_to(distance: f64, tolerance: f64) -> Step {
     slide(distance, 0.0, Jumps::Tolerance(tolerance), Integrator::Sdirk2)
 }
 
 /// A half-space of E* under a rigid body.
-fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64) -> f64) -> Model {
+pub(super) fn half_space(e_star: f64, frame: (f64, usize), gap: impl Fn(f64, f64) -> f64) -> Model {
     let material = Stiffness::isotropic(0.91 * e_star, 0.3).expect("an admissible material");
     half_spaces(&material, None, frame, gap)
 }
 
 /// A normal force without wear: pressures alone move surfaces along each other, too.
-fn press(force: f64) -> Step {
+pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
 
-fn last(run: &RunResult) -> &orthowear::history::step::IncrementRecord {
+pub(super) fn last(run: &RunResult) -> &orthowear::history::step::IncrementRecord {
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     run.records.last().expect("records")
 }

@@ -1,0 +1,291 @@
+//! Runs a plan into a directory of results, on a larger frame where contact outgrows the first one.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
+
+use super::exit;
+use super::resume::Checkpoints;
+use super::run::report;
+use crate::error::{Error, Kind, Result};
+use crate::frame::ContactFrame;
+use crate::history::step::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use crate::history::{RunResult, Snapshot};
+use crate::linalg::course::Course;
+use crate::results::fields::{FieldWriter, Written};
+use crate::results::keeper::{Keeper, Kept};
+use crate::results::output::OutputDir;
+use crate::results::recorder::{Parts, Recorder};
+use crate::results::summary::{FrameRecord, Summary};
+use crate::scene::Plan;
+use crate::study::grow::{self, Outgrown};
+use crate::study::{self, Failure, Study};
+
+/// How a plan is run.
+pub(super) struct Job<'a> {
+    /// The frame, if it was made for another plan.
+    pub frame: Option<&'a ContactFrame>,
+    /// Shows stage, fraction done, residual.
+    pub show: &'a mut dyn FnMut(&str, f64, Option<f64>),
+    /// Hears of each increment.
+    pub watch: &'a mut dyn Observer,
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+    /// Its checkpoints; `None` if it has none.
+    pub checkpoints: Option<Checkpoints>,
+}
+
+/// Hears nothing.
+pub(super) struct Nobody;
+
+impl Observer for Nobody {
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+        Ok(())
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        false
+    }
+}
+
+/// The recorder of a run, and somebody who watches besides.
+struct Watched<'a, 'r> {
+    recorder: &'a mut Recorder<'r>,
+    watch: &'a mut dyn Observer,
+}
+
+impl Observer for Watched<'_, '_> {
+    fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
+        self.recorder.progress(stage, fraction, residual);
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        self.recorder.increment_done(record, state)?;
+        self.watch.increment_done(record, state)
+    }
+
+    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        self.recorder.keep(moment, snapshot)
+    }
+
+    fn interrupted(&self) -> bool {
+        self.recorder.interrupted()
+    }
+
+    fn wants_loops(&self) -> bool {
+        self.recorder.wants_loops()
+    }
+
+    fn wants_tangential_gap(&self) -> bool {
+        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap()
+    }
+}
+
+/// What a part of a run, on one frame, begins with.
+struct Leg {
+    parts: Parts,
+    from: Option<(Snapshot, Course)>,
+    /// How often the frame was enlarged.
+    growths: usize,
+}
+
+/// A study on a larger frame, the state there, and the numbers there of the cells so far.
+type Larger<'p> = (Study<'p>, Snapshot, Vec<usize>);
+
+/// Runs the plan into `output` and completes `summary`; the exit code, or the failure that ended it, which is in the
+/// summary too.
+pub(super) fn compute(
+    plan: &Plan,
+    output: OutputDir,
+    summary: &mut Summary,
+    mut job: Job<'_>,
+) -> std::result::Result<u8, Failure> {
+    let from = job.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
+    let growths = from.as_ref().map_or(0, |from| from.kept.growths);
+    let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
+    let early = |output| Recorder::into_directory(output).with_records(records.clone());
+    let study = match safely(|| ready(plan, growths, &mut job)) {
+        Ok(Some(study)) => study,
+        Ok(None) => {
+            summary.conclude(&Ok(Outcome::Interrupted));
+            return Ok(finish(early(output), summary, exit::INTERRUPTED));
+        }
+        Err(failure) => {
+            summary.fail(&failure.error);
+            let code = failure.error.exit_code();
+            if code == exit::INTERRUPTED {
+                return Ok(finish(early(output), summary, code));
+            }
+            return match finish(early(output), summary, code) {
+                written if written == code => Err(failure),
+                other => Ok(other),
+            };
+        }
+    };
+    let keeper =
+        job.checkpoints.take().map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
+    let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
+    let (written, from) = match from.map(|from| from.kept) {
+        Some(Kept { snapshot, course, written, .. }) => (written, Some((snapshot, course))),
+        None => (Written::default(), None),
+    };
+    let parts = Parts { output: Some(output), records, written, keeper };
+    legs(plan, study, Leg { parts, from, growths }, summary, &mut job)
+}
+
+/// Makes the plan ready on its frame, which was enlarged so often, or that of the job.
+fn ready<'p>(
+    plan: &'p Plan,
+    growths: usize,
+    job: &mut Job<'_>,
+) -> std::result::Result<Option<Study<'p>>, Failure> {
+    let larger = if growths > 0 { Some(grow::frame(plan, growths)?) } else { None };
+    let show = &mut |stage: &str, done: f64| (job.show)(stage, done, None);
+    study::prepare_on(plan, larger.as_ref().or(job.frame), show, job.stop)
+}
+
+/// A panic as a failure.
+fn safely<T>(work: impl FnOnce() -> std::result::Result<T, Failure>) -> std::result::Result<T, Failure> {
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: String::new() }))
+}
+
+/// Runs the plan to its end, from frame to frame.
+fn legs<'p>(
+    plan: &'p Plan,
+    mut study: Study<'p>,
+    mut leg: Leg,
+    summary: &mut Summary,
+    job: &mut Job<'_>,
+) -> std::result::Result<u8, Failure> {
+    let told = (summary.warnings.clone(), summary.skipped.clone());
+    loop {
+        // Of the last frame alone, whether the run was interrupted or not.
+        summary.warnings = told.0.iter().chain(&study.notes).cloned().collect();
+        summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
+        summary.condensation.clone_from(&study.condensation);
+        summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
+        study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
+        let Leg { parts: Parts { output, records, written, keeper }, from, growths } = leg;
+        let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
+        let fields = fields.on_surface(study.surface()).after(written);
+        let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
+        let recorder = recorder.with_progress(&mut *job.show).with_stop(job.stop);
+        let mut recorder = match keeper {
+            Some(keeper) => {
+                recorder.with_checkpoints(keeper.on_frame(growths), study.model().flexibility.as_ref())
+            }
+            None => recorder,
+        };
+        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch };
+        let (snapshot, course) = from.unzip();
+        let from = snapshot.zip(course.as_ref());
+        let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
+        let mut result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
+        let outgrown = result.as_mut().ok().and_then(|result| result.outgrown.take());
+        let refusal = match job.frame {
+            Some(_) => Some("a comparison has one frame for all".to_owned()),
+            None => grow::refusal(plan, growths),
+        };
+        let snapshot = match (outgrown, refusal) {
+            (Some(snapshot), None) => *snapshot,
+            (outgrown, refusal) => {
+                let why = refusal.filter(|_| outgrown.is_some());
+                return conclude(recorder, tell(result, why), summary);
+            }
+        };
+        let (mut parts, surface) = (recorder.into_parts(), study.surface());
+        let outgrown = study.outgrown(snapshot);
+        let frame = outgrown.frame.clone();
+        match safely(|| enlarge(plan, outgrown, growths + 1, job)) {
+            Ok(Some((larger, snapshot, places))) => {
+                parts.written = parts.written.onto(&places, larger.model().frame.n_cells());
+                let course = larger.model().flexibility.course();
+                leg = Leg { parts, from: Some((snapshot, course)), growths: growths + 1 };
+                study = larger;
+            }
+            ended => {
+                let result = match ended {
+                    Err(failure) if failure.error.kind() != Kind::Interrupted => {
+                        tell(result, Some(format!("the frame is not enlarged: {}", failure.error)))
+                    }
+                    _ => result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result }),
+                };
+                let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
+                let fields = fields.on_surface(surface).after(parts.written);
+                let resumes = parts.keeper.is_some_and(|keeper| keeper.has_any());
+                let recorder =
+                    Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
+                return conclude(recorder.that_resumes(resumes), result, summary);
+            }
+        }
+    }
+}
+
+/// The study on a larger frame, and the state there; `None` if a signal came meanwhile.
+fn enlarge<'p>(
+    plan: &'p Plan,
+    outgrown: Outgrown,
+    growths: usize,
+    job: &mut Job<'_>,
+) -> std::result::Result<Option<Larger<'p>>, Failure> {
+    let Some(study) = ready(plan, growths, job)? else { return Ok(None) };
+    let onto = outgrown.onto(plan, &study);
+    let (snapshot, places) = onto.map_err(|error| Failure { error, key: "frame.grow".to_owned() })?;
+    Ok(Some((study, snapshot, places)))
+}
+
+/// The result with one more warning.
+fn tell(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
+    result.map(|mut result| {
+        result.warnings.extend(warning);
+        result
+    })
+}
+
+/// Completes the summary and writes what there is.
+fn conclude(
+    recorder: Recorder<'_>,
+    result: Result<RunResult>,
+    summary: &mut Summary,
+) -> std::result::Result<u8, Failure> {
+    let outcome = result.map(|result| {
+        summary.skipped.extend(result.skipped);
+        summary.warnings.extend(result.warnings);
+        summary.loops = result.loops;
+        result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
+        result.outcome
+    });
+    summary.conclude(&outcome);
+    let code = finish(recorder, summary, exit_code(&outcome));
+    match outcome {
+        Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
+        _ => Ok(code),
+    }
+}
+
+/// Writes what there is; the exit code, that of a failure to write before any other.
+fn finish(recorder: Recorder<'_>, summary: &mut Summary, code: u8) -> u8 {
+    match recorder.finish(summary) {
+        Ok(()) => code,
+        Err(error) => report(&error),
+    }
+}
+
+fn exit_code(outcome: &Result<Outcome>) -> u8 {
+    match outcome {
+        Ok(Outcome::Converged) => exit::DONE,
+        Ok(Outcome::NotConverged(_)) => exit::NOT_CONVERGED,
+        Ok(Outcome::Interrupted) => exit::INTERRUPTED,
+        Err(error) => error.exit_code(),
+    }
+}
+
+/// The error that a panic is; its message was printed when it happened.
+fn internal(panic: &(dyn Any + Send)) -> Error {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    Error::numerical(format!("internal error, please report it with the scene: {text}"))
+}

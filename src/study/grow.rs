@@ -1,0 +1,140 @@
+//! Frames that are enlarged when wear brings the contact to their edge.
+//!
+//! A quarter of the cells that the frame began with are added on each side, twice at most, so that the largest frame has four times
+//! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`Snapshot::onto`]).
+
+use super::bodies::{self, ensure_grid};
+use super::failure::Failure;
+use super::prepare::Study;
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, Grid};
+use crate::geometry::number;
+use crate::history::Snapshot;
+use crate::history::step::Skipped;
+use crate::scene::plan::{FrameSpec, Plan};
+
+/// A frame is enlarged so often at most.
+pub const MOST: usize = 2;
+
+/// Difference of the gaps of a cell on two frames over the largest gap that counts as none: averages over the faces of a mesh
+/// are rounded.
+const SAME: f64 = 1e-9;
+
+/// What the study on the larger frame goes on from.
+pub struct Outgrown {
+    /// The frame that contact has outgrown.
+    pub frame: ContactFrame,
+    /// Initial gap there, `[3, N]` by planes, mm.
+    pub gap: Vec<f64>,
+    /// The state before the jump in which it did.
+    pub snapshot: Snapshot,
+}
+
+/// Why the frame of a plan, enlarged `growths` times so far, is not enlarged (once more); `None` if it is.
+pub fn refusal(plan: &Plan, growths: usize) -> Option<String> {
+    let why = match &plan.frame {
+        FrameSpec::Grid { grow: false, .. } => "frame.grow is false: set it to true and go on with --resume",
+        FrameSpec::Grid { outline: Some(_), .. } => "a frame with an outline is not enlarged",
+        FrameSpec::Grid { periodic, .. } if *periodic != [false; 2] => "a periodic frame is not enlarged",
+        FrameSpec::Mesh { .. } => {
+            "a frame of the faces of a mesh is not enlarged: mesh a larger contact group"
+        }
+        FrameSpec::Grid { .. } if growths >= MOST => {
+            "the frame has four times the cells it began with, and is not enlarged again"
+        }
+        FrameSpec::Grid { .. } => return None,
+    };
+    Some(why.to_owned())
+}
+
+/// The frame of a plan after it was enlarged `growths` times.
+///
+/// # Errors
+/// If it is none that can be enlarged, or the cells do not fit into the memory.
+pub fn frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFrame, Failure> {
+    let start = bodies::frame(plan)?;
+    if growths == 0 {
+        return Ok(start);
+    }
+    enlarged(plan, &start, growths).map_err(|error| Failure { error, key: "frame.grow".to_owned() })
+}
+
+fn enlarged(plan: &Plan, start: &ContactFrame, growths: usize) -> Result<ContactFrame> {
+    let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
+    let more = grid.cells.map(|n| if growths < MOST { n.div_ceil(4) } else { n / 2 });
+    if more.contains(&0) {
+        return Err(Error::input("a frame of one cell across is not enlarged"));
+    }
+    ensure_grid(plan, [0, 1].map(|axis| grid.cells[axis].saturating_add(2 * more[axis])))?;
+    start.wider(more)?.ok_or_else(no_grid)
+}
+
+fn no_grid() -> Error {
+    Error::input("only a grid frame without an outline that does not repeat itself is enlarged")
+}
+
+impl Outgrown {
+    /// The same state on the larger frame of `study`, with a note, and the numbers of the cells there, `[N]`.
+    ///
+    /// # Errors
+    /// If the surfaces have another gap in the cells so far, or come nearer beyond them; if a body cannot be solved.
+    pub fn onto(self, plan: &Plan, study: &Study) -> Result<(Snapshot, Vec<usize>)> {
+        let model = study.model();
+        let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
+        let places = before.places_in(&now);
+        same_gap(&self.gap, &model.initial_gap, &places)?;
+        let mut snapshot = self.snapshot.onto(&places, model, &plan.steps)?;
+        snapshot.tell(note(plan, &snapshot, &before, &now));
+        Ok((snapshot, places))
+    }
+}
+
+fn same_gap(before: &[f64], now: &[f64], places: &[usize]) -> Result<()> {
+    let [n_before, n] = [before.len() / 3, now.len() / 3];
+    let largest = before.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));
+    for plane in 0..3 {
+        for (cell, &place) in places.iter().enumerate() {
+            let difference = now[plane * n + place] - before[plane * n_before + cell];
+            if difference.abs() > SAME * largest {
+                return Err(Error::input(
+                    "on a larger frame the surfaces first touch elsewhere, and `approach` would count from there",
+                ));
+            }
+        }
+    }
+    let nearest = |gap: &[f64]| gap.iter().copied().fold(f64::INFINITY, f64::min);
+    if nearest(&now[2 * n..]) < nearest(&before[2 * n_before..]) - SAME * largest {
+        return Err(Error::input("beyond the frame the surfaces are nearer to each other than within it"));
+    }
+    Ok(())
+}
+
+/// Says when the frame grew, and to what.
+fn note(plan: &Plan, snapshot: &Snapshot, before: &Grid, now: &Grid) -> String {
+    let after = snapshot.records().last().map_or_else(String::new, |last| {
+        format!(
+            " after step \"{}\" ({}), {} cycles and {} {} of sliding",
+            last.name,
+            last.increment,
+            last.cycles_done,
+            number(last.distance_slid),
+            plan.units.length
+        )
+    });
+    let [x, y] = now.half_width().map(number);
+    format!(
+        "wear brought the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = \
+         [{x}, {y}]: where that is known before, a frame of this size from the start saves the work done twice",
+        before.cells[0], before.cells[1], now.cells[0], now.cells[1]
+    )
+}
+
+/// The entry of the ledger for the cells that a frame may get.
+pub(super) fn skipped(plan: &Plan) -> Option<Skipped> {
+    let wears = plan.steps.iter().any(|step| step.wear && step.cycles.is_some())
+        && plan.wear.intensity(plan.friction.ellipse()).is_some();
+    (wears && plan.solver.skip && refusal(plan, 0).is_none()).then(|| Skipped {
+        what: "cells beyond the frame".to_owned(),
+        why: "they join when wear brings the contact to its edge (frame.grow)".to_owned(),
+    })
+}

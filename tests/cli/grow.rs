@@ -1,0 +1,172 @@
+//! Frames that grow, and runs that stop where they may not.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, the frame ends at 1.35.
+const SCENE: &str = r#"
+[materials.m]
+model = "isotropic"
+E = 91000.0
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "m"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [1.35, 1.35]
+cells = [24, 24]
+[gap]
+kind = "sphere"
+radius = 100.0
+[wear]
+law = "archard"
+i = 1e-8
+[[steps]]
+name = "press"
+normal_force = 1333.3333333333333
+wear = false
+[[steps]]
+name = "slide"
+sliding = { distance = 1570.7963267948967, jumps = 10 }
+"#;
+
+/// Exit code, what is said, and the summary of a run.
+fn run(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String, Value) {
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let out = folder.join(out);
+    let mut command = Command::cargo_bin("orthowear").unwrap();
+    command.arg("run").arg(&scene).arg("--out").arg(&out).args(more);
+    let output = command.output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let summary = serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+    (output.status.code(), text, summary)
+}
+
+fn warned(summary: &Value, words: &[&str]) -> bool {
+    let warnings = summary["warnings"].as_array().unwrap();
+    warnings.iter().any(|text| words.iter().all(|word| text.as_str().unwrap().contains(word)))
+}
+
+fn entries(summary: &Value) -> &[Value] {
+    summary["steps"].as_array().unwrap()
+}
+
+fn close(a: &Value, b: &Value, tolerance: f64) -> bool {
+    let [a, b] = [a, b].map(|value| value.as_f64().unwrap());
+    (a - b).abs() <= tolerance * b.abs()
+}
+
+/// Number of cells of a field file.
+fn cells(path: &Path) -> usize {
+    let bytes = fs::read(path).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    let rest = text.split("NumberOfCells=\"").nth(1).unwrap();
+    rest.split('"').next().unwrap().parse().unwrap()
+}
+
+const LARGE: [&str; 4] = ["--set", "frame.half_width=[2.025, 2.025]", "--set", "frame.cells=[36, 36]"];
+
+/// Truth (rel-contact-reaches-frame): the run on the large frame from the start; files have the frame of their time.
+#[test]
+fn frames_grow() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, text, grown) = run(folder.path(), "grown", &[]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(warned(
+        &grown,
+        &["step \"slide\"", "enlarged from 24 x 24 to 36 x 36 cells, half_width = [2.025, 2.025]"]
+    ));
+    assert_eq!(grown["frame"]["cells"], serde_json::json!([36, 36]));
+    assert!(close(&grown["frame"]["half_width"][0], &2.025.into(), 1e-14));
+    let (code, text, large) = run(folder.path(), "large", &LARGE);
+    assert_eq!(code, Some(0), "{text}");
+    assert_eq!(entries(&grown).len(), entries(&large).len());
+    for (a, b) in entries(&grown).iter().zip(entries(&large)) {
+        for key in
+            ["worn_volume", "contact_area", "approach", "normal_force", "max_wear_depth", "peak_pressure"]
+        {
+            assert!(close(&a[key], &b[key], 1e-7), "{key}: {} {}", a[key], b[key]);
+        }
+        assert!(a["contact_touches_edge"] == false && a["distance_slid"] == b["distance_slid"]);
+    }
+    let file = |number: usize| cells(&folder.path().join(format!("grown/frame_{number:04}.vtu")));
+    assert_eq!((file(1), file(11)), (576, 1296));
+    assert!(
+        folder.path().join("grown/wear.svg").exists() && folder.path().join("grown/profiles.svg").exists()
+    );
+}
+
+/// Truth (rel-contact-reaches-frame): `frame.grow = false` stops before the jump in which the contact of the large frame is wider than
+/// the small one has room for, after a checkpoint; allowed to grow, the run goes on from it as if nothing had been.
+#[test]
+fn runs_stop_at_the_edge() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, text, stopped) = run(folder.path(), "out", &["--set", "frame.grow=false"]);
+    assert_eq!((code, &stopped["reason"]), (Some(3), &"frame-edge".into()), "{text}");
+    assert!(
+        warned(&stopped, &["edge of the frame between", "not taken"])
+            && warned(&stopped, &["frame.grow is false"])
+    );
+    assert!(folder.path().join("out/checkpoint-1.bin").exists(), "no checkpoint");
+    let (_, _, large) = run(folder.path(), "large", &LARGE);
+    let radius = |entry: &Value| (entry["contact_area"].as_f64().unwrap() / std::f64::consts::PI).sqrt();
+    let count = entries(&stopped).len();
+    let cell = 2.7 / 24.0;
+    // The outermost cells begin at 1.35 - cell; contacts of whole cells are known to half of one.
+    let [before, after] = [count - 1, count].map(|k| radius(&entries(&large)[k]));
+    assert!(before < 1.35 - 0.5 * cell && after > 1.35 - 1.5 * cell && before < after, "{before} {after}");
+    for (a, b) in entries(&stopped).iter().zip(entries(&large)) {
+        assert!(close(&a["contact_area"], &b["contact_area"], 1e-7) && a["converged"] == true);
+    }
+    let (code, text, resumed) = run(folder.path(), "out", &["--resume", "--set", "frame.grow=true"]);
+    assert_eq!(code, Some(0), "{text}");
+    let (_, _, grown) = run(folder.path(), "grown", &[]);
+    let timeless = |summary: &Value| {
+        let mut steps = entries(summary).to_vec();
+        steps.iter_mut().for_each(|step| step["seconds"] = 0.into());
+        (steps, summary["warnings"].clone(), summary["frame"].clone(), summary["files"].clone())
+    };
+    assert_eq!(timeless(&resumed), timeless(&grown));
+}
+
+/// Truth: docs/theory-wear.md: four times the cells at most; gaps that are known on the first frame alone do not grow with it. What
+/// was computed until there is kept.
+#[test]
+fn frames_that_cannot_grow() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, text, summary) = run(
+        folder.path(),
+        "far",
+        &[
+            "--set",
+            "wear.i=1e-7",
+            "--set",
+            "frame.half_width=[1.125, 1.125]",
+            "--set",
+            "frame.cells=[20, 20]",
+        ],
+    );
+    assert_eq!((code, &summary["reason"]), (Some(3), &"frame-edge".into()), "{text}");
+    assert_eq!(summary["frame"]["cells"], serde_json::json!([40, 40]));
+    assert!(warned(&summary, &["four times"]) && warned(&summary, &["from 20 x 20 to 30 x 30"]), "{text}");
+    let at = |k: usize| (k as f64 + 0.5) * 2.7 / 24.0 - 1.35;
+    let row = |i: usize| {
+        (0..24).map(|j| format!("{}", (at(i) * at(i) + at(j) * at(j)) / 200.0)).collect::<Vec<_>>().join(",")
+    };
+    fs::write(folder.path().join("heights.csv"), (0..24).map(row).collect::<Vec<_>>().join("\n")).unwrap();
+    let gap = ["--set", "gap={ kind = \"heights\", file = \"heights.csv\" }"];
+    let (code, text, summary) = run(folder.path(), "heights", &gap);
+    assert_eq!((code, &summary["reason"]), (Some(3), &"frame-edge".into()), "{text}");
+    assert!(warned(&summary, &["the frame is not enlarged: ", "heights"]), "{text}");
+    assert!(entries(&summary).len() > 2 && summary["frame"]["cells"] == serde_json::json!([24, 24]));
+    let last = folder.path().join(format!("heights/frame_{:04}.vtu", entries(&summary).len()));
+    assert_eq!(cells(&last), 576);
+    assert!(folder.path().join("heights/wear.svg").exists(), "{text}");
+}

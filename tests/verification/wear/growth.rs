@@ -1,0 +1,213 @@
+//! Contacts that outgrow their frame go on in a larger one.
+
+use orthowear::contact::SolverOptions;
+use orthowear::error::Result;
+use orthowear::history::step::{FrameState, IncrementRecord, Integrator, Moment, Observer, Outcome, Step};
+use orthowear::history::{FRAME_EDGE, Model, RunResult, Snapshot, run, run_from};
+use orthowear::wear::WearLaw;
+use serde_json::Value;
+
+use super::sliding::{half_space, last, press, slide_to};
+use crate::common::{Silent, fretting, frp_wear, indent, relative, shift, solve, sphere, sphere_on_frp};
+
+/// Numbers of the cells of `model` in a larger one.
+fn places(model: &Model, larger: &Model) -> Vec<usize> {
+    model.frame.grid.expect("a grid").places_in(&larger.frame.grid.expect("a grid"))
+}
+
+/// Runs on the first model, and on the next where contact outgrows it; the result and the models that it took.
+fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
+    let options = SolverOptions::default();
+    let mut result = solve(&models[0], steps);
+    let mut taken = 1;
+    while let Some(snapshot) = result.outgrown.take() {
+        assert_eq!(result.outcome, FRAME_EDGE);
+        let places = places(&models[taken - 1], &models[taken]);
+        let snapshot = snapshot.onto(&places, &models[taken], steps).expect("a state");
+        result = run_from(&models[taken], steps, &options, Some(snapshot), &mut Silent).expect("a run");
+        taken += 1;
+    }
+    (result, taken)
+}
+
+/// Truth: `wear-sphere-elastic` (contact radius, pressure and depth in the middle, approach at τ = 1, 10) on a frame that is 1.35 a0
+/// wide at first: contact outgrows it once until τ = 1 (a / a0 = 1.408), twice until τ = 10 (2.31).
+#[test]
+fn elastic_sphere() {
+    let (radius, e_star) = (100.0, 1e5);
+    let force = 4.0 * e_star / (3.0 * radius);
+    let (p0, delta0) = (1.5 * force / std::f64::consts::PI, 1.0 / radius);
+    for (tau, frames, [a, p, h, delta]) in
+        [(1.0, 2, [1.408, 0.4656, 0.6786, 1.3561]), (10.0, 3, [2.31, 0.1308, 2.5229, 2.8966])]
+    {
+        let models = [(1.35, 48), (2.025, 72), (2.7, 96)].map(|frame| {
+            let mut model = half_space(e_star, frame, sphere(radius));
+            model.wear = WearLaw::Archard { i: 1e-8 };
+            model
+        });
+        let steps = [press(force), slide_to(tau * delta0 / (1e-8 * p0), 1e-3)];
+        let (run, taken) = growing(&models, &steps);
+        assert_eq!(taken, frames, "{tau}");
+        let cells = 24 * (taken + 1);
+        let middle = cells / 2 * cells + cells / 2;
+        let record = last(&run);
+        let found = (record.contact_area / std::f64::consts::PI).sqrt();
+        assert!((found - a).abs() < 0.0563, "{found} {a}");
+        let pressure = run.state.tractions[2 * cells * cells + middle];
+        assert!(relative(pressure / p0, p) < 1e-2, "{} {p}", pressure / p0);
+        assert!(relative(run.state.wear_depth[middle] / delta0, h) < 1e-2);
+        assert!(relative(record.approach / delta0, delta) < 1e-2, "{} {delta}", record.approach / delta0);
+        assert!(!run.records.iter().any(|record| record.contact_touches_edge));
+    }
+}
+
+/// The sphere on a fibre-reinforced half-space, fretting until the contact is wider, then moved across.
+fn fretted(amplitude: f64, cycles: u64) -> ([Model; 2], [Step; 3]) {
+    let models = [(1.2, 16), (1.8, 24)].map(|(half_width, cells)| {
+        let mut model = sphere_on_frp(30.0, half_width, cells);
+        model.wear = frp_wear(30.0);
+        model
+    });
+    let across = Step { wear: false, ..shift(0.004, 90.0) };
+    (models, [indent(0.02), fretting(cycles, amplitude, 8, Integrator::Sdirk2), across])
+}
+
+/// Largest difference of two fields on the same frame over the largest value.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let largest = b.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
+    a.iter().zip(b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
+}
+
+/// Tolerance of the strokes that say where cells stick; it shows in fields of partial slip.
+const STROKES: f64 = 1e-6;
+
+/// Truth: the run on the large frame from the start, jump by jump, in partial and in gross slip, and in the step that follows; resultants
+/// and worn volume to 1e-7, fields to that or the tolerance of strokes.
+#[test]
+fn as_on_the_large_frame_from_the_start() {
+    // In the last case it is the first jump.
+    for (amplitude, cycles, tolerance) in
+        [(0.004, 10_000_000, STROKES), (0.08, 300_000, 1e-7), (0.008, 12_000_000, STROKES)]
+    {
+        let (models, steps) = fretted(amplitude, cycles);
+        let (run, taken) = growing(&models, &steps);
+        let whole = solve(&models[1], &steps);
+        assert_eq!((taken, &run.outcome, &whole.outcome), (2, &Outcome::Converged, &Outcome::Converged));
+        assert_eq!(run.records.len(), whole.records.len());
+        for (found, wanted) in run.records.iter().zip(&whole.records) {
+            let length = |record: &IncrementRecord| record.jump.map(|jump| jump.length);
+            assert_eq!((length(found), found.cycles_done), (length(wanted), wanted.cycles_done));
+            for (a, b) in [
+                (found.normal_force, wanted.normal_force),
+                (found.contact_area, wanted.contact_area),
+                (found.dissipation, wanted.dissipation),
+            ] {
+                assert!(a == b || relative(a, b) < 1e-7, "{amplitude}, {}: {a} {b}", found.increment);
+            }
+            let [a, b] = [found, wanted].map(|record| record.worn_volume);
+            assert!(a == b || relative(a, b) < 1e-7, "{amplitude}: {a} {b}");
+        }
+        let [a, b] = [&run.state, &whole.state];
+        for (a, b) in [(&a.tractions, &b.tractions), (&a.wear_depth, &b.wear_depth), (&a.gap, &b.gap)] {
+            assert!(apart(a, b) < tolerance, "{amplitude}: {:e}", apart(a, b));
+        }
+    }
+}
+
+/// Keeps the state after each entry.
+struct States(Vec<Snapshot>);
+
+impl Observer for States {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        Ok(())
+    }
+
+    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        if moment == Moment::Entry {
+            self.0.push(snapshot());
+        }
+        Ok(())
+    }
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .expect("an array")
+        .iter()
+        .map(|x| x.as_f64().or(x.as_bool().map(f64::from)).expect("a number"))
+        .collect()
+}
+
+/// Truth: the fields of the state before, bit by bit in its cells; in the others nothing is worn or carried, and the tangential gap
+/// and elastic displacement are those of the run on the large frame from the start, to the tolerance of the solutions.
+#[test]
+fn states_are_carried_over() {
+    let (models, steps) = fretted(0.004, 10_000_000);
+    let options = SolverOptions::default();
+    let stopped = solve(&models[0], &steps);
+    let mut states = States(Vec::new());
+    run(&models[1], &steps, &options, &mut states).expect("a run");
+    let entries = stopped.records.len();
+    let same = states.0.into_iter().find(|state| state.records().len() == entries).expect("an entry");
+    let snapshot = stopped.outgrown.expect("a state");
+    let places = places(&models[0], &models[1]);
+    let larger = snapshot.clone().onto(&places, &models[1], &steps).expect("a state");
+    let [before, after, same] =
+        [*snapshot, larger, same].map(|state| serde_json::to_value(state).expect("JSON"));
+    let (n_before, n) = (16 * 16, 24 * 24);
+    let new: Vec<usize> = (0..n).filter(|cell| !places.contains(cell)).collect();
+    let fields = [
+        ("/state/tractions", true),
+        ("/state/worn", true),
+        ("/state/depth_errors", true),
+        ("/state/elastic", false),
+        ("/state/reference", false),
+        ("/within/Cycles/ring/it/hatted", true),
+        ("/within/Cycles/ring/stuck", true),
+        ("/within/Cycles/ring/at", false),
+        ("/within/Cycles/rate", true),
+    ];
+    for (name, nothing) in fields {
+        let [old, carried, wanted] = [&before, &after, &same]
+            .map(|state| numbers(state.pointer(name).unwrap_or_else(|| panic!("no {name}"))));
+        let planes = old.len() / n_before;
+        assert_eq!(carried.len(), planes * n, "{name}");
+        let largest = wanted.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        for plane in 0..planes {
+            for (cell, &place) in places.iter().enumerate() {
+                let [a, b] = [carried[plane * n + place], old[plane * n_before + cell]].map(f64::to_bits);
+                assert_eq!(a, b, "{name}: plane {plane} of cell {cell}");
+            }
+            // Where new cells would stick is of no account, for they do not.
+            for &cell in new.iter().filter(|_| !name.ends_with("/at")) {
+                let [a, b] = [&carried, &wanted].map(|field| field[plane * n + cell]);
+                assert!(!nothing || (a == 0.0 && b == 0.0), "{name}: plane {plane} of cell {cell}");
+                assert!((a - b).abs() <= 1e-7 * largest, "{name}: plane {plane} of cell {cell}: {a} {b}");
+            }
+        }
+    }
+    for same in [
+        "/state/rigid",
+        "/state/cycles_done",
+        "/state/dissipation",
+        "/within/Cycles/done",
+        "/within/Cycles/control",
+    ] {
+        assert_eq!(before.pointer(same), after.pointer(same), "{same}");
+        assert!(after.pointer(same).is_some(), "{same}");
+    }
+    assert!(larger_misfits(&models, &steps), "a state of another frame");
+}
+
+/// Whether a state is refused on a frame that is not the larger one.
+fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
+    let snapshot = solve(&models[0], steps).outgrown.expect("a state");
+    let short = vec![0; 10];
+    let beyond = vec![24 * 24; 16 * 16];
+    snapshot.clone().onto(&short, &models[1], steps).is_err()
+        && snapshot.onto(&beyond, &models[1], steps).is_err()
+}
