@@ -13,6 +13,7 @@ use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
+use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// A finite-element body tied to a frame through the faces of one physical group.
@@ -27,6 +28,8 @@ pub struct FeBody {
     floating: Option<Floating>,
     taken: bool,
     faces: Vec<SurfaceFace>,
+    /// The mesh as it was read: that of the gap.
+    unworn: Arc<Mesh>,
     limits: BTreeMap<String, Limit>,
     recovery: OnceLock<StressRecovery>,
 }
@@ -52,21 +55,37 @@ impl FeBody {
         frame: &ContactFrame,
         resources: &Resources,
     ) -> Result<Self> {
+        Self::worn(spec, (contact, side), frame, resources, None)
+    }
+
+    /// As [`Self::new_with`], with the stiffness of the mesh `worn` ([`super::worn::worn_mesh`]) where there is one; the gap and the
+    /// map to the cells are those of the mesh as it was read.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn worn(
+        spec: FeSpec,
+        (contact, side): (&str, Side),
+        frame: &ContactFrame,
+        resources: &Resources,
+        worn: Option<Arc<Mesh>>,
+    ) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, contact, side, frame, resources).context(|| name)
+        Self::build(spec, (contact, side), frame, resources, worn).context(|| name)
     }
 
     fn build(
         spec: FeSpec,
-        contact: &str,
-        side: Side,
+        (contact, side): (&str, Side),
         frame: &ContactFrame,
         resources: &Resources,
+        worn: Option<Arc<Mesh>>,
     ) -> Result<Self> {
-        let mesh = spec.mesh.clone();
-        let faces = group_faces(&mesh, contact)?;
-        let map = FaceMap::new(frame, &mesh, &faces, side)?;
-        let heights = map.heights(frame, &mesh);
+        let unworn = spec.mesh.clone();
+        let faces = group_faces(&unworn, contact)?;
+        let map = FaceMap::new(frame, &unworn, &faces, side)?;
+        let heights = map.heights(frame, &unworn);
+        let spec = FeSpec { mesh: worn.unwrap_or_else(|| unworn.clone()), ..spec };
         let model = FeModel::within(spec, &resources.memory)?;
         let candidates = frame.candidates.clone();
         let formed = candidates.as_ref().map(|cells| map.restrict(cells));
@@ -85,6 +104,7 @@ impl FeBody {
             floating,
             taken: false,
             faces,
+            unworn,
             limits,
             recovery,
         })
@@ -192,8 +212,12 @@ impl ElasticBody for FeBody {
     }
 
     fn surface(&self) -> Option<MeshedSurface<'_>> {
-        let mesh = self.condensed.model().mesh();
-        Some(MeshedSurface { mesh, faces: &self.faces, side: self.side, heights: self.heights.clone() })
+        Some(MeshedSurface {
+            mesh: &self.unworn,
+            faces: &self.faces,
+            side: self.side,
+            heights: self.heights.clone(),
+        })
     }
 
     /// Displacement at all mesh nodes.

@@ -7,6 +7,7 @@ pub mod half_space;
 mod partial;
 pub mod rigid;
 pub mod stress;
+pub mod worn;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;

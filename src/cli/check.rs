@@ -10,7 +10,7 @@ use crate::history::step::{CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::scene::{self, Document};
-use crate::study::{self, Forecast};
+use crate::study::{self, Forecast, moving};
 use crate::wear::WearLaw;
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
@@ -116,7 +116,7 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
         ("frame", frame),
         ("unknowns", format!("{} tractions", 3 * forecast.n_cells)),
         ("friction", friction(&plan.friction)),
-        ("wear", wear(&plan.wear)),
+        ("wear", wear(plan)),
         ("contact problems", forecast.n_solves.to_string()),
         ("memory", format!("about {mib:.0} MiB")),
         ("time", format!("about {} (within a factor of a few)", seconds(forecast.seconds))),
@@ -139,7 +139,18 @@ fn friction(law: &FrictionLaw) -> String {
     }
 }
 
-fn wear(law: &WearLaw) -> String {
+fn wear(plan: &Plan) -> String {
+    let law = wear_law(&plan.wear);
+    let Some(share) = plan.move_mesh else { return law };
+    let bodies = moving::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
+    let bodies: Vec<String> = bodies.collect();
+    format!(
+        "{law}; mesh of {} moved with wear when deeper than {share} of its elements",
+        bodies.join(" and ")
+    )
+}
+
+fn wear_law(law: &WearLaw) -> String {
     match *law {
         WearLaw::None => "none".to_owned(),
         WearLaw::Archard { i } => format!("Archard, intensity {i:e}"),

@@ -1,4 +1,5 @@
-//! Runs a plan into a directory of results, on a larger frame where contact outgrows the first one.
+//! Runs a plan into a directory of results, on a larger frame where contact outgrows the first one, and on moved meshes where
+//! bodies wear.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use super::exit;
 use super::resume::Checkpoints;
 use super::run::report;
+use super::turn::{Maker, Stage, Way};
 use crate::error::{Error, Kind, Result};
 use crate::frame::ContactFrame;
 use crate::history::step::{FrameState, IncrementRecord, Moment, Observer, Outcome};
@@ -18,8 +20,8 @@ use crate::results::output::OutputDir;
 use crate::results::recorder::{Parts, Recorder};
 use crate::results::summary::{FrameRecord, Summary};
 use crate::scene::Plan;
-use crate::study::grow::{self, Outgrown};
-use crate::study::{self, Failure, Study};
+use crate::study::moving::Room;
+use crate::study::{Failure, Study};
 
 /// How a plan is run.
 pub(super) struct Job<'a> {
@@ -33,6 +35,12 @@ pub(super) struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<Checkpoints>,
+}
+
+impl Job<'_> {
+    fn maker(&mut self) -> Maker<'_> {
+        Maker { frame: self.frame, show: &mut *self.show, stop: self.stop }
+    }
 }
 
 /// Hears nothing.
@@ -54,6 +62,7 @@ impl Observer for Nobody {
 struct Watched<'a, 'r> {
     recorder: &'a mut Recorder<'r>,
     watch: &'a mut dyn Observer,
+    room: Option<Room>,
 }
 
 impl Observer for Watched<'_, '_> {
@@ -74,6 +83,10 @@ impl Observer for Watched<'_, '_> {
         self.recorder.interrupted()
     }
 
+    fn is_outdated(&self, worn: &[f64]) -> bool {
+        self.room.as_ref().is_some_and(|room| room.is_exceeded(worn))
+    }
+
     fn wants_loops(&self) -> bool {
         self.recorder.wants_loops()
     }
@@ -83,16 +96,12 @@ impl Observer for Watched<'_, '_> {
     }
 }
 
-/// What a part of a run, on one frame, begins with.
+/// What a part of a run, on one frame with bodies of one shape, begins with.
 struct Leg {
     parts: Parts,
     from: Option<(Snapshot, Course)>,
-    /// How often the frame was enlarged.
-    growths: usize,
+    stage: Stage,
 }
-
-/// A study on a larger frame, the state there, and the numbers there of the cells so far.
-type Larger<'p> = (Study<'p>, Snapshot, Vec<usize>);
 
 /// Runs the plan into `output` and completes `summary`; the exit code, or the failure that ended it, which is in the
 /// summary too.
@@ -103,10 +112,13 @@ pub(super) fn compute(
     mut job: Job<'_>,
 ) -> std::result::Result<u8, Failure> {
     let from = job.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
-    let growths = from.as_ref().map_or(0, |from| from.kept.growths);
+    let stage = from.as_ref().map_or_else(Stage::default, |from| Stage {
+        growths: from.kept.growths,
+        moves: from.kept.moves.clone(),
+    });
     let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
     let early = |output| Recorder::into_directory(output).with_records(records.clone());
-    let study = match safely(|| ready(plan, growths, &mut job)) {
+    let study = match safely(|| job.maker().ready(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
@@ -132,18 +144,7 @@ pub(super) fn compute(
         None => (Written::default(), None),
     };
     let parts = Parts { output: Some(output), records, written, keeper };
-    legs(plan, study, Leg { parts, from, growths }, summary, &mut job)
-}
-
-/// Makes the plan ready on its frame, which was enlarged so often, or that of the job.
-fn ready<'p>(
-    plan: &'p Plan,
-    growths: usize,
-    job: &mut Job<'_>,
-) -> std::result::Result<Option<Study<'p>>, Failure> {
-    let larger = if growths > 0 { Some(grow::frame(plan, growths)?) } else { None };
-    let show = &mut |stage: &str, done: f64| (job.show)(stage, done, None);
-    study::prepare_on(plan, larger.as_ref().or(job.frame), show, job.stop)
+    legs(plan, study, Leg { parts, from, stage }, summary, &mut job)
 }
 
 /// A panic as a failure.
@@ -168,50 +169,61 @@ fn legs<'p>(
         summary.condensation.clone_from(&study.condensation);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
         study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-        let Leg { parts: Parts { output, records, written, keeper }, from, growths } = leg;
+        let Leg { parts: Parts { output, records, written, keeper }, from, stage } = leg;
+        summary.mesh_moves = plan.move_mesh.map(|_| stage.moves.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
         let fields = fields.on_surface(study.surface()).after(written);
         let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
         let recorder = recorder.with_progress(&mut *job.show).with_stop(job.stop);
         let mut recorder = match keeper {
             Some(keeper) => {
-                recorder.with_checkpoints(keeper.on_frame(growths), study.model().flexibility.as_ref())
+                let keeper = keeper.on_frame(stage.growths, &stage.moves);
+                recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
             }
             None => recorder,
         };
-        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch };
+        let room = match Room::new(plan, &study, &stage.moves) {
+            Ok(room) => room,
+            Err(error) => return conclude(recorder, Err(error), summary),
+        };
+        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
         let mut result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
-        let outgrown = result.as_mut().ok().and_then(|result| result.outgrown.take());
-        let refusal = match job.frame {
-            Some(_) => Some("a comparison has one frame for all".to_owned()),
-            None => grow::refusal(plan, growths),
+        let shared = job.frame.is_some();
+        let way = safely(|| {
+            Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))
+        });
+        let way = match way.unwrap_or_else(|failure| {
+            result = Err(failure.error);
+            None
+        }) {
+            None => return conclude(recorder, result, summary),
+            Some(Way::End(why)) => return conclude(recorder, tell(result, Some(why)), summary),
+            Some(Way::Interrupted) => return conclude(recorder, interrupted(result), summary),
+            Some(way) => way,
         };
-        let snapshot = match (outgrown, refusal) {
-            (Some(snapshot), None) => *snapshot,
-            (outgrown, refusal) => {
-                let why = refusal.filter(|_| outgrown.is_some());
-                return conclude(recorder, tell(result, why), summary);
-            }
-        };
-        let (mut parts, surface) = (recorder.into_parts(), study.surface());
-        let outgrown = study.outgrown(snapshot);
-        let frame = outgrown.frame.clone();
-        match safely(|| enlarge(plan, outgrown, growths + 1, job)) {
-            Ok(Some((larger, snapshot, places))) => {
-                parts.written = parts.written.onto(&places, larger.model().frame.n_cells());
-                let course = larger.model().flexibility.course();
-                leg = Leg { parts, from: Some((snapshot, course)), growths: growths + 1 };
-                study = larger;
+        let grows = matches!(way, Way::Larger(_));
+        let (mut parts, surface, frame) =
+            (recorder.into_parts(), study.surface(), study.model().frame.clone());
+        match safely(|| job.maker().take(plan, (study, way), &stage)) {
+            Ok(Some(next)) => {
+                if let Some(places) = next.places {
+                    parts.written = parts.written.onto(&places, next.study.model().frame.n_cells());
+                }
+                let course = next.study.model().flexibility.course();
+                leg = Leg { parts, from: Some((next.snapshot, course)), stage: next.stage };
+                study = next.study;
             }
             ended => {
                 let result = match ended {
-                    Err(failure) if failure.error.kind() != Kind::Interrupted => {
+                    Err(failure) if failure.error.kind() == Kind::Interrupted => interrupted(result),
+                    Err(failure) if grows => {
                         tell(result, Some(format!("the frame is not enlarged: {}", failure.error)))
                     }
-                    _ => result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result }),
+                    Err(failure) => Err(failure.error),
+                    Ok(_) => interrupted(result),
                 };
                 let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
                 let fields = fields.on_surface(surface).after(parts.written);
@@ -224,17 +236,8 @@ fn legs<'p>(
     }
 }
 
-/// The study on a larger frame, and the state there; `None` if a signal came meanwhile.
-fn enlarge<'p>(
-    plan: &'p Plan,
-    outgrown: Outgrown,
-    growths: usize,
-    job: &mut Job<'_>,
-) -> std::result::Result<Option<Larger<'p>>, Failure> {
-    let Some(study) = ready(plan, growths, job)? else { return Ok(None) };
-    let onto = outgrown.onto(plan, &study);
-    let (snapshot, places) = onto.map_err(|error| Failure { error, key: "frame.grow".to_owned() })?;
-    Ok(Some((study, snapshot, places)))
+fn interrupted(result: Result<RunResult>) -> Result<RunResult> {
+    result.map(|result| RunResult { outcome: Outcome::Interrupted, ..result })
 }
 
 /// The result with one more warning.

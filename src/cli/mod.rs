@@ -12,6 +12,7 @@ mod schema;
 mod signal;
 mod study;
 mod table;
+mod turn;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -88,22 +88,30 @@ fn finite(values: &[f64]) -> Result<()> {
 }
 
 fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut Loads) -> Result<()> {
-    // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
-    let (square, corner) = (quadrilateral(2), triangle(1));
-    let (square2, corner2) = (quadrilateral(4), triangle(5));
-    let forces = &mut loads.forces;
     for face in group_faces(mesh, group)? {
         loads.faces.push(LoadedFace { owner: face.owner, local_face: face.local_face, load });
-        match face.kind {
-            ElementKind::Quad4 => load_face::<Quad4, 4>(mesh, &face, load, &square, forces),
-            ElementKind::Tri3 => load_face::<Tri3, 3>(mesh, &face, load, &corner, forces),
-            ElementKind::Quad8 => load_face::<Quad8, 8>(mesh, &face, load, &square2, forces),
-            ElementKind::Quad9 => load_face::<Quad9, 9>(mesh, &face, load, &square2, forces),
-            ElementKind::Tri6 => load_face::<Tri6, 6>(mesh, &face, load, &corner2, forces),
-            other => unreachable!("{} is no face of a solid", other.name()),
-        }
+        add_face_load(mesh, &face, load, &mut loads.forces);
     }
     Ok(())
+}
+
+/// ∫ N_a dS of the faces as vectors, outward, mm2, `[n_points]`.
+pub(crate) fn vector_areas(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalForces {
+    let mut areas = vec![[0.0; 3]; mesh.n_points()];
+    faces.iter().for_each(|face| add_face_load(mesh, face, FaceLoad::Pressure(-1.0), &mut areas));
+    areas
+}
+
+fn add_face_load(mesh: &Mesh, face: &SurfaceFace, load: FaceLoad, forces: &mut NodalForces) {
+    // N times the area vector, which is bilinear on a quad4 and of degree 2 or 3 along each direction on second order.
+    match face.kind {
+        ElementKind::Quad4 => load_face::<Quad4, 4>(mesh, face, load, &quadrilateral(2), forces),
+        ElementKind::Tri3 => load_face::<Tri3, 3>(mesh, face, load, &triangle(1), forces),
+        ElementKind::Quad8 => load_face::<Quad8, 8>(mesh, face, load, &quadrilateral(4), forces),
+        ElementKind::Quad9 => load_face::<Quad9, 9>(mesh, face, load, &quadrilateral(4), forces),
+        ElementKind::Tri6 => load_face::<Tri6, 6>(mesh, face, load, &triangle(5), forces),
+        other => unreachable!("{} is no face of a solid", other.name()),
+    }
 }
 
 /// Adds the forces of one face, ∫ N_a t dS.

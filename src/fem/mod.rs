@@ -21,6 +21,7 @@ mod kept_factor;
 mod loads;
 mod method;
 mod model;
+mod moved;
 mod recovery;
 mod regions;
 mod rigid;
@@ -31,8 +32,10 @@ mod symmetry;
 pub use analysis::{Analysis, flexibility_bytes};
 pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
 pub use condensed::{CondensedBody, Keep, Origin, Resources};
+pub(crate) use loads::vector_areas;
 pub use method::{Method, Shortage};
 pub use model::FeModel;
+pub(crate) use moved::moved;
 pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, ROUNDING, RecoveryPoints, StressRecovery, size_ratios,
 };

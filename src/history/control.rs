@@ -124,6 +124,13 @@ impl Path {
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
+    /// The same path where first touch is `by` farther along n.
+    pub fn touching_later(mut self, by: f64) -> Self {
+        self.first_touch += by;
+        self.start.rigid[2] += by;
+        self
+    }
+
     /// Controls at `fraction` of the path; `now` is the present rigid motion (x, y, n; about x, y, n), the guess for what is
     /// free.
     pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> Controls {

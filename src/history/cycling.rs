@@ -54,7 +54,7 @@ pub(super) struct Cycling {
     /// Dissipation per cycle or mm there.
     pub power: f64,
     /// What is prescribed besides the cycles, from the start of the step to its end.
-    path: Path,
+    pub path: Path,
     control: JumpControl,
     /// Entries of the step.
     entries: usize,
@@ -66,6 +66,8 @@ pub(super) struct Cycling {
     touched: bool,
     /// Cycles and distance before the step.
     before: (u64, f64),
+    /// Rates and ends are those of other operators.
+    pub stale: bool,
 }
 
 /// What the slip of a cycle follows from.
@@ -112,6 +114,18 @@ impl Run<'_> {
                     self.return_to_center(step, course, observer)?;
                 }
                 return Ok(());
+            }
+            if cycling.entries > 0 && observer.is_outdated(&self.state.worn) {
+                self.within = Within::Cycles(cycling);
+                self.outdated = true;
+                return Ok(());
+            }
+            if cycling.stale {
+                let evaluated = self.evaluate_anew(step, cycles, &mut cycling, observer);
+                if !matches!(evaluated, Ok(true)) {
+                    self.within = Within::Cycles(cycling);
+                    return evaluated.map(|_| ());
+                }
             }
             let (before, control, spent) = (Tried::of(&cycling), cycling.control, cycling.ring.spent);
             let jumped = self.next_jump(step, cycles, &mut cycling, observer);
@@ -168,6 +182,7 @@ impl Run<'_> {
             peak: 0.0,
             touched: false,
             before: (self.state.cycles_done, self.state.distance_slid),
+            stale: false,
         };
         if let Way::Round(course) = &cycling.way {
             let (loads, _) = self.loads_in_cycles(step, &cycling, 0.0);
@@ -176,29 +191,61 @@ impl Run<'_> {
                 return Ok(None);
             }
         }
-        let worn = self.state.worn.clone();
-        let mut jump = Jump::new(n);
-        let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };
-        self.stage(step, (0.0, &worn, 0.0), &mut cycling, &mut jump, (observer, &stage))?;
-        if !jump.converged() {
-            self.record_jump(step, cycles, (&mut cycling, &jump), (0.0, 0, clock), observer)?;
+        if !self.evaluate(step, cycles, (&mut cycling, clock), observer)? {
             return Ok(None);
         }
-        cycling.ring.spend(&jump.report);
-        cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-        cycling.power = jump.checks.dissipation;
         cycling.touched = state::touches_edge(&self.prepared, &cycling.ring.it);
         cycling.peak = cycling.peak_pressure();
-        if cycles.integrator == Integrator::Explicit {
-            cycling.critical = self.critical_length(&cycling.ring.it);
-            cycling.refuse_unstable(step, cycles)?;
-        }
+        cycling.refuse_unstable(step, cycles)?;
         let fastest = cycling.rate.iter().copied().fold(0.0, f64::max);
         if fastest > 0.0 {
             let first = FIRST * self.prepared.approach(&cycling.ring.it, 0).abs() / fastest;
             cycling.control = JumpControl::new(first.min(cycles.count), cycles.integrator.order());
         }
         Ok(Some(cycling))
+    }
+
+    /// Ends and rates at the worn depth of the state; `false` where they do not converge.
+    fn evaluate(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, clock): (&mut Cycling, Instant),
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        let (worn, at) = (self.state.worn.clone(), cycling.done / cycles.count);
+        let mut jump = Jump::new(self.prepared.n());
+        let stage = Stage { name: &step.name, from: at, to: at };
+        self.stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
+        if !jump.converged() {
+            self.record_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
+            return Ok(false);
+        }
+        cycling.ring.spend(&jump.report);
+        cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
+        cycling.power = jump.checks.dissipation;
+        if cycles.integrator == Integrator::Explicit {
+            cycling.critical = self.critical_length(&cycling.ring.it);
+        }
+        Ok(true)
+    }
+
+    /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
+    fn evaluate_anew(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut Cycling,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        if !self.evaluate(step, cycles, (cycling, Instant::now()), observer)? {
+            return Ok(false);
+        }
+        cycling.stale = false;
+        if let Err(unstable) = cycling.refuse_unstable(step, cycles) {
+            self.result.warnings.push(unstable.message().to_owned());
+        }
+        Ok(true)
     }
 
     /// Slip of each cell per mm that body 2 slides along a direction, `[2, N]`.

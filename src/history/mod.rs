@@ -26,6 +26,7 @@ mod tried;
 use std::time::Instant;
 
 pub use model::Model;
+pub use onto::Before;
 pub use snapshot::Snapshot;
 
 use crate::contact::solver::on_windows;
@@ -64,6 +65,9 @@ pub struct RunResult {
     pub state: FrameState,
     /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`Snapshot::onto`]).
     pub outgrown: Option<Box<Snapshot>>,
+    /// Where the run ends because the observer wants it ([`Observer::is_outdated`]): what it can be taken up from with other
+    /// operators.
+    pub outdated: Option<Box<Snapshot>>,
 }
 
 /// A run in progress: the model, the state, and what is collected.
@@ -80,6 +84,8 @@ struct Run<'a> {
     safe: Safe,
     /// Solves, iterations and operator applications of a jump that was not taken since contact outgrew the frame in it.
     lost: [usize; 3],
+    /// The observer wants the run to end before the next jump.
+    outdated: bool,
 }
 
 /// What later increments change of a run, as it was at the end of the last entry.
@@ -135,6 +141,7 @@ pub fn run_from(
         loops: Vec::new(),
         state: FrameState::default(),
         outgrown: None,
+        outdated: None,
     };
     if prepared.ellipse.is_some() {
         result.warnings.extend(path_dependence(&model.friction, steps));
@@ -145,8 +152,9 @@ pub fn run_from(
     let held = Held::at_rest(normal);
     let safe =
         Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
-    let (within, lost) = (Within::Start, [0; 3]);
-    let mut run = Run { prepared, options: *options, step: 0, within, state, held, result, safe, lost };
+    let (within, lost, outdated) = (Within::Start, [0; 3], false);
+    let mut run =
+        Run { prepared, options: *options, step: 0, within, state, held, result, safe, lost, outdated };
     if let Some(snapshot) = from {
         run.take_up(snapshot, steps.len())?;
     }
@@ -165,13 +173,19 @@ impl Run<'_> {
     fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
         while let Some(step) = steps.get(self.step) {
             let started = Instant::now();
+            if matches!(self.within, Within::Start) && observer.is_outdated(&self.state.worn) {
+                return self.hand_on(observer);
+            }
             match &step.cycles {
                 None => self.increments(step, observer)?,
                 Some(cycles) => self.cycles(step, cycles, self.step + 1 == steps.len(), observer)?,
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
+            if self.outdated {
+                return self.hand_on(observer);
+            }
             if self.result.outcome == FRAME_EDGE {
-                observer.keep(Moment::Outgrown, &|| self.snapshot())?;
+                observer.keep(Moment::HandedOn, &|| self.snapshot())?;
                 let mut snapshot = self.snapshot();
                 snapshot.burden(self.lost);
                 self.result.outgrown = Some(Box::new(snapshot));
@@ -184,6 +198,13 @@ impl Run<'_> {
             self.within = Within::Start;
             self.keep(Moment::StepEnd, observer)?;
         }
+        Ok(())
+    }
+
+    /// Ends the run where it can be taken up with other operators.
+    fn hand_on(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        observer.keep(Moment::HandedOn, &|| self.snapshot())?;
+        self.result.outdated = Some(Box::new(self.snapshot()));
         Ok(())
     }
 
@@ -201,9 +222,29 @@ impl Run<'_> {
     /// What the run can be taken up from.
     fn snapshot(&self) -> Snapshot {
         // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
-        let Self { prepared, options: _, step, within, state: _, held: _, result, safe, lost: _ } = self;
-        let RunResult { records, outcome: _, skipped: _, warnings, timings, loops, state: _, outgrown: _ } =
-            result;
+        let Self {
+            prepared,
+            options: _,
+            step,
+            within,
+            state: _,
+            held: _,
+            result,
+            safe,
+            lost: _,
+            outdated: _,
+        } = self;
+        let RunResult {
+            records,
+            outcome: _,
+            skipped: _,
+            warnings,
+            timings,
+            loops,
+            state: _,
+            outgrown: _,
+            outdated: _,
+        } = result;
         let mut formed = prepared.formed();
         formed.truncate(safe.formed);
         Snapshot {

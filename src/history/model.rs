@@ -103,10 +103,7 @@ impl<'a> Prepared<'a> {
         let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
         let mut initial_gap = model.initial_gap.clone();
-        let first_touch = match rigid_axes {
-            None => initial_gap[2 * n..].iter().copied().fold(f64::INFINITY, f64::min),
-            Some(_) => 0.0,
-        };
+        let first_touch = first_touch(rigid_axes.is_none(), &initial_gap[2 * n..]);
         initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
         let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.motions).collect();
         if motions.len() > FLOATING || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
@@ -242,6 +239,11 @@ impl<'a> Prepared<'a> {
         }
         (self.axes.to_local(&force).into(), self.axes.to_local(&moment).into())
     }
+}
+
+/// Approach at which the first cell closes by the normal part of the initial gap, `[N]`; 0 on curved frames.
+pub(super) fn first_touch(level: bool, normal_gap: &[f64]) -> f64 {
+    if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 
 /// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by planes.

@@ -53,6 +53,11 @@ impl Snapshot {
         }
     }
 
+    /// Depth that the bodies have lost, both of them, `[N]`, mm.
+    pub fn worn(&self) -> &[f64] {
+        &self.state.worn
+    }
+
     /// Number of cells of the frame.
     pub fn n_cells(&self) -> usize {
         self.state.worn.len()

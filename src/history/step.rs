@@ -393,8 +393,9 @@ pub enum Moment {
     StepEnd,
     /// The run ends here, before its time.
     Broken,
-    /// The run ends here: contact reaches the edge of the frame in the jump that would follow.
-    Outgrown,
+    /// The run ends here, to go on with other operators: contact reaches the edge of the frame in the jump that would follow, or
+    /// the observer wants it.
+    HandedOn,
 }
 
 /// Watches a run: progress, output of fields, checkpoints hang on it.
@@ -415,6 +416,12 @@ pub trait Observer {
     /// If it cannot be written; the run stops.
     fn keep(&mut self, _moment: Moment, _snapshot: &dyn Fn() -> Snapshot) -> crate::error::Result<()> {
         Ok(())
+    }
+
+    /// Asked before jumps of a step in progress and before steps: whether the run is to end here, for the bodies have lost `worn`
+    /// (`[N]`, mm, both of them) and it goes on with operators that know it.
+    fn is_outdated(&self, _worn: &[f64]) -> bool {
+        false
     }
 
     /// Asked between iterations: whether to stop (a signal was caught).

@@ -5,6 +5,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Context, Result};
+use crate::frame::grid::spread;
 use crate::history::step::IncrementRecord;
 use crate::linalg::course::Course;
 use crate::results::checkpoint;
@@ -24,8 +25,35 @@ pub struct Kept<S> {
     /// How often the frame was enlarged.
     #[serde(default)]
     pub growths: usize,
+    /// How the meshes moved with wear.
+    #[serde(default)]
+    pub moves: Moves,
     /// The files that were written.
     pub files: Vec<Gathered>,
+}
+
+/// How the meshes of worn bodies have moved.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+pub struct Moves {
+    /// Worn depth of both bodies at the last move, `[N]`, mm; empty before the first.
+    pub worn: Vec<f64>,
+    /// How often they moved.
+    pub count: usize,
+    /// They do not move any more, for an element would turn over or get too flat.
+    pub over: bool,
+}
+
+impl Moves {
+    /// After one more move, with the bodies worn by `worn`.
+    pub fn to(&self, worn: &[f64]) -> Self {
+        Self { worn: worn.to_vec(), count: self.count + 1, over: self.over }
+    }
+
+    /// On a frame of `n` cells of which the ones so far are a part; `places`: their numbers there.
+    pub fn onto(self, places: &[usize], n: usize) -> Self {
+        let worn = if self.worn.is_empty() { Vec::new() } else { spread(&self.worn, places, n, |_| 0.0) };
+        Self { worn, ..self }
+    }
 }
 
 /// How often checkpoints are written.
@@ -64,13 +92,14 @@ pub struct Keeper {
     last: Progress,
     at: Instant,
     growths: usize,
+    moves: Moves,
 }
 
 impl Keeper {
     /// Of a run that begins at the start.
     pub fn new(origin: Origin, interval: Interval) -> Self {
         let (now, last) = (Instant::now(), Progress { entries: 0, cycles: 0 });
-        Self { origin, interval, number: 0, last, at: now, growths: 0 }
+        Self { origin, interval, number: 0, last, at: now, growths: 0, moves: Moves::default() }
     }
 
     /// Of a run that goes on from checkpoint `number`, which holds `last`.
@@ -79,9 +108,9 @@ impl Keeper {
         self
     }
 
-    /// Of a run on a frame that was enlarged so often.
-    pub fn on_frame(mut self, growths: usize) -> Self {
-        self.growths = growths;
+    /// Of a run on a frame that was enlarged so often, with meshes that have moved like this.
+    pub fn on_frame(mut self, growths: usize, moves: &Moves) -> Self {
+        (self.growths, self.moves) = (growths, moves.clone());
         self
     }
 
@@ -114,7 +143,7 @@ impl Keeper {
         (written, files): (&Written, &[Gathered]),
     ) -> Result<()> {
         output.last()?;
-        let kept = KeptNow { snapshot, course, written, growths: self.growths, files };
+        let kept = KeptNow { snapshot, course, written, growths: self.growths, moves: &self.moves, files };
         checkpoint::write(output.path(), self.number + 1, &self.origin, &kept)
             .context(|| "writing a checkpoint".to_owned())?;
         (self.number, self.last, self.at) = (self.number + 1, now, Instant::now());
@@ -129,6 +158,7 @@ struct KeptNow<'a, S> {
     course: &'a Course,
     written: &'a Written,
     growths: usize,
+    moves: &'a Moves,
     files: &'a [Gathered],
 }
 

@@ -162,7 +162,7 @@ impl Keeping<'_> {
         let now = keeper::Progress::of(finished);
         let wanted = match moment {
             Moment::Broken => interrupted && self.keeper.is_news(now),
-            Moment::Outgrown => self.keeper.is_news(now),
+            Moment::HandedOn => self.keeper.is_news(now),
             Moment::Entry | Moment::StepEnd => self.keeper.is_due(now),
         };
         if !wanted {

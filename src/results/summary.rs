@@ -127,6 +127,9 @@ pub struct Summary {
     /// The frame at the end, where it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<FrameRecord>,
+    /// How often the meshes of worn bodies were moved, where `wear.move_mesh` asks for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh_moves: Option<usize>,
     /// One entry per increment or cycle jump, in order.
     pub steps: Vec<IncrementRecord>,
     /// Peaks of stress, failure indices and estimated error of the bodies, where they were asked for.
@@ -163,6 +166,7 @@ impl Summary {
             reason: None,
             error: None,
             frame: None,
+            mesh_moves: None,
             steps: Vec::new(),
             bodies: Vec::new(),
             skipped: Vec::new(),
@@ -267,6 +271,7 @@ mod tests {
         let mut summary = summary();
         summary.conclude(&Ok(Outcome::NotConverged("gross-sliding")));
         summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
+        summary.mesh_moves = Some(1);
         let (outcome, text) = summary.to_json();
         outcome.unwrap();
         let value: Value = serde_json::from_str(&text).unwrap();

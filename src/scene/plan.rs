@@ -44,6 +44,8 @@ pub struct Plan {
     pub wear: WearLaw,
     /// Fraction of the worn depth taken from body 1.
     pub wear_share: f64,
+    /// Share of the elements that a meshed body wears by until its mesh moves; `None` where it does not.
+    pub move_mesh: Option<f64>,
     /// Integration of wear over cycle jumps.
     pub integrator: Integrator,
     /// The load steps.

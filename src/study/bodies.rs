@@ -1,5 +1,7 @@
 //! Bodies and frame of a plan.
 
+use std::sync::Arc;
+
 use super::failure::{AtKey, Failure};
 use super::memory;
 use super::prepare::cross;
@@ -12,6 +14,7 @@ use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::place;
 use crate::linalg::memory::MemoryLimit;
+use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
@@ -89,11 +92,11 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
     Ok(frame.keep(&covered))
 }
 
-/// Body `index` (0 or 1) of a plan within the memory `left` for it, ready to give its flexibility on the frame; and the bytes
+/// Body `index` (0 or 1) of a plan, with the stiffness of its worn mesh where there is one, within the memory `left` for it, ready to give its flexibility on the frame; and the bytes
 /// that it keeps then.
 pub(super) fn body(
     plan: &Plan,
-    index: usize,
+    (index, worn): (usize, Option<Arc<Mesh>>),
     frame: &ContactFrame,
     left: MemoryLimit,
 ) -> Result<(Box<dyn ElasticBody>, usize), Failure> {
@@ -111,8 +114,8 @@ pub(super) fn body(
             face_map(fe, index, frame)?;
             let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
-            let body =
-                FeBody::new_with(fe.inputs(key), &fe.contact, SIDES[index], frame, &resources).at(key)?;
+            let contact = (fe.contact.as_str(), SIDES[index]);
+            let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::held(&body);
             (Box::new(body.with_limits(plan.limits.clone())), held)
         }

@@ -5,6 +5,7 @@
 
 use super::bodies::{self, ensure_grid};
 use super::failure::Failure;
+use super::moving;
 use super::prepare::Study;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
@@ -83,7 +84,7 @@ impl Outgrown {
         let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
         let places = before.places_in(&now);
         same_gap(&self.gap, &model.initial_gap, &places)?;
-        let mut snapshot = self.snapshot.onto(&places, model, &plan.steps)?;
+        let mut snapshot = self.snapshot.onto(&places, model, &plan.steps, None)?;
         snapshot.tell(note(plan, &snapshot, &before, &now));
         Ok((snapshot, places))
     }
@@ -111,16 +112,7 @@ fn same_gap(before: &[f64], now: &[f64], places: &[usize]) -> Result<()> {
 
 /// Says when the frame grew, and to what.
 fn note(plan: &Plan, snapshot: &Snapshot, before: &Grid, now: &Grid) -> String {
-    let after = snapshot.records().last().map_or_else(String::new, |last| {
-        format!(
-            " after step \"{}\" ({}), {} cycles and {} {} of sliding",
-            last.name,
-            last.increment,
-            last.cycles_done,
-            number(last.distance_slid),
-            plan.units.length
-        )
-    });
+    let after = moving::after(plan, snapshot);
     let [x, y] = now.half_width().map(number);
     format!(
         "wear brought the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = \

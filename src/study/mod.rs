@@ -9,6 +9,7 @@ mod fit;
 pub mod forecast;
 pub mod grow;
 mod memory;
+pub mod moving;
 mod prepare;
 pub mod refine;
 mod repetition;
@@ -17,7 +18,7 @@ pub mod sweep;
 
 pub use failure::Failure;
 pub use forecast::{Forecast, forecast};
-pub use prepare::{Study, prepare, prepare_on};
+pub use prepare::{Study, prepare, prepare_on, prepare_worn};
 
 /// What the user should know of how bodies and frame of a plan fit.
 ///

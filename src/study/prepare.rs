@@ -8,9 +8,10 @@ use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::grow::{self, Outgrown};
 use super::memory;
+use super::moving::{self, Meshes};
 use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
-use crate::body::{BodyEquations, ElasticBody};
+use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
 use crate::error::Result;
@@ -65,6 +66,19 @@ pub fn prepare_on<'p>(
     progress: &mut dyn FnMut(&str, f64),
     stop: &AtomicBool,
 ) -> std::result::Result<Option<Study<'p>>, Failure> {
+    prepare_worn(plan, (given, [None, None]), progress, stop)
+}
+
+/// As [`prepare_on`], with the stiffness of worn meshes ([`moving::meshes`]) where there are any.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_worn<'p>(
+    plan: &'p Plan,
+    (given, worn): (Option<&ContactFrame>, Meshes),
+    progress: &mut dyn FnMut(&str, f64),
+    stop: &AtomicBool,
+) -> std::result::Result<Option<Study<'p>>, Failure> {
     let mut timings = Timings::default();
     progress("frame", 0.0);
     let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
@@ -72,13 +86,13 @@ pub fn prepare_on<'p>(
     let mut notes = super::fit::check(plan, &frame)?;
     let frame = timings.measure("frame", || with_candidates(plan, frame))?;
     let (mut bodies, mut held) = (Vec::with_capacity(2), 0);
-    for (index, key) in KEYS.into_iter().enumerate() {
+    for ((index, key), worn) in KEYS.into_iter().enumerate().zip(worn) {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
         progress(key, 0.0);
         let left = memory::left(plan, &frame, held);
-        let (made, bytes) = timings.measure(key, || body(plan, index, &frame, left))?;
+        let (made, bytes) = timings.measure(key, || body(plan, (index, worn), &frame, left))?;
         held += bytes;
         bodies.push(made);
     }
@@ -98,6 +112,7 @@ pub fn prepare_on<'p>(
     skipped.extend(compression(plan, &frame));
     skipped.extend(skipped_fields(plan));
     skipped.extend(grow::skipped(plan));
+    skipped.extend(moving::skipped(plan));
     let mut condensation = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {
         let BodyEquations::FiniteElements(body) = body.equations() else { continue };
@@ -202,6 +217,14 @@ impl Study<'_> {
         Outgrown { frame: self.model.frame, gap: self.model.initial_gap, snapshot }
     }
 
+    /// Body `index`, if it is meshed.
+    pub(super) fn meshed(&self, index: usize) -> Option<&FeBody> {
+        match self.bodies[index].equations() {
+            BodyEquations::FiniteElements(body) => Some(body),
+            _ => None,
+        }
+    }
+
     /// Frame, flexibility, gap and laws.
     pub fn model(&self) -> &Model {
         &self.model
@@ -234,7 +257,13 @@ impl Study<'_> {
                 let shape = match spec {
                     BodySpec::Rigid => return None,
                     BodySpec::HalfSpace(_) => BodyShape::Frame,
-                    BodySpec::Fe(fe) => BodyShape::Mesh { mesh: &fe.mesh, contact_nodes },
+                    BodySpec::Fe(fe) => {
+                        // It may have moved with wear.
+                        let now = self
+                            .meshed(usize::from(side == Side::Upper))
+                            .map(|body| body.condensed().model().mesh());
+                        BodyShape::Mesh { mesh: now.unwrap_or(&fe.mesh), contact_nodes }
+                    }
                 };
                 Some(BodyOutput { side, body: body.as_ref(), shape })
             })

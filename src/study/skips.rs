@@ -6,6 +6,7 @@ use super::candidates;
 use super::failure::Failure;
 use super::grow;
 use super::memory::compresses;
+use super::moving;
 use super::prepare::{cross, options};
 use crate::bem::half_space::compressed::DENSE;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -49,6 +50,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, F
     all.extend(compression(plan, frame));
     all.extend(skipped_fields(plan));
     all.extend(grow::skipped(plan));
+    all.extend(moving::skipped(plan));
     all.extend(of_contact);
     Ok(all)
 }

@@ -11,6 +11,7 @@ mod iterative;
 mod limits;
 mod loads;
 mod materials;
+mod moved;
 mod outputs;
 mod refine;
 mod repeated;

@@ -7,6 +7,7 @@ mod job;
 use std::fs;
 use std::time::Duration;
 
+use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
 
 /// Truth (rel-restart-equals-continuous, docs/checkpoints.md): the run that was not interrupted, byte for byte, after a chain of
@@ -52,6 +53,39 @@ fn runs_go_on_whose_frame_has_grown() {
     assert_eq!(job.summary()["frame"]["cells"], serde_json::json!([28, 28]));
     job.interrupt(&more(&["--threads", "2", "--resume"]), 3);
     let (code, text) = job.run(&more(&["--threads", "1", "--resume"]));
+    assert_eq!(code, Some(0), "{text}");
+    let [found, expected] = [&job, &whole].map(|job| results(&job.out));
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, content) in &expected {
+        assert!(found[name] == *content, "{name} differs");
+    }
+}
+
+/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where meshes move with wear: interrupted before the
+/// first move, and after later ones.
+#[test]
+fn runs_go_on_whose_meshes_have_moved() {
+    let place = || {
+        let job = Job::new();
+        let scene =
+            format!("{SPHERE}[output]\nfields = [\"vtu\", \"volume\"]\ncheckpoint = {{ seconds = 1e-9 }}\n");
+        fs::write(job.folder.path().join("scene.toml"), scene).unwrap();
+        fs::write(job.folder.path().join("layer.msh"), layer([2.4; 2], 1.2, [18, 18, 4])).unwrap();
+        job
+    };
+    let whole = place();
+    let (code, text) = whole.run(&["--threads", "2"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(whole.summary()["mesh_moves"].as_u64() > Some(2), "{text}");
+    let job = place();
+    job.interrupt(&["--threads", "1"], 1);
+    assert_eq!(job.summary()["mesh_moves"], 0);
+    let more = ["--threads", "2", "--resume"];
+    while job.summary()["mesh_moves"].as_u64() < Some(2) {
+        job.interrupt(&more, 2);
+    }
+    job.interrupt(&["--threads", "1", "--resume"], 1);
+    let (code, text) = job.run(&["--resume"]);
     assert_eq!(code, Some(0), "{text}");
     let [found, expected] = [&job, &whole].map(|job| results(&job.out));
     assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());

@@ -10,7 +10,7 @@ mod curved_pairs;
 pub mod finite_block;
 mod finite_elements;
 mod floating;
-mod grids;
+pub mod grids;
 mod half_spaces;
 mod maps;
 mod nodes;

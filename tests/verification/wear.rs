@@ -2,6 +2,7 @@
 
 mod control;
 mod growth;
+mod moved;
 mod paths;
 mod sliding;
 

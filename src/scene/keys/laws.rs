@@ -80,6 +80,10 @@ pub enum Wear {
         /// Whether explicit jumps may be longer than is stable.
         #[serde(default)]
         beyond_critical: bool,
+        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        #[serde(default)]
+        #[schemars(with = "MoveMesh")]
+        move_mesh: Option<MoveMesh>,
     },
     /// Intensities along two axes.
     Orthotropic {
@@ -105,6 +109,10 @@ pub enum Wear {
         /// Whether explicit jumps may be longer than is stable.
         #[serde(default)]
         beyond_critical: bool,
+        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        #[serde(default)]
+        #[schemars(with = "MoveMesh")]
+        move_mesh: Option<MoveMesh>,
     },
     /// Fibre-reinforced plastic: intensities along the fibre, interpolated with its tilt.
     #[allow(non_snake_case)]
@@ -139,6 +147,10 @@ pub enum Wear {
         /// Whether explicit jumps may be longer than is stable.
         #[serde(default)]
         beyond_critical: bool,
+        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        #[serde(default)]
+        #[schemars(with = "MoveMesh")]
+        move_mesh: Option<MoveMesh>,
     },
     /// Volume k per friction energy.
     Energy {
@@ -158,6 +170,10 @@ pub enum Wear {
         /// Whether explicit jumps may be longer than is stable.
         #[serde(default)]
         beyond_critical: bool,
+        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        #[serde(default)]
+        #[schemars(with = "MoveMesh")]
+        move_mesh: Option<MoveMesh>,
     },
 }
 
@@ -185,6 +201,12 @@ impl Default for Tolerance {
         Self(1e-3)
     }
 }
+
+/// Worn depth over the size of the elements.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(transparent)]
+#[schemars(inline)]
+pub struct MoveMesh(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.5))] pub f64);
 
 fn one() -> f64 {
     1.0

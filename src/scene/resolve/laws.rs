@@ -23,6 +23,7 @@ pub(super) struct Integration {
     pub integrator: Integrator,
     pub tolerance: f64,
     pub beyond_critical: bool,
+    pub move_mesh: Option<f64>,
 }
 
 /// What the laws lie on.
@@ -103,16 +104,27 @@ fn wear_law(
     of_friction: Wish,
 ) -> Option<(WearLaw, Integration)> {
     let azimuth = ground.azimuth();
-    let (law, (share, integrator, tolerance, beyond_critical)) = match *law {
-        Wear::None => (WearLaw::None, (1.0, Integrator::default(), Tolerance::default(), false)),
-        Wear::Archard { i, share, integrator, tolerance, beyond_critical } => {
-            (WearLaw::Archard { i }, (share, integrator, tolerance, beyond_critical))
+    let (law, (share, integrator, tolerance, beyond_critical, move_mesh)) = match *law {
+        Wear::None => (WearLaw::None, (1.0, Integrator::default(), Tolerance::default(), false, None)),
+        Wear::Archard { i, share, integrator, tolerance, beyond_critical, move_mesh } => {
+            (WearLaw::Archard { i }, (share, integrator, tolerance, beyond_critical, move_mesh))
         }
-        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, beyond_critical } => {
+        Wear::Orthotropic { i1, i2, angle, share, integrator, tolerance, beyond_critical, move_mesh } => {
             let law = WearLaw::Orthotropic { i: [i1, i2], angle: angle.to_radians() - azimuth };
-            (law, (share, integrator, tolerance, beyond_critical))
+            (law, (share, integrator, tolerance, beyond_critical, move_mesh))
         }
-        Wear::Frp { i_L, i_T, i_N, body, fibre, share, integrator, tolerance, beyond_critical } => {
+        Wear::Frp {
+            i_L,
+            i_T,
+            i_N,
+            body,
+            fibre,
+            share,
+            integrator,
+            tolerance,
+            beyond_critical,
+            move_mesh,
+        } => {
             let own = Wish { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish)?;
@@ -123,13 +135,30 @@ fn wear_law(
                 tilt: fibre.tilt,
                 azimuth: fibre.azimuth - azimuth,
             };
-            (law, (share, integrator, tolerance, beyond_critical))
+            (law, (share, integrator, tolerance, beyond_critical, move_mesh))
         }
-        Wear::Energy { k, share, integrator, tolerance, beyond_critical } => {
-            (WearLaw::Energy { k }, (share, integrator, tolerance, beyond_critical))
+        Wear::Energy { k, share, integrator, tolerance, beyond_critical, move_mesh } => {
+            (WearLaw::Energy { k }, (share, integrator, tolerance, beyond_critical, move_mesh))
         }
     };
-    Some((law, Integration { share, integrator, tolerance: tolerance.0, beyond_critical }))
+    let move_mesh = move_mesh.map(|share| share.0);
+    if move_mesh.is_some() {
+        needs_worn_mesh(r, ground, share);
+    }
+    Some((law, Integration { share, integrator, tolerance: tolerance.0, beyond_critical, move_mesh }))
+}
+
+/// Only the mesh of a body that wears can move.
+fn needs_worn_mesh(r: &mut Resolver, ground: Ground<'_>, share: f64) {
+    // A body that is wrong itself is reported elsewhere.
+    let [Some(body1), Some(body2)] = ground.bodies else { return };
+    let parts = [(body1, share), (body2, 1.0 - share)];
+    if parts.iter().any(|(body, part)| body.fe().is_some() && *part > 0.0) {
+        return;
+    }
+    let message = "`move_mesh` moves the meshes of worn bodies, but no body with finite elements wears";
+    let mend = "remove it, or let the meshed body wear: `share` is the part of body 1";
+    r.wrong("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
 /// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the

@@ -129,6 +129,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         friction: laws.friction,
         wear: laws.wear,
         wear_share: laws.integration.share,
+        move_mesh: laws.integration.move_mesh,
         integrator: laws.integration.integrator,
         steps: steps?,
         solver: solver?,

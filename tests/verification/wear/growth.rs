@@ -23,7 +23,7 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     while let Some(snapshot) = result.outgrown.take() {
         assert_eq!(result.outcome, FRAME_EDGE);
         let places = places(&models[taken - 1], &models[taken]);
-        let snapshot = snapshot.onto(&places, &models[taken], steps).expect("a state");
+        let snapshot = snapshot.onto(&places, &models[taken], steps, None).expect("a state");
         result = run_from(&models[taken], steps, &options, Some(snapshot), &mut Silent).expect("a run");
         taken += 1;
     }
@@ -155,7 +155,7 @@ fn states_are_carried_over() {
     let same = states.0.into_iter().find(|state| state.records().len() == entries).expect("an entry");
     let snapshot = stopped.outgrown.expect("a state");
     let places = places(&models[0], &models[1]);
-    let larger = snapshot.clone().onto(&places, &models[1], &steps).expect("a state");
+    let larger = snapshot.clone().onto(&places, &models[1], &steps, None).expect("a state");
     let [before, after, same] =
         [*snapshot, larger, same].map(|state| serde_json::to_value(state).expect("JSON"));
     let (n_before, n) = (16 * 16, 24 * 24);
@@ -208,6 +208,6 @@ fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
     let snapshot = solve(&models[0], steps).outgrown.expect("a state");
     let short = vec![0; 10];
     let beyond = vec![24 * 24; 16 * 16];
-    snapshot.clone().onto(&short, &models[1], steps).is_err()
-        && snapshot.onto(&beyond, &models[1], steps).is_err()
+    snapshot.clone().onto(&short, &models[1], steps, None).is_err()
+        && snapshot.onto(&beyond, &models[1], steps, None).is_err()
 }

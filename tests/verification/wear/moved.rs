@@ -1,0 +1,276 @@
+//! Meshes moved by what the bodies have lost.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use orthowear::bem::half_space::CrossBlocks;
+use orthowear::body::worn::worn_mesh;
+use orthowear::body::{ElasticBody, FeBody, RigidBody};
+use orthowear::contact::SolverOptions;
+use orthowear::coupling::{Coupling, couple};
+use orthowear::element::ElementKind;
+use orthowear::error::Result;
+use orthowear::fem::{FeSpec, HexFormulation, Resources, Support};
+use orthowear::frame::ContactFrame;
+use orthowear::friction::FrictionLaw;
+use orthowear::geometry::Side;
+use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome, Step};
+use orthowear::history::{Before, Model, run_from};
+use orthowear::linalg::memory::MemoryLimit;
+use orthowear::material::Stiffness;
+use orthowear::mesh::quality::check;
+use orthowear::mesh::structured::{GradedBlock, Solids};
+use orthowear::mesh::{Mesh, PhysicalGroup};
+use orthowear::wear::WearLaw;
+
+use crate::common::{Silent, press, shift, step};
+use crate::coupling::grids::{boxes, full, raise, serendipity, steps, wedges};
+use crate::fem_bodies::{clamp, isotropic, rotated_orthotropic, spec};
+
+/// Depth of the blocks, mm.
+const DEPTH: f64 = 1.2;
+
+/// Blocks below or above z = 0 with sides of 2 mm: of all kinds of faces, of both orders; `thickness` in the place of their depth.
+fn blocks(side: Side, thickness: f64) -> Vec<(&'static str, Mesh)> {
+    let z = match side {
+        Side::Lower => steps(-DEPTH, thickness - DEPTH, 3),
+        Side::Upper => steps(DEPTH - thickness, DEPTH, 3),
+    };
+    let mesh = boxes(&[steps(-1.0, 1.0, 5), steps(-1.0, 1.0, 4), z], false, |x| x);
+    let split = wedges(&mesh);
+    vec![
+        ("hex20", raise(&mesh, serendipity)),
+        ("hex27", raise(&mesh, full)),
+        ("wedge15", raise(&split, serendipity)),
+        ("wedge6", split),
+        ("hex8", mesh),
+    ]
+}
+
+fn contact(side: Side) -> (&'static str, Side) {
+    (if side == Side::Lower { "high2" } else { "low2" }, side)
+}
+
+fn held(mesh: Mesh, side: Side) -> FeSpec {
+    let base = if side == Side::Lower { "low2" } else { "high2" };
+    spec(mesh, rotated_orthotropic(), HexFormulation::Enhanced, vec![clamp(base)])
+}
+
+fn frame(half_width: f64, cells: [usize; 2]) -> ContactFrame {
+    ContactFrame::grid([half_width; 2], cells, [0.0; 2], 0.0).expect("a frame")
+}
+
+fn worn(spec: &FeSpec, side: Side, frame: &ContactFrame, depth: &[f64]) -> Result<Mesh> {
+    worn_mesh(spec, contact(side), (frame, depth), &MemoryLimit::of_machine())
+}
+
+/// A bump that reaches the rim of its frame on one side.
+fn bump(frame: &ContactFrame) -> Vec<f64> {
+    let at = |cell: usize| {
+        let [x, y] = frame.plane_coordinates(cell);
+        0.1 * (-4.0 * ((x - 0.3) * (x - 0.3) + y * y)).exp()
+    };
+    (0..frame.n_cells()).map(at).collect()
+}
+
+/// Truth: the volume before less that of the cells, Σ A w, on cells that do not fit the faces; nodes that are fixed, on the sides or
+/// beyond the frame keep their place but for their height.
+#[test]
+fn volumes_are_conserved() {
+    let frame = frame(0.9, [7, 6]);
+    let depth = bump(&frame);
+    let lost: f64 = frame.areas.iter().zip(&depth).map(|(area, depth)| area * depth).sum();
+    for side in [Side::Lower, Side::Upper] {
+        let graded =
+            GradedBlock { solids: Solids::Tet4, side, ..GradedBlock::uniform([1.0; 2], 1.2, [5, 4, 3]) };
+        let tets = graded.mesh().expect("a block");
+        let mut meshes = blocks(side, DEPTH);
+        meshes.extend([("tet10", raise(&tets, serendipity)), ("tet4", tets)]);
+        for (name, mesh) in meshes {
+            let (group, base) = if name.starts_with("tet") {
+                ("contact", "base")
+            } else {
+                (contact(side).0, if side == Side::Lower { "low2" } else { "high2" })
+            };
+            let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp(base)]);
+            let after = worn_mesh(&spec, (group, side), (&frame, &depth), &MemoryLimit::of_machine());
+            let after = after.expect("a mesh");
+            let [a, b] = [&*spec.mesh, &after].map(|mesh| check(mesh).expect("a sound mesh").volume);
+            assert!((a - b - lost).abs() < 1e-12 * a, "{name} {side:?}: {} {lost}", a - b);
+            let bottom = spec.mesh.group_nodes(base).expect("a group");
+            for (node, (a, b)) in spec.mesh.points.iter().zip(&after.points).enumerate() {
+                assert_eq!(a[..2], b[..2], "{name} {side:?}: node {node}");
+                assert!(!bottom.contains(&node) || a == b, "{name} {side:?}: node {node} of the base");
+                assert!(side.gap_sign() * (b[2] - a[2]) >= -1e-15, "{name} {side:?}: node {node} moves out");
+            }
+        }
+    }
+}
+
+fn rollers(side: Side) -> Vec<Support> {
+    let base = if side == Side::Lower { "low2" } else { "high2" };
+    let along = |group: &str, component: usize| Support {
+        components: [0, 1, 2].map(|c| c == component),
+        ..clamp(group)
+    };
+    vec![clamp(base), along("low0", 0), along("high0", 0), along("low1", 1), along("high1", 1)]
+}
+
+/// The largest difference of two flexibilities under some tractions, over the largest value.
+fn difference(bodies: [FeBody; 2], n: usize) -> f64 {
+    let tractions: Vec<f64> = (0..3 * n).map(|k| ((k * k + 3 * k) as f64).sin()).collect();
+    let [a, b] = bodies.map(|mut body| {
+        let operator = body.take_flexibility(CrossBlocks::Keep).expect("an operator").expect("not rigid");
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(&tractions, &mut gap);
+        gap
+    });
+    let largest = b.iter().fold(0.0_f64, |largest, b| largest.max(b.abs()));
+    a.iter().zip(&b).fold(0.0_f64, |apart, (a, b)| apart.max((a - b).abs())) / largest
+}
+
+/// Truth: a layer that has lost the same depth everywhere is evenly thinner, and as soft as one that was made so.
+#[test]
+fn even_wear_gives_the_thinner_layer() {
+    let (frame, lost) = (frame(1.0, [4, 3]), 0.5);
+    let depth = vec![lost; frame.n_cells()];
+    for side in [Side::Lower, Side::Upper] {
+        for ((name, mesh), (_, thin)) in blocks(side, DEPTH).into_iter().zip(blocks(side, DEPTH - lost)) {
+            let of = |mesh: Mesh| spec(mesh, rotated_orthotropic(), HexFormulation::Enhanced, rollers(side));
+            let (spec, thin) = (of(mesh), of(thin));
+            let after = worn(&spec, side, &frame, &depth).expect("a mesh");
+            for (a, b) in after.points.iter().zip(&thin.mesh.points) {
+                assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-13), "{name} {side:?}: {a:?} {b:?}");
+            }
+            let resources = Resources::default();
+            let moved = FeBody::worn(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
+            let made = FeBody::worn(thin, contact(side), &frame, &resources, None);
+            let apart = difference([moved, made].map(|body| body.expect("a body")), frame.n_cells());
+            assert!(apart < 1e-10, "{name} {side:?}: {apart:e}");
+        }
+    }
+}
+
+/// Truth: where the material changes nodes stay, so that the ply at the surface alone gets thinner.
+#[test]
+fn plies_below_keep_their_thickness() {
+    let mut mesh = boxes(&[steps(-1.0, 1.0, 4), steps(-1.0, 1.0, 4), steps(-DEPTH, 0.0, 6)], false, |x| x);
+    let solids: Vec<_> = mesh.volume_cells().collect();
+    let is_top = |cell| mesh.cell_nodes(cell).iter().all(|&node| mesh.points[node][2] > -0.5);
+    let (top, core): (Vec<_>, Vec<_>) = solids.into_iter().partition(|&cell| is_top(cell));
+    for (tag, (name, cells)) in [("top", top), ("core", core)].into_iter().enumerate() {
+        mesh.groups.push(PhysicalGroup { name: name.into(), dim: 3, tag: 90 + tag as i64, cells });
+    }
+    let regions = vec![
+        (Some("top".to_owned()), isotropic().into()),
+        (Some("core".to_owned()), rotated_orthotropic().into()),
+    ];
+    let spec = FeSpec { regions, ..held(mesh, Side::Lower) };
+    let frame = frame(1.0, [4, 4]);
+    let after = worn(&spec, Side::Lower, &frame, &[0.1; 16]).expect("a mesh");
+    for (a, b) in spec.mesh.points.iter().zip(&after.points) {
+        let wanted = if a[2] > -0.4 { -0.4 + (a[2] + 0.4) * 0.75 } else { a[2] };
+        assert!((b[2] - wanted).abs() < 1e-13, "{a:?} {b:?}");
+    }
+}
+
+/// Truth: a layer that is worn through turns over, one that has lost more than nine tenths is too flat.
+#[test]
+fn meshes_that_are_refused() {
+    let frame = frame(1.0, [4, 4]);
+    let (_, mesh) = blocks(Side::Lower, DEPTH).pop().expect("a block");
+    let spec = held(mesh, Side::Lower);
+    let lost = |depth: f64| worn(&spec, Side::Lower, &frame, &[depth; 16]).map_err(|e| e.to_string());
+    assert!(lost(0.89 * DEPTH).is_ok());
+    assert!(lost(0.91 * DEPTH).is_err_and(|text| text.contains("nine tenths")));
+    assert!(lost(1.2 * DEPTH).is_err_and(|text| text.contains("positive Jacobian")));
+}
+
+/// Wants the run to end before the third step.
+struct Stops(Cell<usize>);
+
+impl Observer for Stops {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        Ok(())
+    }
+
+    fn is_outdated(&self, _: &[f64]) -> bool {
+        self.0.set(self.0.get() + 1);
+        self.0.get() == 3
+    }
+}
+
+fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
+    let (_, unworn) = blocks(Side::Lower, DEPTH).pop().expect("a block");
+    let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
+    let spec = spec(unworn, steel, HexFormulation::Enhanced, vec![clamp("low2")]);
+    let mesh = mesh.map(Arc::new);
+    let body = FeBody::worn(spec, contact(Side::Lower), frame, &Resources::default(), mesh);
+    let coupled = couple(
+        &mut body.expect("a body"),
+        &mut RigidBody,
+        frame,
+        Coupling::Schur,
+        CrossBlocks::SkipVanishing,
+    )
+    .expect("coupled bodies");
+    let n = frame.n_cells();
+    let distance = (0..n).map(|cell| {
+        let [x, y] = frame.plane_coordinates(cell);
+        (x * x + y * y) / 40.0
+    });
+    let distance: Vec<f64> = distance.collect();
+    Model {
+        frame: frame.clone(),
+        initial_gap: coupled.initial_gap(&distance),
+        flexibility: coupled.flexibility,
+        floating: coupled.floating,
+        friction: FrictionLaw::Coulomb { mu: 50.0 },
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// Truth: nobody moves body 2, so no cell slips on the body that has changed: forces and tractions of a contact that sticks stay what
+/// they were, under a force and at a place that are held. Left where it was, the reference of slip gives other ones.
+#[test]
+fn no_cell_slips_by_a_move() {
+    let frame = frame(0.8, [4, 3]);
+    let (_, mesh) = blocks(Side::Lower, DEPTH).pop().expect("a block");
+    let after = worn(&held(mesh, Side::Lower), Side::Lower, &frame, &bump(&frame)).expect("a mesh");
+    let [before, after] = [None, Some(after)].map(|mesh| model(mesh, &frame));
+    let steps: [Step; 3] = [press(2000.0), shift(1e-3, 20.0), step("hold")];
+    let (options, mut stops) = (SolverOptions::default(), Stops(Cell::new(0)));
+    let stopped = run_from(&before, &steps, &options, None, &mut stops).expect("a run");
+    let snapshot = *stopped.outdated.expect("a state");
+    assert_eq!((stopped.outcome, snapshot.records().len()), (Outcome::Converged, 2));
+    let places: Vec<usize> = (0..frame.n_cells()).collect();
+    let apart = |gap: Option<&Before>| {
+        let state = snapshot.clone().onto(&places, &after, &steps, gap).expect("a state");
+        let held = run_from(&after, &steps, &options, Some(state), &mut Silent).expect("a run");
+        assert_eq!((held.outcome, held.records.len()), (Outcome::Converged, 3));
+        let (was, is) = (&held.records[1], &held.records[2]);
+        assert!((was.normal_force - is.normal_force).abs() < 1e-6 * was.normal_force);
+        let slip = held.state.slip.iter().fold(0.0_f64, |largest, slip| largest.max(slip.abs()));
+        let [a, b] = [was, is].map(|record| record.tangential_force);
+        (slip, (a[0] - b[0]).hypot(a[1] - b[1]) / a[0].hypot(a[1]))
+    };
+    let (slip, force) = apart(Some(&Before::of(&before)));
+    assert!(slip < 1e-10 && force < 0.02, "{slip} {force}");
+    let (_, force) = apart(None);
+    assert!(force > 0.03, "{force}");
+}
+
+/// Truth: kinds of the blocks that the other tests move.
+#[test]
+fn all_kinds_of_faces_are_moved() {
+    let kinds: Vec<ElementKind> =
+        blocks(Side::Lower, DEPTH).iter().flat_map(|(_, mesh)| mesh.blocks.iter().map(|b| b.kind)).collect();
+    for kind in
+        [ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9, ElementKind::Tri3, ElementKind::Tri6]
+    {
+        assert!(kinds.contains(&kind), "{kind:?}");
+    }
+}
