@@ -18,7 +18,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::faces::{SurfaceFace, solid_faces};
-use crate::mesh::quality::{self, Quality};
+use crate::mesh::quality;
 use crate::mesh::{CellRef, Mesh};
 
 /// Sine of the angle between a face and a direction up to which the direction lies in the face.
@@ -205,11 +205,10 @@ fn degenerate(mesh: &Mesh, cell: CellRef) -> Error {
 
 /// Refuses a moved mesh that is worse than the one before in a way that matters.
 fn check(before: &Mesh, after: &Mesh) -> Result<()> {
-    let folded = |quality: &Quality| quality.folded_at_nodes;
-    let [was, is] = [before, after].map(|mesh| quality::check(mesh));
-    let is = is.context(|| "after moving its surface".to_owned())?;
-    if folded(&is) > folded(&was?) {
-        return Err(Error::input(format!("{} elements would fold at their nodes", folded(&is))));
+    let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
+    let is = folded(after).context(|| "after moving its surface".to_owned())?;
+    if is > folded(before)? {
+        return Err(Error::input(format!("{is} elements would fold at their nodes")));
     }
     for cell in before.volume_cells() {
         let nodes = before.cell_nodes(cell);

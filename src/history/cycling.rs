@@ -59,7 +59,7 @@ pub(super) struct Cycling {
     /// Entries of the step.
     entries: usize,
     /// Longest stable jump of an explicit integrator.
-    critical: Option<f64>,
+    pub critical: Option<f64>,
     /// Largest pressure at the start of the step.
     peak: f64,
     /// Contact was at the rim of the frame from the start.
@@ -203,49 +203,6 @@ impl Run<'_> {
             cycling.control = JumpControl::new(first.min(cycles.count), cycles.integrator.order());
         }
         Ok(Some(cycling))
-    }
-
-    /// Ends and rates at the worn depth of the state; `false` where they do not converge.
-    fn evaluate(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        (cycling, clock): (&mut Cycling, Instant),
-        observer: &mut dyn Observer,
-    ) -> Result<bool> {
-        let (worn, at) = (self.state.worn.clone(), cycling.done / cycles.count);
-        let mut jump = Jump::new(self.prepared.n());
-        let stage = Stage { name: &step.name, from: at, to: at };
-        self.stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
-        if !jump.converged() {
-            self.record_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
-            return Ok(false);
-        }
-        cycling.ring.spend(&jump.report);
-        cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-        cycling.power = jump.checks.dissipation;
-        if cycles.integrator == Integrator::Explicit {
-            cycling.critical = self.critical_length(&cycling.ring.it);
-        }
-        Ok(true)
-    }
-
-    /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
-    fn evaluate_anew(
-        &mut self,
-        step: &Step,
-        cycles: &Cycles,
-        cycling: &mut Cycling,
-        observer: &mut dyn Observer,
-    ) -> Result<bool> {
-        if !self.evaluate(step, cycles, (cycling, Instant::now()), observer)? {
-            return Ok(false);
-        }
-        cycling.stale = false;
-        if let Err(unstable) = cycling.refuse_unstable(step, cycles) {
-            self.result.warnings.push(unstable.message().to_owned());
-        }
-        Ok(true)
     }
 
     /// Slip of each cell per mm that body 2 slides along a direction, `[2, N]`.
@@ -426,7 +383,7 @@ impl Run<'_> {
     }
 
     /// Takes what a jump did into the state, and hands out its entry.
-    fn record_jump(
+    pub(super) fn record_jump(
         &mut self,
         step: &Step,
         cycles: &Cycles,
@@ -544,7 +501,7 @@ impl Cycling {
     }
 
     /// Refuses explicit jumps that are longer than is stable.
-    fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
+    pub(super) fn refuse_unstable(&self, step: &Step, cycles: &Cycles) -> Result<()> {
         let (Some(critical), Jumps::Number(jumps), false) =
             (self.critical, cycles.jumps, cycles.beyond_critical)
         else {

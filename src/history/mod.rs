@@ -8,6 +8,7 @@ mod balance;
 mod control;
 mod critical;
 mod cycling;
+mod evaluate;
 mod increments;
 mod jump;
 mod jump_control;
