@@ -168,6 +168,27 @@ fn a_worn_layer_is_stiffer() {
     assert!(skipped(&still) && !skipped(&moved));
 }
 
+/// Truth: a layer under its weight b, body 2 held A below its undeformed surface, after it has lost d: it gives way by
+/// A - d = (p (H - d) + b (H - d)^2 / 2) / M, and so p = (M (A - d) - b (H - d)^2 / 2) / (H - d).
+#[test]
+fn worn_layers_under_their_weight() {
+    let folder = of_layer(4);
+    let (weight, approach) = (20.0, 0.3);
+    let sets = [
+        "wear.move_mesh=0.2",
+        &format!("body1.body_force=[0.0, 0.0, -{weight}]"),
+        &format!("steps.press={{ approach = {approach}, wear = false }}"),
+        "steps.slide.sliding={ distance = 1e5, jumps = 2 }",
+    ];
+    let (code, text, summary) = run(folder.path(), "out", &sets);
+    assert_eq!((code, &summary["mesh_moves"]), (Some(0), &2.into()), "{text}");
+    let (modulus, hold) = (20.0 / GIVES, &entries(&summary)[3]);
+    let left = 1.0 - number(hold, "max_wear_depth");
+    let wanted = 4.0 * (modulus * (approach - (1.0 - left)) - 0.5 * weight * left * left) / left;
+    assert!((number(hold, "normal_force") / wanted - 1.0).abs() < 1e-7, "{} {wanted}", hold["normal_force"]);
+    assert!(left < 0.9 && (number(hold, "approach") - approach).abs() < 1e-12, "{left}");
+}
+
 /// Everything of a summary but what depends on time and on whether meshes may move.
 fn timeless(summary: &Value) -> Value {
     let mut summary = summary.clone();

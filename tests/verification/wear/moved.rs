@@ -152,6 +152,31 @@ fn even_wear_gives_the_thinner_layer() {
     }
 }
 
+/// Truth: by symmetry a ring that has lost the same depth all round its hole has a wider hole, whose corners have moved along their
+/// radii by that depth; it is held outside, and keeps its height.
+#[test]
+fn holes_get_wider() {
+    let (inner, outer, lost) = (2.0, 3.0, 0.07);
+    let axes = [steps(0.0, std::f64::consts::TAU, 24), steps(inner, outer, 3), steps(0.0, 0.5, 2)];
+    let mesh = boxes(&axes, true, |[t, r, z]| [r * t.cos(), r * t.sin(), -z]);
+    let frame = ContactFrame::from_faces(&mesh, "low1", Side::Lower, [0.0; 2], 0.0).expect("a frame");
+    let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("high1")]);
+    let depth = vec![lost; frame.n_cells()];
+    let after = worn_mesh(&spec, ("low1", Side::Lower), (&frame, &depth), &MemoryLimit::of_machine());
+    let radius = |x: &[f64; 3]| x[0].hypot(x[1]);
+    let hole = spec.mesh.group_nodes("low1").expect("a group");
+    for (node, (a, b)) in spec.mesh.points.iter().zip(&after.expect("a mesh").points).enumerate() {
+        let [was, is] = [a, b].map(radius);
+        assert_eq!(a[2], b[2]);
+        if hole.contains(&node) {
+            assert!((is - was - lost).abs() < 1e-12, "{was} {is}");
+        } else {
+            assert!(is >= was && is - was < lost && (was < outer - 1e-9 || is == was), "{was} {is}");
+        }
+        assert!((a[0] * b[1] - a[1] * b[0]).abs() < 1e-3 * lost, "{a:?} {b:?}");
+    }
+}
+
 /// Truth: where the material changes nodes stay, so that the ply at the surface alone gets thinner.
 #[test]
 fn plies_below_keep_their_thickness() {
