@@ -4,6 +4,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use super::exit;
 use super::resume::Checkpoints;
@@ -191,7 +192,7 @@ fn legs<'p>(
         let from = snapshot.zip(course.as_ref());
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
         let mut result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
-        let shared = job.frame.is_some();
+        let (shared, clock) = (job.frame.is_some(), Instant::now());
         let way = safely(|| {
             Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))
         });
@@ -205,6 +206,9 @@ fn legs<'p>(
             Some(way) => way,
         };
         let grows = matches!(way, Way::Larger(_));
+        if !grows {
+            summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
+        }
         let (mut parts, surface, frame) =
             (recorder.into_parts(), study.surface(), study.model().frame.clone());
         match safely(|| job.maker().take(plan, (study, way), &stage)) {

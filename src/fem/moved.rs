@@ -24,6 +24,9 @@ use crate::mesh::{CellRef, Mesh};
 /// Sine of the angle between a face and a direction up to which the direction lies in the face.
 const IN_FACE: f64 = 1e-6;
 
+/// Share of the longest motion that is none.
+const ROUNDING: f64 = 1e-12;
+
 /// Share of an edge that has to be left of it.
 const LEFT: f64 = 0.1;
 
@@ -47,8 +50,9 @@ pub(crate) fn moved(
     let regions = Regions::new(spec)?;
     let graph = graph(&spec.mesh, &regions.cells);
     let mut points = spec.mesh.points.clone();
+    let farthest = motion.iter().flatten().map(Point::norm).fold(0.0, f64::max);
     for component in 0..3 {
-        if motion.iter().flatten().all(|by| by[component] == 0.0) {
+        if motion.iter().flatten().all(|by| by[component].abs() <= ROUNDING * farthest) {
             continue;
         }
         let axis: Point = axes.0.column(component).into();

@@ -67,6 +67,7 @@ pub(super) struct Cycling {
     /// Cycles and distance before the step.
     before: (u64, f64),
     /// Rates and ends are those of other operators.
+    #[serde(default)]
     pub stale: bool,
 }
 
