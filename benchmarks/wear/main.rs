@@ -1,16 +1,22 @@
 //! Worn depth of 100 000 fretting cycles: error against run time of the integrators, at equal and at controlled jumps; contact solves;
-//! the solver for contacts that slide against the one with all unknowns.
+//! the solver for contacts that slide against the one with all unknowns. Tables and a picture for each tilt go to docs/benchmarks.
 //!
-//!     cargo run --release --example wear -- [--cells N] [--repeats N]
+//!     cargo run --release --example wear -- [--cells N] [--repeats N] [--sliding]
+//!
+//! `--sliding`: only the two solvers.
 
 #[path = "../machine.rs"]
 mod machine;
 
 use std::error::Error;
-use std::path::Path;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use orthowear::history::step::{FrameState, IncrementRecord, Observer};
+use orthowear::results::plot::axis::Scale;
+use orthowear::results::plot::chart::{Chart, Series};
 use orthowear::{scene, study};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -69,17 +75,33 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / deepest
 }
 
-fn row(name: &str, how: &str, run: &Run, fine: &Run) {
-    let volume = (run.last.worn_volume / fine.last.worn_volume - 1.0).abs();
-    let deepest = (run.last.max_wear_depth / fine.last.max_wear_depth - 1.0).abs();
-    println!(
-        "| {name} | {how} | {} | {} | {:.1e} | {:.1e} | {deepest:.1e} | {volume:.1e} | {:.3} |",
-        run.jumps,
-        run.solves,
-        difference(&run.worn, &fine.worn),
-        run.last.wear_depth_error / fine.last.max_wear_depth,
-        run.seconds
-    );
+/// One line of a table and of the picture: what was run, and its error (rms over the largest depth).
+struct Row {
+    integrator: &'static str,
+    jumps: String,
+    run: Run,
+    error: f64,
+}
+
+impl Row {
+    fn new(integrator: &'static str, jumps: &str, run: Run, fine: &Run) -> Self {
+        let error = difference(&run.worn, &fine.worn);
+        Self { integrator, jumps: jumps.to_owned(), run, error }
+    }
+
+    fn line(&self, fine: &Run) -> String {
+        let Run { seconds, jumps, solves, last, .. } = &self.run;
+        let relative = |value: f64, of: f64| (value / of - 1.0).abs();
+        format!(
+            "{},{},{jumps},{solves},{:.2e},{:.2e},{:.2e},{:.2e},{seconds:.3}",
+            self.integrator,
+            self.jumps,
+            self.error,
+            last.wear_depth_error / fine.last.max_wear_depth,
+            relative(last.max_wear_depth, fine.last.max_wear_depth),
+            relative(last.worn_volume, fine.last.worn_volume),
+        )
+    }
 }
 
 fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
@@ -90,11 +112,7 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     let jumps = |n: usize| format!("steps.fretting.cycles.jumps={n}");
     let of = |integrator: &str| format!("wear.integrator=\"{integrator}\"");
     let fine = run(&scene(&[jumps(FINE)]), 1)?;
-    println!("\n### Tilt {tilt}, {cells} x {cells} cells\n");
-    println!(
-        "| integrator | jumps | number | solves | rms error / depth | its estimate | of the depth | of the volume | s |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut rows = Vec::new();
     for (integrator, counts) in [
         ("explicit", &[16, 32, 64, 128][..]),
         ("backward-euler", &[2, 4, 8, 16, 32, 64]),
@@ -102,27 +120,62 @@ fn integrators(tilt: f64, cells: usize, repeats: usize) -> Outcome<()> {
     ] {
         for &count in counts {
             let found = run(&scene(&[of(integrator), jumps(count)]), repeats)?;
-            row(integrator, "equal", &found, &fine);
+            rows.push(Row::new(integrator, "equal", found, &fine));
         }
         for tolerance in ["1e-2", "1e-3", "1e-4"] {
             let found = run(&scene(&[of(integrator), format!("wear.tolerance={tolerance}")]), repeats)?;
-            row(integrator, &format!("by tolerance {tolerance}"), &found, &fine);
+            rows.push(Row::new(integrator, tolerance, found, &fine));
         }
     }
-    Ok(())
+    let mut text = machine::comment();
+    writeln!(text, "# tilt {tilt}, {cells} x {cells} cells, errors against {FINE} equal jumps of sdirk2")?;
+    writeln!(
+        text,
+        "integrator,jumps_equal_or_by_tolerance,jumps,contact_solves,rms_depth_error,its_estimate,\
+         error_of_largest_depth,error_of_volume,seconds"
+    )?;
+    rows.iter().try_for_each(|row| writeln!(text, "{}", row.line(&fine)))?;
+    print!("{text}");
+    fs::write(out(&format!("wear-tilt{tilt}.csv")), text)?;
+    let line = |integrator: &str, equal: bool| Series {
+        name: format!("{integrator}, {}", if equal { "equal jumps" } else { "by tolerance" }),
+        points: rows
+            .iter()
+            .filter(|row| row.integrator == integrator && (row.jumps == "equal") == equal)
+            .map(|row| [row.run.seconds, row.error])
+            .collect(),
+    };
+    let chart = Chart {
+        title: format!("100 000 fretting cycles, fibres at {tilt} degrees"),
+        labels: ["run time, s".to_owned(), "rms error of the worn depth / largest depth".to_owned()],
+        scales: [Scale::Logarithmic; 2],
+        series: [
+            line("explicit", true),
+            line("backward-euler", true),
+            line("sdirk2", true),
+            line("sdirk2", false),
+        ]
+        .into(),
+    };
+    Ok(fs::write(out(&format!("wear-tilt{tilt}.svg")), chart.svg())?)
 }
 
 /// All unknowns in the one, pressures alone where the contact slides in the other; not on windows of the frame, in both.
 fn sliding(repeats: usize) -> Outcome<()> {
-    println!("\n### Contacts that slide: pressures alone (auto) and all unknowns (newton), 8 equal jumps\n");
-    println!("| tilt | cells | auto, s | newton, s | ratio | volumes differ by |");
-    println!("|---|---|---|---|---|---|");
-    for tilt in [0.0, 30.0, 60.0, 90.0] {
+    let mut text = machine::comment();
+    writeln!(
+        text,
+        "# 8 equal jumps of sdirk2; auto: pressures alone where the contact slides, newton: all unknowns"
+    )?;
+    writeln!(text, "cells,tilt,auto_seconds,newton_seconds,ratio,volumes_differ_by")?;
+    for (cells, tilt) in
+        [58, 116, 232].into_iter().flat_map(|cells| [0.0, 30.0, 90.0].map(|tilt| (cells, tilt)))
+    {
         let with = |method: &str| {
             run(
                 &[
                     format!("body1.fibre.tilt={tilt:?}"),
-                    "frame.cells=[58, 58]".to_owned(),
+                    format!("frame.cells=[{cells}, {cells}]"),
                     "steps.fretting.cycles.jumps=8".to_owned(),
                     format!("solver.method=\"{method}\""),
                 ],
@@ -130,15 +183,21 @@ fn sliding(repeats: usize) -> Outcome<()> {
             )
         };
         let (auto, newton) = (with("auto")?, with("newton")?);
-        println!(
-            "| {tilt} | 58 | {:.3} | {:.3} | {:.2} | {:.1e} |",
+        writeln!(
+            text,
+            "{cells},{tilt},{:.3},{:.3},{:.2},{:.1e}",
             auto.seconds,
             newton.seconds,
             newton.seconds / auto.seconds,
             (auto.last.worn_volume / newton.last.worn_volume - 1.0).abs()
-        );
+        )?;
     }
-    Ok(())
+    print!("{text}");
+    Ok(fs::write(out("wear-sliding.csv"), text)?)
+}
+
+fn out(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/benchmarks").join(name)
 }
 
 fn main() -> Outcome<()> {
@@ -150,10 +209,12 @@ fn main() -> Outcome<()> {
         }
     };
     let (cells, repeats) = (value("--cells", 64)?, value("--repeats", 3)?.max(1));
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
-    print!("{}", machine::comment());
-    for tilt in [0.0, 90.0] {
-        integrators(tilt, cells, repeats)?;
+    // As the program does: else each parallel part waits for another thread.
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
+    if !words.iter().any(|word| word == "--sliding") {
+        for tilt in [0.0, 90.0] {
+            integrators(tilt, cells, repeats)?;
+        }
     }
     sliding(repeats)
 }

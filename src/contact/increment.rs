@@ -31,6 +31,8 @@ pub struct Increment<'a> {
     pub friction: Option<FrictionEllipse>,
     /// Wear intensity, `None` without wear.
     pub wear: Option<WearIntensity>,
+    /// Factors on the path that wears, `[N]`, for what happens between the ends; `None` for 1.
+    pub path_factors: Option<&'a [f64]>,
     /// Scales that match the operator and the ellipse.
     pub scales: Arc<Scales>,
     /// Worn depth at the start, `[N]`.
@@ -286,15 +288,13 @@ impl Increment<'_> {
         let n = self.n();
         it.wear_rate.fill(0.0);
         if let Some(wear) = &self.wear {
-            let (sin, cos) = wear.angle.sin_cos();
+            let path_of = wear.path();
             for end in 0..self.ends.len() {
                 for i in 0..n {
-                    let v = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
-                    let along = [cos * v[0] + sin * v[1], -sin * v[0] + cos * v[1]];
-                    let p = it.tractions[end * 3 * n + 2 * n + i];
-                    let path = (wear.i[0] * along[0]).hypot(wear.i[1] * along[1]);
+                    let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
+                    let path = self.path_factor(i) * path_of(slip);
                     it.wear_path[end * n + i] = path;
-                    it.wear_rate[i] += p * path;
+                    it.wear_rate[i] += it.tractions[end * 3 * n + 2 * n + i] * path;
                 }
             }
         }
@@ -303,6 +303,11 @@ impl Increment<'_> {
                 it.gap[end * 3 * n + 2 * n + i] += self.worn[i] + self.repeats * it.wear_rate[i];
             }
         }
+    }
+
+    /// Factor on the path that wears cell `i`.
+    pub(super) fn path_factor(&self, i: usize) -> f64 {
+        self.path_factors.map_or(1.0, |factors| factors[i])
     }
 
     fn fill_gradient(&self, it: &mut Iterate) {

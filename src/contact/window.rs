@@ -132,6 +132,7 @@ pub(super) struct Part<'a> {
     rigid_axes: Option<Vec<nalgebra::Matrix3<f64>>>,
     floating: Vec<Vec<f64>>,
     worn: Vec<f64>,
+    path_factors: Option<Vec<f64>>,
     ends: Vec<End>,
 }
 
@@ -157,6 +158,7 @@ impl<'a> Part<'a> {
             }),
             floating: problem.floating.iter().map(|gap| window.restrict(gap)).collect(),
             worn: window.restrict(problem.worn),
+            path_factors: problem.path_factors.map(|factors| window.restrict(factors)),
             ends: problem.ends.iter().map(|end| on_window(end, &window)).collect::<Option<_>>()?,
         })
     }
@@ -171,6 +173,7 @@ impl<'a> Part<'a> {
             floating: &self.floating,
             scales: self.scales.clone(),
             worn: &self.worn,
+            path_factors: self.path_factors.as_deref(),
             ends: self.ends.clone(),
             ..*whole
         }

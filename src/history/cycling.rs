@@ -13,6 +13,7 @@ use super::control::{Held, Loads, Path};
 use super::increments::{Stage, entry};
 use super::jump::Jump;
 use super::jump_control::JumpControl;
+use super::resolved::Resolved;
 use super::ring::{Course, Ring};
 use super::snapshot::Within;
 use super::step::{
@@ -53,6 +54,8 @@ pub(super) struct Cycling {
     pub rate: Vec<f64>,
     /// Dissipation per cycle or mm there.
     pub power: f64,
+    /// A resolved cycle, where strokes are resolved now and then.
+    pub resolved: Option<Resolved>,
     /// What is prescribed besides the cycles, from the start of the step to its end.
     pub path: Path,
     control: JumpControl,
@@ -129,13 +132,14 @@ impl Run<'_> {
                 }
             }
             let (before, control, spent) = (Tried::of(&cycling), cycling.control, cycling.ring.spent);
+            let resolved = cycling.resolved.clone();
             let jumped = self.next_jump(step, cycles, &mut cycling, observer);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 // Before its first entry the step begins anew, from the state before it.
                 if cycling.entries > 0 {
                     before.put(&mut cycling);
-                    (cycling.control, cycling.ring.spent) = (control, spent);
+                    (cycling.control, cycling.ring.spent, cycling.resolved) = (control, spent, resolved);
                     self.within = Within::Cycles(cycling);
                 }
                 return jumped;
@@ -176,6 +180,7 @@ impl Run<'_> {
             done: 0.0,
             rate: vec![0.0; n],
             power: 0.0,
+            resolved: None,
             path,
             control: JumpControl::new(cycles.count, cycles.integrator.order()),
             entries: 0,
@@ -195,6 +200,7 @@ impl Run<'_> {
         if !self.evaluate(step, cycles, (&mut cycling, clock), observer)? {
             return Ok(None);
         }
+        self.follow_path(step, cycles, &mut cycling, observer)?;
         cycling.touched = state::touches_edge(&self.prepared, &cycling.ring.it);
         cycling.peak = cycling.peak_pressure();
         cycling.refuse_unstable(step, cycles)?;
@@ -242,6 +248,7 @@ impl Run<'_> {
         if self.is_worn_out(step, cycling) {
             return self.rest(step, cycles, cycling, clock, observer);
         }
+        self.follow_path(step, cycles, cycling, observer)?;
         let (mut tries, mut spent) = (0, [0; 3]);
         loop {
             let (length, shortest) = cycling.next_length(cycles);
@@ -448,7 +455,15 @@ impl Run<'_> {
             depth_error: jump.depth_error,
             volume_error: jump.volume_error,
             critical_length: cycling.critical,
+            resolved: cycling
+                .resolved
+                .as_ref()
+                .filter(|resolved| resolved.fresh)
+                .map(|resolved| resolved.increments),
         });
+        if let Some(resolved) = &mut cycling.resolved {
+            resolved.fresh = false;
+        }
         self.finish(&mut record, &jump.report, (&jump.checks, self.options.tolerance));
         self.hint_at_spin(step);
         self.deliver(record, fields, observer)
@@ -480,8 +495,13 @@ impl Run<'_> {
 }
 
 impl Cycling {
+    /// Dissipation of a cycle over that by the slip from end to end.
+    pub fn power_factor(&self) -> f64 {
+        self.resolved.as_ref().map_or(1.0, |resolved| resolved.power_factor)
+    }
+
     /// An end as it is reported: nothing is prescribed any more, and slip is what it was solved with.
-    fn reported_end(&self) -> End {
+    pub fn reported_end(&self) -> End {
         End {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,

@@ -29,7 +29,7 @@ impl Run<'_> {
         }
         cycling.ring.spend(&jump.report);
         cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-        cycling.power = jump.checks.dissipation;
+        cycling.power = jump.checks.dissipation * cycling.power_factor();
         if cycles.integrator == Integrator::Explicit {
             cycling.critical = self.critical_length(&cycling.ring.it);
         }

@@ -24,10 +24,12 @@ const FEW: &str = "the contact is carried by";
 
 /// Which laws act in an increment, and how often its slip happens.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Laws {
+pub(super) struct Laws<'f> {
     pub friction: bool,
     pub wear: bool,
     pub repeats: f64,
+    /// On the path that wears, `[N]`.
+    pub factors: Option<&'f [f64]>,
 }
 
 /// The equations of an increment with worn depth `worn` at its start.
@@ -35,7 +37,7 @@ pub(super) fn problem<'b>(
     prepared: &'b Prepared,
     options: &SolverOptions,
     worn: &'b [f64],
-    laws: Laws,
+    laws: Laws<'b>,
     ends: Vec<End>,
 ) -> Increment<'b> {
     let model = prepared.model;
@@ -47,6 +49,7 @@ pub(super) fn problem<'b>(
         floating: &prepared.floating_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },
         wear: if laws.wear { prepared.intensity } else { None },
+        path_factors: laws.factors,
         scales: prepared.scales(),
         worn,
         repeats: laws.repeats,
@@ -220,7 +223,7 @@ impl Run<'_> {
         let end = self.end(step, &loads, reference)?;
         let worn = self.state.worn.clone();
         let repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats };
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats, factors: None };
         let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);

@@ -198,7 +198,7 @@ impl Run<'_> {
                 return Ok(jump);
             }
             cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-            cycling.power = jump.checks.dissipation;
+            cycling.power = jump.checks.dissipation * cycling.power_factor();
             add(&mut jump.worn, weights.share * length, &cycling.rate);
             add(&mut jump.error, scheme.error[number + 1] * length, &cycling.rate);
             jump.dissipation += weights.share * length * cycling.power;
@@ -243,7 +243,6 @@ impl Run<'_> {
         jump: &mut Jump,
         (observer, stage): (&mut dyn Observer, &Stage),
     ) -> Result<()> {
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats };
         let before = jump.checks;
         let (loads, height) = self.loads_in_cycles(step, cycling, at);
         if let Some(height) = height {
@@ -255,6 +254,8 @@ impl Run<'_> {
                 Way::Round(course) => self.ends(step, course, loads, &cycling.ring)?,
                 Way::Along(slip) => vec![self.end(step, &loads, SlipReference::Given(slip.clone()))?],
             };
+            let factors = cycling.resolved.as_ref().map(|resolved| resolved.factors.as_slice());
+            let laws = Laws { friction: step.friction, wear: step.wear, repeats, factors };
             let mut problem = problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
@@ -297,7 +298,7 @@ impl Run<'_> {
         worn: &'b [f64],
         end: End,
     ) -> Increment<'b> {
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0 };
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0, factors: None };
         let ends = vec![end; cycling.ring.it.rigid.len()];
         problem(&self.prepared, &self.options, worn, laws, ends)
     }

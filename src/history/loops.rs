@@ -26,6 +26,17 @@ pub(super) struct Place {
     pub it: Iterate,
 }
 
+impl Place {
+    /// An end of a cycle that was solved and evaluated.
+    pub fn of(ring: &Iterate, end: usize) -> Self {
+        let n = ring.wear_rate.len();
+        let mut it = Iterate::new(n, vec![ring.rigid[end]]);
+        it.floating = vec![ring.floating[end]];
+        it.hatted.copy_from_slice(&ring.hatted[end * 3 * n..(end + 1) * 3 * n]);
+        Self { reference: ring.gap[end * 3 * n..end * 3 * n + 2 * n].to_vec(), it }
+    }
+}
+
 impl Run<'_> {
     /// One increment of a cycle at a worn depth (`[N]`, mm), from a place to an end of its course.
     ///
@@ -39,7 +50,7 @@ impl Run<'_> {
         place: Place,
         (observer, stage): (&mut dyn Observer, &Stage),
     ) -> Result<(Place, SolveReport, StateChecks)> {
-        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
+        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0, factors: None };
         let n = self.prepared.n();
         let spec = self.end(step, &course.loads(end, loads), SlipReference::Previous(place.reference))?;
         let mut problem = problem(&self.prepared, options, worn, laws, vec![spec]);
@@ -67,13 +78,11 @@ impl Run<'_> {
         };
         let increments = RESOLVED.div_ceil(closed.increments) * closed.increments;
         let course = coarse.resolved(&Closed { increments, ..*closed });
-        let (n, half) = (self.prepared.n(), coarse.half());
+        let half = coarse.half();
         let (loads, _) = self.loads_in_cycles(step, cycling, cycling.done / cycles.count);
-        let mut it = Iterate::new(n, vec![cycling.ring.it.rigid[half]]);
-        it.floating = vec![cycling.ring.it.floating[half]];
-        it.hatted.copy_from_slice(&cycling.ring.it.hatted[half * 3 * n..(half + 1) * 3 * n]);
         // That of the - end, where the state is.
-        let mut place = Place { reference: self.state.reference.clone(), it };
+        let mut place =
+            Place { reference: self.state.reference.clone(), ..Place::of(&cycling.ring.it, half) };
         let (worn, options) = (self.state.worn.clone(), self.stroke_options());
         let stage = Stage { name: "fretting loop", from: 0.0, to: 0.0 };
         let mut found = FrettingLoop {

@@ -17,6 +17,7 @@ mod model;
 mod predictor;
 mod onto;
 mod open;
+mod resolved;
 mod ring;
 mod rolling;
 mod snapshot;

@@ -175,6 +175,7 @@ impl Onto<'_> {
         }
         ring.at = spread(&ring.at, places, n, |k| reference[k]);
         cycling.rate = spread(&cycling.rate, places, n, |_| 0.0);
+        cycling.resolved = cycling.resolved.map(|resolved| resolved.onto(places, n));
         if let (Way::Along(slip), true) = (&mut cycling.way, n > places.len()) {
             // The same everywhere, for the frame is level.
             let along = [slip[0], slip[places.len()]];

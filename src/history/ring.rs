@@ -53,14 +53,18 @@ pub(super) struct Course {
 impl Course {
     /// The ends of a closed path about a shift and a force.
     pub fn new(closed: &Closed, center: [f64; 2], force: [f64; 2]) -> Self {
-        let about = if closed.drive == Drive::Shift { center } else { force };
-        let ends = closed.offsets().iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
-        Self { drive: closed.drive, ends, center, force }
+        Self::through(&closed.offsets(), closed.drive, (center, force))
     }
 
-    /// The same path through the ends of another number of increments.
+    fn through(offsets: &[[f64; 2]], drive: Drive, (center, force): ([f64; 2], [f64; 2])) -> Self {
+        let about = if drive == Drive::Shift { center } else { force };
+        let ends = offsets.iter().map(|offset| [0, 1].map(|k| about[k] + offset[k])).collect();
+        Self { drive, ends, center, force }
+    }
+
+    /// The same path through the ends of another number of increments, shorter ones after each reversal.
     pub fn resolved(&self, closed: &Closed) -> Self {
-        Self::new(closed, self.center, self.force)
+        Self::through(&closed.graded_offsets(), closed.drive, (self.center, self.force))
     }
 
     /// Number of ends.
@@ -246,7 +250,7 @@ impl Run<'_> {
         let reference = SlipReference::Previous(self.state.reference.clone());
         let end = self.end(step, &loads, reference)?;
         let worn = self.state.worn.clone();
-        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0 };
+        let laws = Laws { friction: step.friction, wear: false, repeats: 0.0, factors: None };
         let options = self.stroke_options();
         let mut problem = problem(&self.prepared, &options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![rigid]);

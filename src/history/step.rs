@@ -76,8 +76,10 @@ pub struct Closed {
     pub amplitude: [f64; 2],
     /// Direction from the frame's x, radians.
     pub angle: f64,
-    /// Increments per stroke, half a cycle.
+    /// Increments per stroke, half a cycle, between the ends that are solved together.
     pub increments: usize,
+    /// Relative tolerance to which cycles in more increments say, now and then, what wears between the ends; `None` if none do.
+    pub resolve: Option<f64>,
 }
 
 /// What is prescribed of a closed path.
@@ -109,14 +111,28 @@ impl Cycles {
 }
 
 impl Closed {
-    /// Offsets along x, y from the centre at the ends of the increments of a cycle, the + end first.
+    /// Offsets along x, y from the centre at the ends of the increments of a cycle, the + end first; equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
+        self.offsets_at(|part| part)
+    }
+
+    /// The same with increments of a line that begin short and grow in proportion to their number where the displacement is
+    /// prescribed: just after the reversal slip spreads over the contact.
+    pub fn graded_offsets(&self) -> Vec<[f64; 2]> {
+        let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
+        self.offsets_at(|part| if graded { part * part } else { part })
+    }
+
+    /// Offsets at the parts `of` 1/K, 2/K, .. 1 of both strokes.
+    fn offsets_at(&self, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let k = self.increments as f64;
         let (s, c) = self.angle.sin_cos();
         let offset = |end: usize| {
             let at = end as f64;
             let [along, left] = if self.amplitude[1] == 0.0 {
-                [self.amplitude[0] * ((at - k).abs() * 2.0 / k - 1.0), 0.0]
+                let back = end > self.increments;
+                let along = self.amplitude[0] * (1.0 - 2.0 * of(if back { at - k } else { at } / k));
+                [if back { -along } else { along }, 0.0]
             } else {
                 let (sin, cos) = (std::f64::consts::PI * at / k).sin_cos();
                 [self.amplitude[0] * cos, self.amplitude[1] * sin]
@@ -354,6 +370,9 @@ pub struct JumpRecord {
     /// Longest explicit jump that is stable.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub critical_length: Option<f64>,
+    /// Increments per stroke of the cycle that was resolved before it, if one was.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub resolved: Option<usize>,
 }
 
 /// How a run ended.

@@ -53,7 +53,10 @@ impl<'a> Walk<'a> {
                     let chosen = if matches!(node.value, Value::Array(_)) { list } else { number };
                     self.node(node, chosen, key);
                 }
-                None => self.words(node, &branch_words(branches), key),
+                None => match number_branch(branches) {
+                    Some(number) if !matches!(node.value, Value::String(_)) => self.node(node, number, key),
+                    _ => self.words(node, &branch_words(branches), key),
+                },
             };
         }
         if let Some(words) = schema.get("enum").and_then(Json::as_array) {
@@ -292,10 +295,19 @@ fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
     branch.get("properties")?.get(tag)?.get("const")?.as_str()
 }
 
+/// The branch of a number that some words may stand for.
+fn number_branch(branches: &[Json]) -> Option<&Json> {
+    branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "integer" || t == "number"))
+}
+
 /// The words that branches of constants allow.
 fn branch_words(branches: &[Json]) -> Vec<&str> {
+    // Words beside a number are branches of their own.
+    let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
+        Some(inner) => inner.as_slice(),
+        None => std::slice::from_ref(branch),
+    });
     branches
-        .iter()
         .flat_map(|branch| {
             let many = branch.get("enum").and_then(Json::as_array).into_iter().flatten();
             branch.get("const").into_iter().chain(many)

@@ -12,6 +12,13 @@ pub struct WearIntensity {
 }
 
 impl WearIntensity {
+    /// The depth |v|_i that a slip v wears per pressure, mm/MPa.
+    pub fn path(&self) -> impl Fn([f64; 2]) -> f64 {
+        let (sin, cos) = self.angle.sin_cos();
+        let [along, across] = self.i;
+        move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
+    }
+
     /// Worn volume per friction energy, k = i / mu, if it is the same in all directions of slip.
     pub fn per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());

@@ -143,6 +143,7 @@ pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator
         amplitude: [amplitude, 0.0],
         angle: 0.0,
         increments: 1,
+        resolve: None,
     });
     let (count, jumps) = (count as f64, Jumps::Number(jumps));
     let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: false };

@@ -210,6 +210,9 @@ cycles = { count = 200, amplitude = 0.003, amplitude2 = 0.002, path = "ellipse",
 name = "shake"
 cycles = { count = 500, force_amplitude = 20.0, increments = 2, jumps = 2 }
 [[steps]]
+name = "resolve"
+cycles = { count = 4000, amplitude = 0.006, increments = "auto", jumps = 3 }
+[[steps]]
 name = "slide"
 sliding = { distance = 20.0, angle = 30.0 }
 [[steps]]

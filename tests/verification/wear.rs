@@ -4,6 +4,7 @@ mod control;
 mod growth;
 mod moved;
 mod paths;
+mod resolved;
 mod sliding;
 
 use orthowear::contact::{Method, SolverOptions};

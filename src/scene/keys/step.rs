@@ -199,13 +199,34 @@ pub struct Cycles {
     #[serde(default)]
     #[schemars(with = "Count")]
     pub jumps: Option<Count>,
-    /// Increments per stroke, half a cycle; default 1, of an ellipse 8.
+    /// Increments per stroke, half a cycle; default 1, of an ellipse 8. "auto": those, and cycles in as many more as the tolerance asks
+    /// for, now and then, which say what wears between the ends.
     #[serde(default)]
-    #[schemars(with = "Count")]
-    pub increments: Option<Count>,
+    #[schemars(with = "Strokes")]
+    pub increments: Option<Strokes>,
     /// Path of a cycle.
     #[serde(default)]
     pub path: Path,
+}
+
+/// Increments of a stroke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "increments of a stroke are a whole number, at least 1, or \"auto\"")]
+#[schemars(inline)]
+pub enum Strokes {
+    /// So many.
+    Number(Count),
+    /// As many as the tolerance asks for.
+    Word(Resolved),
+}
+
+/// Strokes whose increments follow from the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[schemars(inline)]
+pub enum Resolved {
+    /// `wear.tolerance`.
+    Auto,
 }
 
 /// Steady sliding of body 2 over body 1: the contact wears where it is.

@@ -7,7 +7,7 @@ use crate::friction::FrictionLaw;
 use crate::history::step::{Closed, CycleMotion, Cycles, Drive, Integrator, Jumps};
 use crate::scene::keys::{
     self,
-    step::{Cycles as Keys, Path, Sliding, Step as StepKeys},
+    step::{Cycles as Keys, Path, Resolved, Sliding, Step as StepKeys, Strokes},
 };
 
 /// Increments per stroke of an ellipse, if none are given.
@@ -23,7 +23,8 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
                 r.wrong(&format!("{key}.sliding"), message, "besides `cycles`", "make it a step of its own");
             }
             alone(r, key, "cycles", step);
-            let closed = closed(r, &format!("{key}.cycles"), cycles);
+            let tolerance = laws.map(|laws| laws.integration.tolerance);
+            let closed = closed(r, &format!("{key}.cycles"), cycles, tolerance);
             needs_friction(r, key, (step, cycles), laws);
             if let Some(jumps) = cycles.jumps
                 && jumps.0 as u64 > cycles.count
@@ -52,7 +53,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
 }
 
 /// The path of a cycle.
-fn closed(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<Closed> {
+fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) -> Option<Closed> {
     let (drive, amplitude) = match (cycles.amplitude, cycles.force_amplitude) {
         (Some(amplitude), None) => (Drive::Shift, amplitude),
         (None, Some(amplitude)) => (Drive::Force, amplitude),
@@ -85,12 +86,17 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys) -> Option<Closed> {
         }
     };
     let usual = if cycles.path == Path::Ellipse { ROUND } else { 1 };
-    let increments = cycles.increments.map_or(usual, |increments| increments.0);
+    let (increments, resolve) = match cycles.increments {
+        None => (usual, None),
+        Some(Strokes::Number(number)) => (number.0, None),
+        Some(Strokes::Word(Resolved::Auto)) => (usual, tolerance),
+    };
     if cycles.path == Path::Ellipse && increments < 2 {
         let message = "an ellipse of one increment per half is a line";
         r.wrong(&format!("{key}.increments"), message, "too few", "take 4 or more, or leave it out for 8");
     }
-    Some(Closed { drive, amplitude: [amplitude, across], angle: cycles.angle.to_radians(), increments })
+    let angle = cycles.angle.to_radians();
+    Some(Closed { drive, amplitude: [amplitude, across], angle, increments, resolve })
 }
 
 /// Only friction carries a tangential force.

@@ -226,8 +226,7 @@ impl<'s, 'p> Sweeps<'s, 'p> {
         let Some(wear) = &self.problem.wear else { return 0.0 };
         let slip = self.slip(end, i);
         let v = self.problem.hat().map_or(slip, |hat| hat.unslip(slip));
-        let (sin, cos) = wear.angle.sin_cos();
-        (wear.i[0] * (cos * v[0] + sin * v[1])).hypot(wear.i[1] * (-sin * v[0] + cos * v[1]))
+        self.problem.path_factor(self.cells[i]) * wear.path()(v)
     }
 
     /// Adds the gaps of a change of the tractions at an end of cell `i`.

@@ -1,0 +1,238 @@
+//! What happens between the ends of a cycle: strokes in many increments give the wear of each cell over that by the slip from end
+//! to end, and are resolved again only when that slip has changed (docs/theory-wear.md).
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::Iterate;
+use crate::contact::solver::Stop;
+use crate::error::Result;
+use crate::frame::grid::spread;
+
+use super::Run;
+use super::cycling::{Cycling, Way};
+use super::increments::{Stage, mean_square};
+use super::loops::Place;
+use super::ring::Course;
+use super::step::{Closed, CycleMotion, Cycles, Observer, Step};
+
+/// Increments of a stroke over those between the ends, at most.
+const MOST: usize = 64;
+
+/// Wear of a cell by the slip from end to end over the largest below which it says nothing.
+const NOTHING: f64 = 1e-6;
+
+/// Wear of a cell over that by the slip from end to end, at most.
+const MOST_FACTOR: f64 = 4.0;
+
+/// A cycle that was resolved, beside the slip from end to end.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Resolved {
+    /// Its wear over that by the slip from end to end, `[N]`.
+    pub factors: Vec<f64>,
+    /// Its dissipation likewise.
+    pub power_factor: f64,
+    /// Increments per stroke.
+    pub increments: usize,
+    /// Whether no jump has followed yet.
+    pub fresh: bool,
+    /// Slip from end to end then, `[E, 2, N]`, mm.
+    slip: Vec<f64>,
+    /// Worn depth then, `[N]`, mm.
+    worn: Vec<f64>,
+}
+
+/// Wear (`[N]`, mm) and dissipation of a cycle.
+struct Wear {
+    rate: Vec<f64>,
+    power: f64,
+}
+
+impl Resolved {
+    /// The same on a larger frame; `places`: the number of each cell there.
+    pub fn onto(self, places: &[usize], n: usize) -> Self {
+        Self {
+            factors: spread(&self.factors, places, n, |_| 1.0),
+            slip: spread(&self.slip, places, n, |_| 0.0),
+            worn: spread(&self.worn, places, n, |_| 0.0),
+            ..self
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Resolves the cycle at the worn depth of the state if the slip from end to end has changed by more than the tolerance since it
+    /// was; factors and rates of `cycling` follow. Where increments do not converge they stay as they were.
+    ///
+    /// # Errors
+    /// If a body cannot be solved.
+    pub(super) fn follow_path(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        cycling: &mut Cycling,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let (Way::Round(course), CycleMotion::Closed(closed)) = (&cycling.way, &cycles.motion) else {
+            return Ok(());
+        };
+        let (Some(tolerance), true) = (closed.resolve, step.wear && self.prepared.intensity.is_some()) else {
+            return Ok(());
+        };
+        // A run that is taken up here has not evaluated its ends yet.
+        let worn = self.state.worn.clone();
+        self.ends_problem(step, cycling, &worn, cycling.reported_end()).evaluate(&mut cycling.ring.it);
+        let before = cycling.resolved.as_ref();
+        let slip = &cycling.ring.it.slip;
+        if before.is_some_and(|before| self.slip_change(&cycling.ring.it, &before.slip) <= tolerance) {
+            return Ok(());
+        }
+        let course = course.clone();
+        let slip = slip.clone();
+        let by_ends =
+            Wear { rate: cycling.ring.it.wear_rate.clone(), power: cycling.power / cycling.power_factor() };
+        let coarsest =
+            before.map_or(closed.increments, |before| (before.increments / 4).max(closed.increments));
+        let mut increments = coarsest;
+        let first = (increments > closed.increments, (&course, closed, increments));
+        let mut coarser = match first {
+            (false, _) => Wear { rate: by_ends.rate.clone(), power: by_ends.power },
+            (true, way) => match self.resolved_cycle(step, cycles, way, cycling, observer)? {
+                Some(wear) => wear,
+                None => return Ok(()),
+            },
+        };
+        let wear = loop {
+            increments *= 2;
+            let way = (&course, closed, increments);
+            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
+                return Ok(());
+            };
+            if self.apart(&wear.rate, &coarser.rate) <= tolerance || increments >= MOST * closed.increments {
+                break wear;
+            }
+            coarser = wear;
+        };
+        let (factors, missed) = self.factors(&wear.rate, &by_ends.rate);
+        if missed.abs() > tolerance {
+            self.result.warnings.push(format!(
+                "step \"{}\": after {} cycles {:.1} % of the wear is in cells whose slip from end to end does not show it: \
+                 cycles.increments = {increments} puts ends in between",
+                step.name,
+                self.state.cycles_done,
+                100.0 * missed
+            ));
+        }
+        if let Some(before) = &cycling.resolved {
+            self.note_drift(&factors, before);
+        }
+        let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
+        cycling.rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
+        let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
+        cycling.power = by_ends.power * power_factor;
+        cycling.resolved = Some(Resolved { factors, power_factor, increments, fresh: true, slip, worn });
+        Ok(())
+    }
+
+    /// Wear and dissipation of a cycle in some increments per stroke, at the worn depth of the state; `None` if one is not found.
+    fn resolved_cycle(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (coarse, closed, increments): (&Course, &Closed, usize),
+        cycling: &mut Cycling,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Wear>> {
+        let course = coarse.resolved(&Closed { increments, ..*closed });
+        let (loads, _) = self.loads_in_cycles(step, cycling, cycling.done / cycles.count);
+        let (worn, options) = (self.state.worn.clone(), self.stroke_options());
+        let part = cycling.done / cycles.count;
+        let stage = Stage { name: &step.name, from: part, to: part };
+        let mut place = Place::of(&cycling.ring.it, coarse.half());
+        let n = worn.len();
+        let mut wear = Wear { rate: vec![0.0; n], power: 0.0 };
+        // What comes before the first stroke back is forgotten but for cells that stick.
+        let up = (increments + 1..=2 * increments).map(|end| (end % (2 * increments), false));
+        let round = (1..=2 * increments).map(|end| (end % (2 * increments), true));
+        for (end, counts) in up.chain(round) {
+            let way = (&course, end, loads);
+            let pressures = place.it.tractions[2 * n..].to_vec();
+            let (next, report, checks) =
+                self.stroke_at(step, way, (&worn, &options), place, (&mut *observer, &stage))?;
+            cycling.ring.spend(&report);
+            if report.stop != Stop::Converged {
+                if report.stop != Stop::Interrupted {
+                    self.result.warnings.push(format!(
+                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge; wear goes on by the slip \
+                         from end to end and what was resolved before",
+                        step.name, self.state.cycles_done
+                    ));
+                }
+                return Ok(None);
+            }
+            if counts {
+                for (i, (sum, path)) in wear.rate.iter_mut().zip(&next.it.wear_path).enumerate() {
+                    *sum += 0.5 * (pressures[i] + next.it.tractions[2 * n + i]) * path;
+                }
+                wear.power += checks.dissipation;
+            }
+            place = next;
+        }
+        Ok(Some(wear))
+    }
+
+    /// Root mean square of the change of the slip from end to end over that of the slip, over the cells in contact at any end.
+    fn slip_change(&self, it: &Iterate, before: &[f64]) -> f64 {
+        let n = self.prepared.n();
+        let (touching, areas) = (self.touching(it), &self.prepared.model.frame.areas);
+        let (mut change, mut sum) = (0.0, 0.0);
+        for (k, (now, before)) in it.slip.iter().zip(before).enumerate().filter(|(k, _)| touching[k % n]) {
+            change += areas[k % n] * (now - before).powi(2);
+            sum += areas[k % n] * now * now;
+        }
+        if sum > 0.0 { (change / sum).sqrt() } else { 0.0 }
+    }
+
+    /// Root mean square of the difference of two rates over the cells that wear, over the largest of the first.
+    fn apart(&self, rate: &[f64], other: &[f64]) -> f64 {
+        let areas = &self.prepared.model.frame.areas;
+        let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
+        let largest = rate.iter().copied().fold(0.0, f64::max);
+        if largest > 0.0 { mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
+    }
+
+    /// The wear of a cycle over that by the slip from end to end, `[N]`, and the share of the worn volume that they leave out.
+    fn factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
+        let areas = &self.prepared.model.frame.areas;
+        let volume = |rates: &[f64]| rates.iter().zip(areas).map(|(rate, area)| rate * area).sum::<f64>();
+        let [all, all_by_ends] = [wear, by_ends].map(volume);
+        if all <= 0.0 || all_by_ends <= 0.0 {
+            return (vec![1.0; wear.len()], 0.0);
+        }
+        let least = NOTHING * by_ends.iter().copied().fold(0.0, f64::max);
+        let factor = |(wear, by_ends): (&f64, &f64)| {
+            if *by_ends > least {
+                (wear / by_ends).min(MOST_FACTOR)
+            } else {
+                (all / all_by_ends).min(MOST_FACTOR)
+            }
+        };
+        let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
+        let covered: Vec<f64> = by_ends.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
+        (factors, 1.0 - volume(&covered) / all)
+    }
+
+    /// Adds to the estimated errors what half of the change of the factors makes of the depth worn since they were found.
+    fn note_drift(&mut self, factors: &[f64], before: &Resolved) {
+        let areas = &self.prepared.model.frame.areas;
+        let mut volume = 0.0;
+        for i in 0..factors.len() {
+            let by = self.state.worn[i] - before.worn[i];
+            if before.factors[i] > 0.0 {
+                let error = 0.5 * (factors[i] / before.factors[i] - 1.0) * by;
+                self.state.depth_errors[i] += error.abs();
+                volume += areas[i] * error;
+            }
+        }
+        self.state.volume_error += volume.abs();
+    }
+}
