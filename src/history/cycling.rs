@@ -13,12 +13,15 @@ use super::jump_control::JumpControl;
 use super::resolved::Resolved;
 use super::ring::{Course, Ring};
 use super::snapshot::Within;
-use super::step::{CycleMotion, Cycles, Moment, Observer, Outcome, Step};
+use super::step::{CycleMotion, Cycles, Jumps, Moment, Observer, Outcome, Step};
 use super::tried::Tried;
 use super::{Run, state};
 
 /// Worn depth over the approach that the first controlled jump aims at.
 const FIRST: f64 = 0.05;
+
+/// Tolerance of jumps over that of contact solutions below which the latter make the error.
+const SOLVED: f64 = 10.0;
 
 /// A step of cycles or steady sliding in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -127,6 +130,15 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Cycling>> {
         let clock = Instant::now();
+        if let Jumps::Tolerance(tolerance) = cycles.jumps
+            && tolerance < SOLVED * self.options.tolerance
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\": wear.tolerance = {tolerance:e} is finer than contacts are solved (solver.tolerance = {:e}): jumps get shorter \
+                 without getting better",
+                step.name, self.options.tolerance
+            ));
+        }
         let (center, n) = (self.state.rigid, self.prepared.n());
         let path = self.path(step);
         let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);

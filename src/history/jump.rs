@@ -268,6 +268,9 @@ impl Run<'_> {
             jump.solves += 1;
             jump.checks = before.worst(&checks);
             let Way::Round(course) = &cycling.way else { return Ok(()) };
+            if report.stop == Stop::Iterations && cycling.ring.release(&problem) {
+                continue;
+            }
             if report.stop != Stop::Converged || cycling.ring.consistent(&problem) {
                 return Ok(());
             }

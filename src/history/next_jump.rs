@@ -91,6 +91,7 @@ impl Run<'_> {
             jump.burden(spent);
             // The first strokes have no entry of their own.
             jump.burden(std::mem::take(&mut cycling.ring.spent));
+            self.warn_of_unstable(step, cycling, length);
             if let Jumps::Tolerance(tolerance) = cycles.jumps {
                 let ratio = self.error_ratio((cycles, tolerance, length), &jump);
                 cycling.control.accept(length, ratio);
@@ -107,6 +108,20 @@ impl Run<'_> {
     fn is_worn_out(&self, step: &Step, cycling: &Cycling) -> bool {
         let still = matches!(self.held.normal, Normal::Approach(_)) && step.normal.is_none();
         still && cycling.peak_pressure() <= WORN_OUT * cycling.peak
+    }
+
+    /// Says, once a step, that explicit jumps are longer than is stable.
+    fn warn_of_unstable(&mut self, step: &Step, cycling: &Cycling, length: f64) {
+        if let Some(critical) = cycling.critical
+            && length > critical * (1.0 + 1e-9)
+            && cycling.entries == 0
+        {
+            self.result.warnings.push(format!(
+                "step \"{}\": explicit jumps of {length} cycles are longer than is stable ({critical:.4e}): pressures and wear swing from \
+                 cell to cell, and mean nothing",
+                step.name
+            ));
+        }
     }
 
     /// Estimated error of a jump over what is allowed.

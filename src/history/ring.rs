@@ -159,6 +159,23 @@ impl Ring {
         0.5 * rigid.iter().map(farthest).fold(0.0, f64::max)
     }
 
+    /// Lets go the cells that are said to stick, but slip at an end of a state that does not converge; whether there are any.
+    pub fn release(&mut self, problem: &Increment) -> bool {
+        let (n, ends, creep) = (problem.n(), problem.ends.len(), CREEP * self.amplitude());
+        let mut any = false;
+        for i in 0..n {
+            let slips = |end: usize| {
+                let slip = self.it.slip[end * 2 * n + i].hypot(self.it.slip[end * 2 * n + n + i]);
+                slip > creep && !problem.sticks(&self.it, end, i)
+            };
+            if self.stuck[i] && (0..ends).any(slips) {
+                self.stuck[i] = false;
+                any = true;
+            }
+        }
+        any
+    }
+
     /// Whether the cells that stick do so at all ends, and no others: at which level those would stick, the ends do not tell.
     pub fn consistent(&self, problem: &Increment) -> bool {
         let (n, ends, creep) = (problem.n(), problem.ends.len(), CREEP * self.amplitude());

@@ -84,6 +84,18 @@ fn jumps_fill_the_cycles() {
     assert!(jumps.iter().all(|jump| jump.length <= critical), "{jumps:?}");
 }
 
+/// Truth: contacts are solved to 1e-8; what asks jumps for less is told so.
+#[test]
+fn tolerances_finer_than_contacts_are_solved() {
+    for (tolerance, warned) in [(1e-12, true), (1e-2, false)] {
+        let mut cycles = controlled(tolerance);
+        cycles.cycles.as_mut().expect("cycles").count = 2.0;
+        let run = reference_scene(0.0, 16, cycles);
+        let found = run.warnings.iter().any(|warning| warning.contains("finer than contacts are solved"));
+        assert_eq!(found, warned, "{:?}", run.warnings);
+    }
+}
+
 /// Truth: docs/theory-wear.md: 2 λ_min(S_nn) / D is 39 500 cycles for D = 1.6e-10 mm/MPa per cycle, cells of 0.06 mm and the reference
 /// scene at tilt 0 (D is less by what of the stroke is elastic); beyond it the run is refused, and taken all the same the pressures of
 /// neighbouring cells part, which they do not below it.
@@ -108,6 +120,8 @@ fn explicit_jumps_have_a_critical_length() {
     let roughness = |factor: f64, jumps: u64| {
         let count = (factor * critical) as u64 * jumps;
         let run = reference_scene(0.0, 50, explicit(count, jumps as usize, true));
+        let warned = run.warnings.iter().filter(|warning| warning.contains("longer than is stable")).count();
+        assert_eq!(warned, usize::from(factor > 1.0), "{:?}", run.warnings);
         let p = |i: usize| run.state.tractions[2 * 2500 + i * 50 + 25];
         let rough: f64 = (9..41).map(|i| (p(i - 1) - 2.0 * p(i) + p(i + 1)).abs()).sum();
         rough / (9..41).map(p).sum::<f64>()

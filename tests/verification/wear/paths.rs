@@ -3,13 +3,13 @@
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{
-    Drive, FrameState, IncrementRecord, Integrator, Jumps, Observer, Outcome, Step,
+    Drive, FrameState, IncrementRecord, Integrator, Jumps, Normal, Observer, Outcome, Step,
 };
 use orthowear::material::Stiffness;
 use orthowear::results::plot::loops::Loop;
 use orthowear::wear::WearLaw;
 
-use crate::common::{fretting, half_spaces, path_of, press, relative, solve, sphere};
+use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
 
 /// Truth: round a circle that is large against all elastic displacements each cell slips by the sides of the polygon: V = i P 2K 2A sin(π/2K),
 /// wherever the circle begins; the volume by the friction energy is the same.
@@ -128,4 +128,41 @@ fn limit_of_fretting_under_force() {
         assert!(relative(*found, wanted) < 3e-2, "{found} {wanted}");
     }
     assert!((stick - 0.5).abs() < 3.4 / cells as f64, "{stick}");
+}
+
+/// Truth: method of dimensionality reduction (Popov 2014): springs at x stick under ±u where G* u < μ E* (δ - x²/R), so that a stick zone that
+/// shrinks, in cells that wear has not reached yet, has c² = R (δ - u G* / (μ E*)) whatever has worn outside; what stays inside to the
+/// end is not worn.
+#[test]
+fn stick_zone_that_moves() {
+    let (radius, e_star, mu, amplitude, cells) = (100.0, 1e5, 0.5, 0.0018, 48);
+    let material = Stiffness::isotropic(2.0 * e_star, 0.0).expect("an admissible material");
+    let mut model = half_spaces(&material, Some(&material), (1.2, cells), sphere(radius));
+    model.friction = FrictionLaw::Coulomb { mu };
+    model.wear = WearLaw::Archard { i: 6e-7 };
+    let mut cycles = fretting(20_000, amplitude, 1, Integrator::Sdirk2);
+    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(3e-3);
+    let lifted = Step { name: "fretting".into(), normal: Some(Normal::Approach(0.0061)), ..cycles };
+    let run = solve(&model, &[indent(0.01), lifted]);
+    assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
+    // G* = E* without lateral contraction.
+    let stick_radius = |approach: f64| (radius * (approach - amplitude / mu)).sqrt();
+    let side = 2.4 / cells as f64;
+    let jumps: Vec<_> = run.records.iter().filter(|record| record.jump.is_some()).collect();
+    for record in &jumps {
+        let (found, wanted) =
+            ((record.stick_area / std::f64::consts::PI).sqrt(), stick_radius(record.approach));
+        assert!((found - wanted).abs() < 0.7 * side, "{}: {found} {wanted}", record.cycles_done);
+    }
+    let last = stick_radius(0.0061);
+    assert!(stick_radius(jumps[0].approach) - last > 3.0 * side);
+    let worn = &run.state.wear_depth;
+    let place = |k: usize| (k as f64 + 0.5) * side - 1.2;
+    let distance = |i: usize| place(i / cells).hypot(place(i % cells));
+    let deepest = worn.iter().copied().fold(0.0, f64::max);
+    // A twentieth of the approach, which relieves the ring.
+    assert!(deepest > 5e-4, "{deepest}");
+    let inside =
+        (0..cells * cells).filter(|&i| distance(i) < last - side).map(|i| worn[i]).fold(0.0, f64::max);
+    assert!(inside < 1e-3 * deepest, "{inside} {deepest}");
 }
