@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use orthowear::history::step::{FrameState, IncrementRecord, Observer};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
 use orthowear::{scene, study};

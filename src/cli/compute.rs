@@ -12,7 +12,7 @@ use super::run::report;
 use super::turn::{Maker, Stage, Way};
 use crate::error::{Error, Kind, Result};
 use crate::frame::ContactFrame;
-use crate::history::step::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
 use crate::history::{RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::fields::{FieldWriter, Written};

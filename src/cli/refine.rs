@@ -11,7 +11,7 @@ use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout};
 use crate::body::Estimate;
 use crate::error::{Error, Kind, Result};
 use crate::fem::{ErrorEstimate, ROUNDING};
-use crate::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use crate::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
 use crate::results::body_fields::{BodyOutput, BodyShape};

@@ -1,6 +1,6 @@
 //! Tables for people.
 
-use crate::history::step::IncrementRecord;
+use crate::history::record::IncrementRecord;
 use crate::results::body_peaks::Peak;
 use crate::results::summary::{Summary, Units};
 

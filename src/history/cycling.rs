@@ -10,10 +10,11 @@ use crate::error::Result;
 
 use super::control::{Held, Loads, Path};
 use super::jump_control::JumpControl;
+use super::record::{Moment, Observer, Outcome};
 use super::resolved::Resolved;
 use super::ring::{Course, Ring};
 use super::snapshot::Within;
-use super::step::{CycleMotion, Cycles, Jumps, Moment, Observer, Outcome, Step};
+use super::step::{CycleMotion, Cycles, Jumps, Step};
 use super::tried::Tried;
 use super::{Run, state};
 

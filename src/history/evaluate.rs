@@ -8,7 +8,8 @@ use super::Run;
 use super::cycling::Cycling;
 use super::increments::Stage;
 use super::jump::Jump;
-use super::step::{Cycles, Integrator, Observer, Step};
+use super::record::Observer;
+use super::step::{Cycles, Integrator, Step};
 
 impl Run<'_> {
     /// Ends and rates at the worn depth of the state; `false` where they do not converge.

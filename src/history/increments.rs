@@ -12,8 +12,9 @@ use crate::error::{Error, Result};
 use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
 use super::predictor::Predictor;
+use super::record::{IncrementRecord, Moment, Observer, Outcome, StrokeEnd};
 use super::snapshot::Within;
-use super::step::{IncrementRecord, Moment, Observer, Outcome, Row, Spin, Step, StrokeEnd, Tangential};
+use super::step::{Row, Spin, Step, Tangential};
 use super::{Run, state};
 
 /// A contact of so few cells is told.

@@ -11,8 +11,9 @@ use crate::error::Result;
 
 use super::cycling::{Cycling, Way};
 use super::increments::{Laws, Stage, mean_square, problem, solve_and_check};
+use super::record::Observer;
 use super::ring::settled;
-use super::step::{Cycles, Integrator, Observer, Step};
+use super::step::{Cycles, Integrator, Step};
 use super::{Run, state};
 
 /// γ of the L-stable two-stage SDIRK method.

@@ -7,7 +7,8 @@ use crate::error::Result;
 use super::cycling::{Cycling, Way};
 use super::increments::entry;
 use super::jump::Jump;
-use super::step::{Cycles, JumpRecord, Observer, Outcome, Spin, Step, StrokeEnd};
+use super::record::{JumpRecord, Observer, Outcome, StrokeEnd};
+use super::step::{Cycles, Spin, Step};
 use super::{FRAME_EDGE, Run, state};
 
 impl Run<'_> {

@@ -9,8 +9,9 @@ use super::Run;
 use super::control::Loads;
 use super::cycling::{Cycling, Way};
 use super::increments::{Laws, Stage, problem, solve_and_check};
+use super::record::{FrettingLoop, Observer};
 use super::ring::Course;
-use super::step::{Closed, CycleMotion, Cycles, FrettingLoop, Observer, Step};
+use super::step::{Closed, CycleMotion, Cycles, Step};
 
 /// Increments per stroke, at least.
 const RESOLVED: usize = 16;

@@ -2,7 +2,7 @@
 //!
 //! A run goes through the steps in order. A step is a number of increments, each one contact problem whose slip is
 //! measured from the end of the increment before (docs/theory-contact.md), or a number of cycle jumps (see `cycling`).
-//! Progress, output and checkpoints hang on an [`step::Observer`].
+//! Progress, output and checkpoints hang on an [`record::Observer`].
 
 mod balance;
 mod control;
@@ -24,6 +24,7 @@ mod ring;
 mod rolling;
 mod snapshot;
 mod state;
+pub mod record;
 pub mod step;
 mod tried;
 
@@ -41,11 +42,10 @@ use crate::linalg::operator::Flexibility;
 use crate::wear::WearLaw;
 use control::Held;
 use model::Prepared;
+use record::{FrameState, FrettingLoop, IncrementRecord, Moment, Observer, Outcome, Skipped};
 use snapshot::Within;
 use state::State;
-use step::{
-    FrameState, FrettingLoop, IncrementRecord, Moment, Normal, Observer, Outcome, Skipped, Spin, Step, Tilt,
-};
+use step::{Normal, Spin, Step, Tilt};
 
 /// How a run ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");

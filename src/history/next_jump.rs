@@ -9,7 +9,8 @@ use super::Run;
 use super::cycling::{Cycling, Way};
 use super::increments::Stage;
 use super::jump::Jump;
-use super::step::{Cycles, Integrator, Jumps, Normal, Observer, Step};
+use super::record::Observer;
+use super::step::{Cycles, Integrator, Jumps, Normal, Step};
 use super::tried::Tried;
 
 /// Worn depth over the approach below which errors do not count.

@@ -1,7 +1,8 @@
 //! What to say of an increment in which nothing is in contact.
 
 use super::model::Prepared;
-use super::step::{IncrementRecord, Normal};
+use super::record::IncrementRecord;
+use super::step::Normal;
 use crate::error::doubtful;
 
 impl Prepared<'_> {

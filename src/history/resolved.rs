@@ -12,8 +12,9 @@ use super::Run;
 use super::cycling::{Cycling, Way};
 use super::increments::{Stage, mean_square};
 use super::loops::Place;
+use super::record::Observer;
 use super::ring::Course;
-use super::step::{Closed, CycleMotion, Cycles, Observer, Step};
+use super::step::{Closed, CycleMotion, Cycles, Step};
 
 /// Increments of a stroke over those between the ends, at most.
 const MOST: usize = 64;

@@ -12,7 +12,8 @@ use crate::error::Result;
 use super::control::Loads;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
 use super::loops::Place;
-use super::step::{Closed, Drive, Observer, Outcome, Step, Tangential};
+use super::record::{Observer, Outcome};
+use super::step::{Closed, Drive, Step, Tangential};
 use super::{Run, state};
 
 /// Slip below this share of the amplitude counts as none.

@@ -5,7 +5,8 @@ use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 
 use super::Run;
-use super::step::{Rolling, RollingRecord, Step};
+use super::record::RollingRecord;
+use super::step::{Rolling, Step};
 
 impl Rolling {
     /// The axis of the frame, 0 or 1, along which the contact rolls, and the sense on it.

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::control::Held;
 use super::cycling::Cycling;
 use super::increments::Ramp;
+use super::record::{FrettingLoop, IncrementRecord};
 use super::state::State;
-use super::step::{FrettingLoop, IncrementRecord};
 
 /// Everything that the rest of a run follows from, between two entries.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use crate::contact::certificate::StateChecks;
 use crate::contact::{Increment, Iterate};
 
 use super::model::Prepared;
-use super::step::{Certificate, FrameState, StrokeEnd};
+use super::record::{Certificate, FrameState, StrokeEnd};
 
 /// State at the end of an increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::summary::{Status, Summary, Units};
 use crate::error::{Error, Result};
-use crate::history::step::IncrementRecord;
+use crate::history::record::IncrementRecord;
 
 /// The variants of one scene: the fields of `compare.json` (docs/results.md).
 #[derive(Debug, Clone, Serialize)]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::Estimate;
 use crate::error::{Context, Result};
 use crate::frame::ContactFrame;
-use crate::history::step::{FrameState, IncrementRecord};
+use crate::history::record::{FrameState, IncrementRecord};
 use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};

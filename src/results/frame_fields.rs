@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::Point;
-use crate::history::step::FrameState;
+use crate::history::record::FrameState;
 use crate::results::surface::Surface;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
 

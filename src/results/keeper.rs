@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Context, Result};
 use crate::frame::grid::spread;
-use crate::history::step::IncrementRecord;
+use crate::history::record::IncrementRecord;
 use crate::linalg::course::Course;
 use crate::results::checkpoint;
 use crate::results::fields::Written;

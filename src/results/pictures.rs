@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::frame::grid::spread;
-use crate::history::step::{FrameState, IncrementRecord};
+use crate::history::record::{FrameState, IncrementRecord};
 use crate::results::along::{Line, along};
 use crate::results::output::{OutputDir, write_failure};
 use crate::results::plot::axis::Scale;

@@ -6,7 +6,7 @@ use super::plot::{PANEL, arranged};
 use super::summary::Units;
 use crate::error::Result;
 use crate::frame::ContactFrame;
-use crate::history::step::{FrameState, IncrementRecord, Observer};
+use crate::history::record::{FrameState, IncrementRecord, Observer};
 
 /// Keeps the pressure at the end of each step, along the frame's axes.
 #[derive(Debug, Clone)]

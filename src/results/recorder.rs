@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
 use crate::history::Snapshot;
-use crate::history::step::{FrameState, IncrementRecord, Moment, Observer};
+use crate::history::record::{FrameState, IncrementRecord, Moment, Observer};
 use crate::linalg::course::Course;
 use crate::linalg::operator::Flexibility;
 use crate::results::fields::{FieldWriter, Written};

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Kind, Result};
 use crate::frame::Grid;
-use crate::history::step::{FrettingLoop, IncrementRecord, Outcome, Skipped};
+use crate::history::record::{FrettingLoop, IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::condensation::CondensationRecord;
 

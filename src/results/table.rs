@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::error::{Error, Result};
-use crate::history::step::{FrettingLoop, IncrementRecord};
+use crate::history::record::{FrettingLoop, IncrementRecord};
 
 /// Columns of `history.csv`: the names of `summary.steps`, vectors by component.
 pub const COLUMNS: [&str; 46] = [
@@ -182,7 +182,7 @@ fn quoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::history::step::{JumpRecord, RollingRecord};
+    use crate::history::record::{JumpRecord, RollingRecord};
 
     /// Truth: RFC 4180, and that shortest-digit text reads back to the same bits.
     #[test]

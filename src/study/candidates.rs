@@ -8,7 +8,8 @@ use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
 use crate::fem;
 use crate::frame::{ContactFrame, GapShape};
-use crate::history::step::{Cycles, Normal, Skipped, Step, Tangential};
+use crate::history::record::Skipped;
+use crate::history::step::{Cycles, Normal, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{Plan, Support};
 

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::number;
 use crate::history::Snapshot;
-use crate::history::step::Skipped;
+use crate::history::record::Skipped;
 use crate::scene::plan::{FrameSpec, Plan};
 
 /// A frame is enlarged so often at most.

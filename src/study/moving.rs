@@ -13,7 +13,7 @@ use crate::body::worn::{heights_behind, worn_mesh};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::number;
-use crate::history::step::Skipped;
+use crate::history::record::Skipped;
 use crate::history::{Before, Snapshot};
 use crate::mesh::Mesh;
 use crate::results::keeper::Moves;

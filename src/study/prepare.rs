@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::geometry::Side;
-use crate::history::step::{Observer, Skipped};
+use crate::history::record::{Observer, Skipped};
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};

@@ -16,7 +16,7 @@ use crate::contact::Method;
 use crate::contact::solver::on_windows;
 use crate::coupling;
 use crate::frame::ContactFrame;
-use crate::history::step::Skipped;
+use crate::history::record::Skipped;
 use crate::history::{OperatorSkips, skipped_by_contact};
 use crate::results::fields::FieldKind;
 use crate::scene::keys::solver::Coupling;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
-use orthowear::history::step::{FrameState, IncrementRecord, Observer};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use serde_json::Value;
 
 /// The tractions of every increment.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::error::{Error, Kind};
-use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::results::output::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};

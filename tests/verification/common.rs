@@ -6,9 +6,9 @@ use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
+use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::history::step::{
-    Closed, CycleMotion, Cycles, Drive, FrameState, IncrementRecord, Integrator, Jumps, Normal, Observer,
-    Step, Tangential,
+    Closed, CycleMotion, Cycles, Drive, Integrator, Jumps, Normal, Step, Tangential,
 };
 use orthowear::history::{Model, RunResult, run};
 use orthowear::material::{Orthotropic, Stiffness};

@@ -2,7 +2,8 @@
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Normal, Outcome, Step, Tangential};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Normal, Step, Tangential};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
 

@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Outcome, Spin, Step, Tilt};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Spin, Step, Tilt};
 
 use crate::common::{half_spaces, indent, press, relative, solve, solve_with, sphere, steel, step};
 

@@ -13,7 +13,7 @@ use orthowear::error::Result;
 use orthowear::fem::RecoveryPoints;
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
-use orthowear::history::step::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::mesh::{Block, Mesh};
 use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use orthowear::frame::heights::Heights;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
-use orthowear::history::step::{IncrementRecord, Outcome};
+use orthowear::history::record::{IncrementRecord, Outcome};
 use orthowear::history::{Model, RunResult};
 
 use crate::common::{half_spaces, indent, press, relative, solve, steel};

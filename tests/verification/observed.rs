@@ -6,7 +6,8 @@ use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionEllipse;
-use orthowear::history::step::{FrameState, IncrementRecord, Normal, Observer, Step, Tangential};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer};
+use orthowear::history::step::{Normal, Step, Tangential};
 use orthowear::history::{Model, RunResult, run};
 
 use crate::common::step;

@@ -6,7 +6,8 @@ use orthowear::bem::half_space::{CrossBlocks, PeriodicFlexibility, Side, Surface
 use orthowear::contact::SolverOptions;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Outcome, Step, Tangential};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Step, Tangential};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 use orthowear::wear::WearLaw;

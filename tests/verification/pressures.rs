@@ -3,7 +3,8 @@
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::frame::ContactFrame;
 use orthowear::history::Model;
-use orthowear::history::step::{Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::Step;
 use orthowear::linalg::operator::Flexibility;
 
 use crate::common::{half_spaces, im7, indent, press, solve_with, sphere, steel};

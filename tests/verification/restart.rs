@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::history::step::{FrameState, IncrementRecord, Moment, Observer};
+use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer};
 use orthowear::history::{RunResult, Snapshot};
 use orthowear::linalg::course::Course;
 use orthowear::linalg::operator::Flexibility;

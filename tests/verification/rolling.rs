@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Outcome, Rolling, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Rolling, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 use orthowear::wear::WearLaw;

@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{IncrementRecord, Integrator, Outcome, Spin, Step, Tangential, Tilt};
+use orthowear::history::record::{IncrementRecord, Outcome};
+use orthowear::history::step::{Integrator, Spin, Step, Tangential, Tilt};
 use orthowear::history::{RunResult, run};
 
 use crate::common::{

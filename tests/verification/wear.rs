@@ -9,7 +9,8 @@ mod sliding;
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Integrator, Jumps, Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Integrator, Jumps, Step};
 use orthowear::wear::WearLaw;
 
 use crate::common::{

@@ -2,7 +2,8 @@
 
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::history::Model;
-use orthowear::history::step::{Outcome, Rolling, Spin, Step, Tangential, Tilt};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Rolling, Spin, Step, Tangential, Tilt};
 
 use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,

@@ -4,7 +4,7 @@ use super::axis::Scale;
 use super::chart::{Band, Chart, Series};
 use super::loops::short;
 use super::{Canvas, PANEL, arranged};
-use crate::history::step::IncrementRecord;
+use crate::history::record::IncrementRecord;
 use crate::results::summary::Units;
 
 /// Forces and areas over the entries; with cycles or sliding, worn volume, load and wear depth over cycles or distance. One
@@ -132,7 +132,7 @@ fn load(records: &[IncrementRecord], along: Along, units: &Units) -> Option<Canv
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::history::step::StrokeEnd;
+    use crate::history::record::StrokeEnd;
 
     /// Truth: the records: the band is the estimated error on both sides, loads are those of the ends of the strokes.
     #[test]

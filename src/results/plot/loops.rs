@@ -2,7 +2,7 @@
 
 use super::axis::Scale;
 use super::chart::{Chart, Series};
-use crate::history::step::FrettingLoop;
+use crate::history::record::FrettingLoop;
 use crate::results::summary::Units;
 
 /// One cycle of a fretting contact.

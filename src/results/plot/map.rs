@@ -9,7 +9,7 @@ use super::cells::Shapes;
 use super::{Anchor, Canvas, arranged, colour, fibres};
 use crate::frame::ContactFrame;
 use crate::frame::grid::spread;
-use crate::history::step::FrameState;
+use crate::history::record::FrameState;
 use crate::results::summary::Units;
 use crate::results::surface::Surface;
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::history::step::{IncrementRecord, JumpRecord, RollingRecord, StrokeEnd};
+use crate::history::record::{IncrementRecord, JumpRecord, RollingRecord, StrokeEnd};
 use crate::results::summary::Units;
 use crate::scene::document::segments;
 

@@ -10,7 +10,7 @@ use orthowear::coupling::{Coupled, Coupling, couple};
 use orthowear::fem::{Bedding, Foundation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::Outcome;
+use orthowear::history::record::Outcome;
 use orthowear::history::{Model, run};
 use orthowear::wear::WearLaw;
 

@@ -40,7 +40,7 @@ fn histories_agree_on_both_paths() {
         assert_eq!(block.records.len(), schur.records.len());
         for (a, b) in block.records.iter().zip(&schur.records) {
             assert!(a.converged && b.converged, "{name} {}: {:?} {:?}", a.name, a.certificate, b.certificate);
-            let values = |r: &orthowear::history::step::IncrementRecord| {
+            let values = |r: &orthowear::history::record::IncrementRecord| {
                 [r.normal_force, r.tangential_force[0], r.tangential_force[1], r.peak_pressure]
             };
             assert!(

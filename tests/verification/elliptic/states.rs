@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::Step;
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, im7, indent, press, shift, solve_with, sphere, sphere_on_frp, steel};

@@ -1,6 +1,6 @@
 //! What Hertz contact owes to dimensions alone.
 
-use orthowear::history::step::Outcome;
+use orthowear::history::record::Outcome;
 
 use crate::common::{half_spaces, press, relative, solve, sphere};
 use crate::observed::radius;

@@ -3,7 +3,8 @@
 use orthowear::contact::SolverOptions;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::{FrictionEllipse, FrictionLaw};
-use orthowear::history::step::{Normal, Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Normal, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 

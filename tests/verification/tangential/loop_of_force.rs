@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{FrameState, Outcome, Step};
+use orthowear::history::record::{FrameState, Outcome};
+use orthowear::history::step::Step;
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 

@@ -1,7 +1,8 @@
 //! Frictional indentation: stick radius and stiffness (Spence 1968, 1975).
 
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{Normal, Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Normal, Step};
 use orthowear::material::Stiffness;
 
 use crate::common::{half_spaces, indent, relative, solve, sphere, step};

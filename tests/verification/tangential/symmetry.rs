@@ -4,7 +4,7 @@ use orthowear::bem::half_space::{CrossBlocks, FftFlexibility, Side, SurfaceGreen
 use orthowear::contact::SolverOptions;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{IncrementRecord, Outcome};
+use orthowear::history::record::{IncrementRecord, Outcome};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
 use orthowear::wear::WearLaw;

@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::history::RunResult;
-use orthowear::history::step::{Integrator, Jumps, Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{Integrator, Jumps, Step};
 
 use crate::common::{
     fretting, frp_wear, indent, path_of, reference, relative, solve, solve_with, sphere_on_frp,

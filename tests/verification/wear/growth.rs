@@ -2,7 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::step::{FrameState, IncrementRecord, Integrator, Moment, Observer, Outcome, Step};
+use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use orthowear::history::step::{Integrator, Step};
 use orthowear::history::{FRAME_EDGE, Model, RunResult, Snapshot, run, run_from};
 use orthowear::wear::WearLaw;
 use serde_json::Value;

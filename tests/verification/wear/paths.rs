@@ -2,9 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{
-    Drive, FrameState, IncrementRecord, Integrator, Jumps, Normal, Observer, Outcome, Step,
-};
+use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
+use orthowear::history::step::{Drive, Integrator, Jumps, Normal, Step};
 use orthowear::material::Stiffness;
 use orthowear::results::plot::loops::Loop;
 use orthowear::wear::WearLaw;

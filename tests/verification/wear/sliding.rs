@@ -4,7 +4,8 @@ use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
-use orthowear::history::step::{CycleMotion, Cycles, Integrator, Jumps, Normal, Outcome, Step};
+use orthowear::history::record::Outcome;
+use orthowear::history::step::{CycleMotion, Cycles, Integrator, Jumps, Normal, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::linalg::PerCell;
 use orthowear::linalg::operator::Flexibility;
@@ -35,7 +36,7 @@ pub(super) fn press(force: f64) -> Step {
     Step { wear: false, ..crate::common::press(force) }
 }
 
-pub(super) fn last(run: &RunResult) -> &orthowear::history::step::IncrementRecord {
+pub(super) fn last(run: &RunResult) -> &orthowear::history::record::IncrementRecord {
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     run.records.last().expect("records")
 }
