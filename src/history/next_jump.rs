@@ -30,6 +30,9 @@ const WORN_OUT: f64 = 1e-6;
 /// Tries that a controlled jump may be too long for.
 const TRIES: usize = 12;
 
+/// Iterations of a stage after which a shorter jump is tried, where there is one.
+const IMPATIENT: usize = 2000;
+
 /// Why a controlled jump is taken again, shorter.
 enum Refusal {
     /// Its error, as a multiple of what is allowed.
@@ -60,8 +63,16 @@ impl Run<'_> {
             let part = |done: f64| done / cycles.count;
             let stage = Stage { name: &step.name, from: part(cycling.done), to: part(cycling.done + length) };
             let integrator = cycles.integrator;
-            let mut jump = self.integrate(step, (cycles, integrator, length), cycling, (observer, &stage))?;
-            if let (Jumps::Tolerance(tolerance), true) = (cycles.jumps, length > shortest && tries < TRIES)
+            let shorter_ones =
+                matches!(cycles.jumps, Jumps::Tolerance(_)) && length > shortest && tries < TRIES;
+            let patience = self.options.max_iterations;
+            if shorter_ones {
+                self.options.max_iterations = patience.min(IMPATIENT);
+            }
+            let jump = self.integrate(step, (cycles, integrator, length), cycling, (observer, &stage));
+            self.options.max_iterations = patience;
+            let mut jump = jump?;
+            if let (Jumps::Tolerance(tolerance), true) = (cycles.jumps, shorter_ones)
                 && jump.report.stop != Stop::Interrupted
                 && let Some(refusal) = self.refusal((cycles, tolerance, length), (radii, cycling), &jump)
             {
