@@ -58,6 +58,9 @@ impl Run<'_> {
         let (mut tries, mut spent) = (0, [0; 3]);
         loop {
             let (length, shortest) = cycling.next_length(cycles);
+            if let Some(resolved) = &mut cycling.resolved {
+                resolved.aim(cycling.done, length);
+            }
             let before = Tried::of(cycling);
             let radii = self.radii(cycling);
             let part = |done: f64| done / cycles.count;

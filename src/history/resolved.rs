@@ -25,11 +25,20 @@ const NOTHING: f64 = 1e-6;
 /// Wear of a cell over that by the slip from end to end, at most.
 const MOST_FACTOR: f64 = 4.0;
 
+/// Share that factors may change by on the way to the middle of a jump.
+const SWING: f64 = 0.1;
+
 /// A cycle that was resolved, beside the slip from end to end.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Resolved {
-    /// Its wear over that by the slip from end to end, `[N]`.
+    /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
     pub factors: Vec<f64>,
+    /// The same as it was found.
+    found: Vec<f64>,
+    /// Its change per cycle since the one before, `[N]`.
+    slope: Vec<f64>,
+    /// Cycles of the step before it.
+    done: f64,
     /// Its dissipation likewise.
     pub power_factor: f64,
     /// Increments per stroke.
@@ -49,10 +58,20 @@ struct Wear {
 }
 
 impl Resolved {
+    /// Extrapolates the factors to the middle of a jump after `done` cycles of the step.
+    pub fn aim(&mut self, done: f64, length: f64) {
+        let ahead = done + 0.5 * length - self.done;
+        for ((factor, found), slope) in self.factors.iter_mut().zip(&self.found).zip(&self.slope) {
+            *factor = (found + slope * ahead).clamp((1.0 - SWING) * found, (1.0 + SWING) * found);
+        }
+    }
+
     /// The same on a larger frame; `places`: the number of each cell there.
     pub fn onto(self, places: &[usize], n: usize) -> Self {
         Self {
             factors: spread(&self.factors, places, n, |_| 1.0),
+            found: spread(&self.found, places, n, |_| 1.0),
+            slope: spread(&self.slope, places, n, |_| 0.0),
             slip: spread(&self.slip, places, n, |_| 0.0),
             worn: spread(&self.worn, places, n, |_| 0.0),
             ..self
@@ -123,14 +142,30 @@ impl Run<'_> {
                 100.0 * missed
             ));
         }
-        if let Some(before) = &cycling.resolved {
-            self.note_drift(&factors, before);
-        }
+        let done = cycling.done;
+        let slope = match &cycling.resolved {
+            Some(before) if done > before.done => {
+                self.note_drift(&factors, before);
+                let change = factors.iter().zip(&before.found);
+                change.map(|(now, found)| (now - found) / (done - before.done)).collect()
+            }
+            _ => vec![0.0; factors.len()],
+        };
         let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
         cycling.rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
         let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
         cycling.power = by_ends.power * power_factor;
-        cycling.resolved = Some(Resolved { factors, power_factor, increments, fresh: true, slip, worn });
+        cycling.resolved = Some(Resolved {
+            found: factors.clone(),
+            factors,
+            slope,
+            done,
+            power_factor,
+            increments,
+            fresh: true,
+            slip,
+            worn,
+        });
         Ok(())
     }
 
@@ -222,14 +257,16 @@ impl Run<'_> {
         (factors, 1.0 - volume(&covered) / all)
     }
 
-    /// Adds to the estimated errors what half of the change of the factors makes of the depth worn since they were found.
+    /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of
+    /// the depth worn meanwhile.
     fn note_drift(&mut self, factors: &[f64], before: &Resolved) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;
         for i in 0..factors.len() {
             let by = self.state.worn[i] - before.worn[i];
             if before.factors[i] > 0.0 {
-                let error = 0.5 * (factors[i] / before.factors[i] - 1.0) * by;
+                let mean = 0.5 * (factors[i] + before.found[i]);
+                let error = (mean / before.factors[i] - 1.0) * by;
                 self.state.depth_errors[i] += error.abs();
                 volume += areas[i] * error;
             }
