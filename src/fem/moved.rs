@@ -50,17 +50,19 @@ pub(crate) fn moved(
     let regions = Regions::new(spec)?;
     let graph = graph(&spec.mesh, &regions.cells);
     let mut points = spec.mesh.points.clone();
+    let along = |component: usize| held(spec, &regions, contact, &axes.0.column(component).into());
+    let all_held = [along(0)?, along(1)?, along(2)?];
+    let motion = in_planes(motion, &all_held);
     let farthest = motion.iter().flatten().map(Point::norm).fold(0.0, f64::max);
-    for component in 0..3 {
+    for (component, held) in all_held.iter().enumerate() {
         if motion.iter().flatten().all(|by| by[component].abs() <= ROUNDING * farthest) {
             continue;
         }
         let axis: Point = axes.0.column(component).into();
-        let held = held(spec, &regions, contact, &axis)?;
         let given: Vec<Option<f64>> = motion
             .iter()
-            .zip(&held)
-            .map(|(by, &held)| by.map(|by| by[component]).or(held.then_some(0.0)))
+            .zip(held)
+            .map(|(by, held)| by.map(|by| by[component]).or((*held != Held::No).then_some(0.0)))
             .collect();
         let by = harmonic(&spec.mesh, &regions.cells, &graph, &given, memory)?;
         for (point, by) in points.iter_mut().zip(by) {
@@ -72,19 +74,49 @@ pub(crate) fn moved(
     Ok(mesh)
 }
 
+/// Contact nodes on a plane face beside the contact, a plane of symmetry above all, move along it, as far.
+fn in_planes(motion: &[Option<Point>], held: &[Vec<Held>; 3]) -> Vec<Option<Point>> {
+    let mut motion = motion.to_vec();
+    for (node, by) in motion.iter_mut().enumerate() {
+        let Some(by) = by else { continue };
+        let far = by.norm();
+        for (component, held) in held.iter().enumerate() {
+            if held[node] == Held::ByPlane {
+                by[component] = 0.0;
+            }
+        }
+        let along = by.norm();
+        if along > 0.0 {
+            *by *= far / along;
+        }
+    }
+    motion
+}
+
+/// Whether a node moves along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Held {
+    /// It does.
+    No,
+    /// It does not, unless it is one of the contact.
+    ByFace,
+    /// It does not, for it lies on an outer face across the axis.
+    ByPlane,
+}
+
 /// Nodes that lie in the same element.
 fn graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
     NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
 }
 
-/// Nodes that do not move along `axis`, `[n_points]`: supported ones, and those on outer faces or where the material changes,
-/// unless the axis lies in the face.
-fn held(spec: &FeSpec, regions: &Regions, contact: &[SurfaceFace], axis: &Point) -> Result<Vec<bool>> {
+/// What keeps nodes from moving along `axis`, `[n_points]`: a support, or that they lie on an outer face or where the material
+/// changes, unless the axis lies in the face.
+fn held(spec: &FeSpec, regions: &Regions, contact: &[SurfaceFace], axis: &Point) -> Result<Vec<Held>> {
     let mesh = &spec.mesh;
-    let mut held = vec![false; mesh.n_points()];
+    let mut held = vec![Held::No; mesh.n_points()];
     for support in &spec.supports {
         if (0..3).any(|c| support.components[c] && axis[c].abs() > IN_FACE) {
-            mesh.group_nodes(&support.group)?.into_iter().for_each(|node| held[node] = true);
+            mesh.group_nodes(&support.group)?.into_iter().for_each(|node| held[node] = Held::ByFace);
         }
     }
     let mut is_contact: Vec<(CellRef, usize)> =
@@ -103,8 +135,11 @@ fn held(spec: &FeSpec, regions: &Regions, contact: &[SurfaceFace], axis: &Point)
             4 => (corner(2) - corner(0)).cross(&(corner(3) - corner(1))),
             _ => (corner(1) - corner(0)).cross(&(corner(2) - corner(0))),
         };
-        if area.dot(axis).abs() > IN_FACE * area.norm() {
-            local.iter().for_each(|&i| held[nodes[i]] = true);
+        let across = area.dot(axis).abs();
+        if across > IN_FACE * area.norm() {
+            let plane = face.neighbour.is_none() && area.norm() - across < IN_FACE * area.norm();
+            let by = if plane { Held::ByPlane } else { Held::ByFace };
+            local.iter().for_each(|&i| held[nodes[i]] = held[nodes[i]].max(by));
         }
     }
     Ok(held)

@@ -78,19 +78,20 @@ impl Run<'_> {
         {
             if observer.wants_loops() {
                 self.resolve_loop(step, cycles, &cycling, observer)?;
+                if self.result.outcome != Outcome::Converged {
+                    return Ok(());
+                }
             }
             self.within = Within::Cycles(Box::new(cycling));
         }
         while let Within::Cycles(mut cycling) = std::mem::replace(&mut self.within, Within::Start) {
             if cycling.done >= cycles.count {
-                if observer.wants_loops() {
-                    self.resolve_loop(step, cycles, &cycling, observer)?;
+                let ended = self.end_cycles(step, cycles, (&cycling, last), observer);
+                // Broken off here, the run is taken up after the last jump.
+                if ended.is_err() || self.result.outcome != Outcome::Converged {
+                    self.within = Within::Cycles(cycling);
                 }
-                self.held.normal = cycling.path.end.normal;
-                if let (Way::Round(course), false) = (&cycling.way, last) {
-                    self.return_to_center(step, course, observer)?;
-                }
-                return Ok(());
+                return ended;
             }
             if cycling.entries > 0 && observer.is_outdated(&self.state.worn) {
                 self.within = Within::Cycles(cycling);
@@ -119,6 +120,24 @@ impl Run<'_> {
             }
             self.within = Within::Cycles(cycling);
             self.keep(Moment::Entry, observer)?;
+        }
+        Ok(())
+    }
+
+    /// What follows the last jump: the loop there, if it is wanted, and the way back to the centre for the steps that come.
+    fn end_cycles(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (cycling, last): (&Cycling, bool),
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        if observer.wants_loops() {
+            self.resolve_loop(step, cycles, cycling, observer)?;
+        }
+        self.held.normal = cycling.path.end.normal;
+        if let (Way::Round(course), false, Outcome::Converged) = (&cycling.way, last, &self.result.outcome) {
+            self.return_to_center(step, course, observer)?;
         }
         Ok(())
     }
@@ -230,6 +249,11 @@ impl Run<'_> {
 }
 
 impl Cycling {
+    /// What `done` counts.
+    pub fn unit(&self) -> &'static str {
+        if matches!(self.way, Way::Round(_)) { "cycles" } else { "of the sliding distance" }
+    }
+
     /// Dissipation of a cycle over that by the slip from end to end.
     pub fn power_factor(&self) -> f64 {
         self.resolved.as_ref().map_or(1.0, |resolved| resolved.power_factor)

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::contact::certificate::{self, DirectSums, TangentialGap};
 use crate::error::Result;
 
 use super::cycling::{Cycling, Way};
@@ -23,13 +24,19 @@ impl Run<'_> {
     ) -> Result<()> {
         let length = cycles.count - cycling.done;
         self.result.warnings.push(format!(
-            "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length}",
-            step.name
+            "step \"{}\": wear has taken all but a millionth of the pressure at this approach: nothing is left for the other {length} {}",
+            step.name,
+            cycling.unit()
         ));
         // A run that is taken up here has not evaluated its ends yet.
         let worn = self.state.worn.clone();
-        self.ends_problem(step, cycling, &worn, cycling.reported_end()).evaluate(&mut cycling.ring.it);
-        let jump = Jump::new(self.prepared.n());
+        let problem = self.ends_problem(step, cycling, &worn, cycling.reported_end());
+        let mut checks =
+            certificate::check(&problem, &mut cycling.ring.it, TangentialGap::Leave, DirectSums::None);
+        drop(problem);
+        // What is left is the rounding of the gap: it counts against the pressures that there were.
+        checks.natural_residual *= cycling.peak_pressure() / cycling.peak;
+        let jump = Jump { checks, ..Jump::new(self.prepared.n()) };
         self.record_jump(step, cycles, (cycling, &jump), (length, 0, clock), observer)
     }
 
@@ -37,7 +44,7 @@ impl Run<'_> {
     pub(super) fn outgrow(&mut self, step: &Step, cycling: &Cycling, jump: &Jump, length: f64) {
         self.lost = [jump.solves, jump.report.iterations, jump.report.applications];
         self.result.outcome = FRAME_EDGE;
-        let unit = if matches!(cycling.way, Way::Round(_)) { "cycles" } else { "of the sliding distance" };
+        let unit = cycling.unit();
         self.result.warnings.push(format!(
             "step \"{}\" ({}): wear brings the contact to the edge of the frame between {} and {} {unit}; that jump is not taken, for \
              what lies beyond would be cut off",
@@ -76,6 +83,9 @@ impl Run<'_> {
             let errors = self.state.depth_errors.iter_mut().zip(&jump.error);
             errors.for_each(|(sum, error)| *sum += error.abs());
             self.state.volume_error += jump.volume_error;
+            if let Some(resolved) = &cycling.resolved {
+                self.note_doubt(resolved, &jump.worn);
+            }
         }
         let half = match &cycling.way {
             Way::Round(course) => course.half(),

@@ -9,6 +9,7 @@ use super::Run;
 use super::control::Loads;
 use super::cycling::{Cycling, Way};
 use super::increments::{Laws, Stage, problem, solve_and_check};
+use super::record::Outcome;
 use super::record::{FrettingLoop, Observer};
 use super::ring::Course;
 use super::step::{Closed, CycleMotion, Cycles, Step};
@@ -101,7 +102,9 @@ impl Run<'_> {
                 let (next, report, checks) =
                     self.stroke_at(step, way, (&worn, &options), place, (&mut *observer, &stage))?;
                 if report.stop != Stop::Converged {
-                    if report.stop != Stop::Interrupted {
+                    if report.stop == Stop::Interrupted {
+                        self.result.outcome = Outcome::Interrupted;
+                    } else {
                         self.result.warnings.push(format!(
                             "step \"{}\": the fretting loop after {} cycles was not found: an increment of it did not converge",
                             step.name, self.state.cycles_done

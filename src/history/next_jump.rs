@@ -97,10 +97,11 @@ impl Run<'_> {
                 jump = self.integrate(step, euler, cycling, (observer, &stage))?;
                 jump.burden(wasted);
                 self.result.warnings.push(format!(
-                    "step \"{}\" ({}): the jump of {length} cycles is too long for the second-order integrator, which \
+                    "step \"{}\" ({}): the jump of {length} {} is too long for the second-order integrator, which \
                      would wear past the end of contact; backward Euler took it: more jumps give a better answer",
                     step.name,
-                    cycling.entries + 1
+                    cycling.entries + 1,
+                    cycling.unit()
                 ));
             }
             jump.burden(spent);
@@ -132,9 +133,10 @@ impl Run<'_> {
             && cycling.entries == 0
         {
             self.result.warnings.push(format!(
-                "step \"{}\": explicit jumps of {length} cycles are longer than is stable ({critical:.4e}): pressures and wear swing from \
+                "step \"{}\": explicit jumps of {length} {} are longer than is stable ({critical:.4e}): pressures and wear swing from \
                  cell to cell, and mean nothing",
-                step.name
+                step.name,
+                cycling.unit()
             ));
         }
     }
@@ -207,10 +209,11 @@ impl Cycling {
             return Ok(());
         }
         Err(Error::input(format!(
-            "step \"{}\": explicit jumps of {length} cycles are unstable: pressures would swing from cell to cell from {critical:.4e} \
+            "step \"{}\": explicit jumps of {length} {} are unstable: pressures would swing from cell to cell from {critical:.4e} \
              on, 2 λ_min(S_nn) / D. Take {} jumps or more, or leave `jumps` out (they are then as short as is stable), or an implicit \
              integrator; wear.beyond_critical = true takes them all the same",
             step.name,
+            self.unit(),
             (cycles.count / critical * (1.0 - 1e-9)).ceil()
         )))
     }

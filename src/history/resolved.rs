@@ -16,7 +16,7 @@ use super::record::Observer;
 use super::ring::Course;
 use super::step::{Closed, CycleMotion, Cycles, Step};
 
-/// Increments of a stroke over those between the ends, at most.
+/// Increments of a stroke, at most, or four times those between the ends.
 const MOST: usize = 64;
 
 /// Wear of a cell by the slip from end to end over the largest below which it says nothing.
@@ -49,12 +49,34 @@ pub(super) struct Resolved {
     slip: Vec<f64>,
     /// Worn depth then, `[N]`, mm.
     worn: Vec<f64>,
+    /// What more increments might change of it, relative, `[N]`.
+    doubt: Vec<f64>,
+    /// Share of its worn volume that no factor stands for.
+    missed: f64,
 }
 
 /// Wear (`[N]`, mm) and dissipation of a cycle.
+#[derive(Clone)]
 struct Wear {
     rate: Vec<f64>,
     power: f64,
+}
+
+impl Wear {
+    /// The limit of first order of this one and one in half as many increments.
+    fn beyond(&self, coarser: &Self) -> Self {
+        let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| (2.0 * fine - coarse).max(0.0));
+        Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power }
+    }
+}
+
+/// Wear of a cycle that more increments change little.
+struct Refined {
+    wear: Wear,
+    /// Its last change, relative, `[N]`.
+    doubt: Vec<f64>,
+    /// Increments per stroke.
+    increments: usize,
 }
 
 impl Resolved {
@@ -74,6 +96,7 @@ impl Resolved {
             slope: spread(&self.slope, places, n, |_| 0.0),
             slip: spread(&self.slip, places, n, |_| 0.0),
             worn: spread(&self.worn, places, n, |_| 0.0),
+            doubt: spread(&self.doubt, places, n, |_| 0.0),
             ..self
         }
     }
@@ -106,37 +129,20 @@ impl Run<'_> {
         if before.is_some_and(|before| self.slip_change(&cycling.ring.it, &before.slip) <= tolerance) {
             return Ok(());
         }
-        let course = course.clone();
-        let slip = slip.clone();
+        let (course, slip) = (course.clone(), slip.clone());
         let by_ends =
             Wear { rate: cycling.ring.it.wear_rate.clone(), power: cycling.power / cycling.power_factor() };
-        let coarsest =
-            before.map_or(closed.increments, |before| (before.increments / 4).max(closed.increments));
-        let mut increments = coarsest;
-        let first = (increments > closed.increments, (&course, closed, increments));
-        let mut coarser = match first {
-            (false, _) => Wear { rate: by_ends.rate.clone(), power: by_ends.power },
-            (true, way) => match self.resolved_cycle(step, cycles, way, cycling, observer)? {
-                Some(wear) => wear,
-                None => return Ok(()),
-            },
-        };
-        let wear = loop {
-            increments *= 2;
-            let way = (&course, closed, increments);
-            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
-                return Ok(());
-            };
-            if self.apart(&wear.rate, &coarser.rate) <= tolerance || increments >= MOST * closed.increments {
-                break wear;
-            }
-            coarser = wear;
+        let way = (&course, closed, tolerance);
+        let Some(Refined { wear, doubt, increments }) =
+            self.refine(step, cycles, way, (cycling, &by_ends), observer)?
+        else {
+            return Ok(());
         };
         let (factors, missed) = self.factors(&wear.rate, &by_ends.rate);
-        if missed.abs() > tolerance {
+        if missed > tolerance {
             self.result.warnings.push(format!(
-                "step \"{}\": after {} cycles {:.1} % of the wear is in cells whose slip from end to end does not show it: \
-                 cycles.increments = {increments} puts ends in between",
+                "step \"{}\": after {} cycles {:.2} % of the wear is in cells whose slip from end to end does not show it; it is left out, and \
+                 in `worn_volume_error`. A number instead of `increments = \"auto\"` (4 or more) puts ends in between",
                 step.name,
                 self.state.cycles_done,
                 100.0 * missed
@@ -155,9 +161,10 @@ impl Run<'_> {
         cycling.rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
         let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
         cycling.power = by_ends.power * power_factor;
+        let found = factors.clone();
         cycling.resolved = Some(Resolved {
-            found: factors.clone(),
             factors,
+            found,
             slope,
             done,
             power_factor,
@@ -165,8 +172,65 @@ impl Run<'_> {
             fresh: true,
             slip,
             worn,
+            doubt,
+            missed,
         });
         Ok(())
+    }
+
+    /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
+    fn refine(
+        &mut self,
+        step: &Step,
+        cycles: &Cycles,
+        (course, closed, tolerance): (&Course, &Closed, f64),
+        (cycling, by_ends): (&mut Cycling, &Wear),
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Refined>> {
+        // Polygons in an ellipse are of first order, all along it.
+        let extrapolates = closed.amplitude[1] != 0.0;
+        let begin = cycling
+            .resolved
+            .as_ref()
+            .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
+        let mut increments = begin.max(closed.increments);
+        let mut coarser = if increments == closed.increments && !extrapolates {
+            Wear { rate: by_ends.rate.clone(), power: by_ends.power }
+        } else {
+            let way = (course, closed, increments);
+            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
+                return Ok(None);
+            };
+            wear
+        };
+        let mut last: Option<Wear> = (!extrapolates).then(|| coarser.clone());
+        loop {
+            increments *= 2;
+            let way = (course, closed, increments);
+            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
+                return Ok(None);
+            };
+            let limit = if extrapolates { wear.beyond(&coarser) } else { wear.clone() };
+            if let Some(last) = &last {
+                let (change, most) = (self.apart(&limit.rate, &last.rate), MOST.max(4 * closed.increments));
+                if change <= tolerance || increments >= most {
+                    if change > tolerance {
+                        self.result.warnings.push(format!(
+                            "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
+                             of its largest from that in half as many; the difference is in the estimated errors",
+                            step.name,
+                            self.state.cycles_done,
+                            100.0 * change
+                        ));
+                    }
+                    let both = limit.rate.iter().zip(&last.rate);
+                    let doubt =
+                        both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 }).collect();
+                    return Ok(Some(Refined { wear: limit, doubt, increments }));
+                }
+            }
+            (coarser, last) = (wear, Some(limit));
+        }
     }
 
     /// Wear and dissipation of a cycle in some increments per stroke, at the worn depth of the state; `None` if one is not found.
@@ -255,6 +319,19 @@ impl Run<'_> {
         let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
         let covered: Vec<f64> = by_ends.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
         (factors, 1.0 - volume(&covered) / all)
+    }
+
+    /// Adds to the estimated errors what is not known of the path that has worn `by` (`[N]`, mm) in a jump.
+    pub(super) fn note_doubt(&mut self, resolved: &Resolved, by: &[f64]) {
+        let areas = &self.prepared.model.frame.areas;
+        let (mut volume, mut all) = (0.0, 0.0);
+        for (i, by) in by.iter().enumerate() {
+            let error = resolved.doubt[i] * by;
+            self.state.depth_errors[i] += error.abs();
+            volume += areas[i] * error;
+            all += areas[i] * by;
+        }
+        self.state.volume_error += volume.abs() + resolved.missed.abs() * all.abs();
     }
 
     /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of

@@ -278,6 +278,33 @@ fn both_bodies_have_their_worn_depth() {
     assert!(["slip.svg", "wear.svg"].iter().all(|name| there.iter().any(|file| file == name)), "{there:?}");
 }
 
+/// Truth: at a fixed approach no more wears than π δ² R, what the bodies overlap by; the summary of such a run, of cycles and of sliding,
+/// is written like any other.
+#[test]
+fn runs_in_which_nothing_is_left_to_wear() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-wear.toml");
+    for wears in ["cycles={ count = 2_000_000_000, amplitude = 0.08 }", "sliding={ distance = 1e9 }"] {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let text = fs::read_to_string(&scene).expect("a scene");
+        let (before, _) = text.split_once("cycles = {").expect("cycles");
+        let file = dir.path().join("scene.toml");
+        fs::write(&file, format!("{before}{wears}\n")).expect("a written file");
+        let mut command = crate::tools::orthowear();
+        command.arg("run").arg(&file).arg("--quiet").arg("--out").arg(dir.path().join("out"));
+        for set in ["frame.cells=[16, 16]", "frame.half_width=[2.0, 2.0]", "output.fields=[]"] {
+            command.args(["--set", set]);
+        }
+        let output = command.output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary = fs::read(dir.path().join("out/summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_slice(&summary).expect("JSON");
+        let last = summary["steps"].as_array().and_then(|steps| steps.last()).expect("entries");
+        let volume = last["worn_volume"].as_f64().expect("a number");
+        let wanted = std::f64::consts::PI * 0.02 * 0.02 * 50.0;
+        assert!((volume / wanted - 1.0).abs() < 0.02, "{volume} {wanted}");
+    }
+}
+
 /// Truth: exit codes and promises of docs/results.md, with the program itself: a wrong scene, then a run that does
 /// not converge, into the directory of a good run.
 #[test]

@@ -1,5 +1,6 @@
 //! Wear: the reference cycles, identities, orders, limits.
 
+mod broken;
 mod control;
 mod growth;
 mod moved;

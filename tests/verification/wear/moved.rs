@@ -178,6 +178,30 @@ fn holes_get_wider() {
     }
 }
 
+/// Truth: a quarter of that ring, between planes of symmetry, moves as the ring does: its corners along their radii, those on the
+/// planes in them.
+#[test]
+fn quarters_move_as_the_whole() {
+    let lost = 0.07;
+    let axes = [steps(0.0, std::f64::consts::FRAC_PI_2, 6), steps(2.0, 3.0, 3), steps(0.0, 0.5, 2)];
+    let mesh = boxes(&axes, false, |[t, r, z]| [r * t.cos(), r * t.sin(), -z]);
+    let frame = ContactFrame::from_faces(&mesh, "low1", Side::Lower, [0.0; 2], 0.0).expect("a frame");
+    let spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("high1")]);
+    let depth = vec![lost; frame.n_cells()];
+    let after = worn_mesh(&spec, ("low1", Side::Lower), (&frame, &depth), &MemoryLimit::of_machine());
+    let after = after.expect("a mesh");
+    let radius = |x: &[f64; 3]| x[0].hypot(x[1]);
+    for node in spec.mesh.group_nodes("low1").expect("a group") {
+        let [was, is] = [&spec.mesh.points[node], &after.points[node]].map(radius);
+        assert!((is - was - lost).abs() < 1e-12, "{was} {is}");
+    }
+    for (a, b) in spec.mesh.points.iter().zip(&after.points) {
+        for k in 0..2 {
+            assert!(a[k].abs() > 1e-12 || b[k] == a[k], "{a:?} {b:?} leaves its plane");
+        }
+    }
+}
+
 /// Truth: where the material changes nodes stay, so that the ply at the surface alone gets thinner.
 #[test]
 fn plies_below_keep_their_thickness() {

@@ -1,0 +1,81 @@
+//! Steps of cycles that are broken off after their last jump.
+
+use orthowear::contact::SolverOptions;
+use orthowear::error::Result;
+use orthowear::history::Snapshot;
+use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use orthowear::history::step::Integrator;
+
+use crate::common::{fretting, frp_wear, indent, shift, sphere_on_frp};
+
+/// Breaks the run off at the first sign of life after so many entries, and keeps what it can be taken up from.
+struct Breaking {
+    loops: bool,
+    entries: usize,
+    after: usize,
+    broken: bool,
+    kept: Option<Snapshot>,
+}
+
+impl Observer for Breaking {
+    fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {
+        self.broken |= self.entries == self.after;
+    }
+
+    fn increment_done(&mut self, _: &IncrementRecord, _: &FrameState) -> Result<()> {
+        self.entries += 1;
+        Ok(())
+    }
+
+    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+        if moment == Moment::Broken {
+            self.kept = Some(snapshot());
+        }
+        Ok(())
+    }
+
+    fn interrupted(&self) -> bool {
+        self.broken
+    }
+
+    fn wants_loops(&self) -> bool {
+        self.loops
+    }
+}
+
+/// Truth: the run that was not interrupted, bit by bit, where a signal comes after the last jump: in the fretting loop there, of the last
+/// step too, and on the way back to the centre.
+#[test]
+fn runs_broken_off_after_the_last_jump() {
+    let mut model = sphere_on_frp(30.0, 1.5, 16);
+    model.wear = frp_wear(30.0);
+    let cycles = || fretting(50_000, 0.04, 2, Integrator::Sdirk2);
+    let options = SolverOptions::default();
+    for (loops, steps) in [
+        (true, vec![indent(0.02), cycles(), shift(0.01, 0.0)]),
+        (true, vec![indent(0.02), cycles()]),
+        (false, vec![indent(0.02), cycles(), shift(0.01, 0.0)]),
+    ] {
+        let observer = |after: usize| Breaking { loops, entries: 0, after, broken: false, kept: None };
+        let whole =
+            orthowear::history::run(&model, &steps, &options, &mut observer(usize::MAX)).expect("a run");
+        assert_eq!(whole.outcome, Outcome::Converged);
+        let mut breaking = observer(3);
+        let part = orthowear::history::run(&model, &steps, &options, &mut breaking).expect("a run");
+        assert_eq!(part.outcome, Outcome::Interrupted, "{loops} {}", steps.len());
+        let from = breaking.kept.expect("where the run was broken off");
+        let end =
+            orthowear::history::run_from(&model, &steps, &options, Some(from), &mut observer(usize::MAX));
+        let end = end.expect("a run");
+        assert_eq!(end.outcome, Outcome::Converged);
+        assert_eq!(end.records.len(), whole.records.len());
+        assert_eq!(end.loops.len(), whole.loops.len());
+        if steps.len() == 2 {
+            // No entry is left, and no state after it.
+            continue;
+        }
+        let bits = |field: &[f64]| field.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&end.state.wear_depth), bits(&whole.state.wear_depth));
+        assert_eq!(bits(&end.state.tractions), bits(&whole.state.tractions));
+    }
+}
