@@ -139,7 +139,8 @@ impl Run<'_> {
             return Ok(());
         };
         let (factors, missed) = self.factors(&wear.rate, &by_ends.rate);
-        if missed > tolerance {
+        let told = cycling.resolved.as_ref().is_some_and(|before| before.missed > tolerance);
+        if missed > tolerance && !told {
             self.result.warnings.push(format!(
                 "step \"{}\": after {} cycles {:.2} % of the wear is in cells whose slip from end to end does not show it; it is left out, and \
                  in `worn_volume_error`. A number instead of `increments = \"auto\"` (4 or more) puts ends in between",
@@ -214,7 +215,9 @@ impl Run<'_> {
             if let Some(last) = &last {
                 let (change, most) = (self.apart(&limit.rate, &last.rate), MOST.max(4 * closed.increments));
                 if change <= tolerance || increments >= most {
-                    if change > tolerance {
+                    // Once, not in every jump.
+                    let told = cycling.resolved.as_ref().is_some_and(|before| before.increments >= most);
+                    if change > tolerance && !told {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
                              of its largest from that in half as many; the difference is in the estimated errors",
