@@ -42,9 +42,9 @@ impl<'a> Walk<'a> {
     fn node(&mut self, node: &Node, schema: &'a Json, key: &str) {
         let schema = self.resolve(schema);
         if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
-            let list = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
-            if let (Some(list), Value::Array(_)) = (list, &node.value) {
-                return self.array(node, list, key);
+            let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
+            if let (Some(array), Value::Array(_)) = (array, &node.value) {
+                return self.array(node, array, key);
             }
             return match tag_of(branches) {
                 Some(tag) => self.tagged(node, branches, tag, key),
@@ -54,7 +54,13 @@ impl<'a> Walk<'a> {
                     self.node(node, chosen, key);
                 }
                 None => match number_branch(branches) {
-                    Some(number) if !matches!(node.value, Value::String(_)) => self.node(node, number, key),
+                    Some(number) if matches!(node.value, Value::Integer(_) | Value::Float(_)) => {
+                        self.node(node, number, key)
+                    }
+                    Some(_) if !matches!(node.value, Value::String(_)) => {
+                        let words = list(&branch_words(branches), "\"");
+                        self.wrong_type(node, key, &format!("a number or {words}"))
+                    }
                     _ => self.words(node, &branch_words(branches), key),
                 },
             };

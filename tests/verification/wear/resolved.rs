@@ -24,7 +24,7 @@ fn reference_scene(tilt: f64, mut cycles: Step, increments: usize, resolve: Opti
 fn factors_stand_for_ends_between() {
     for (tilt, least) in [(0.0, 0.0), (90.0, 1.5e-3)] {
         let volume = |increments: usize, resolve: Option<f64>| {
-            let cycles = fretting(100_000, 0.08, 8, Integrator::Sdirk2);
+            let cycles = fretting(100_000, 0.08, 4, Integrator::Sdirk2);
             let run = reference_scene(tilt, cycles, increments, resolve);
             let last = run.records.last().expect("records").clone();
             (last.worn_volume, last.worn_volume_by_energy.expect("wear follows friction"))
