@@ -23,6 +23,7 @@ mod fft_plan;
 mod filter;
 pub mod green;
 mod harmonics;
+mod interior;
 mod kernel_table;
 mod line;
 mod offsets;
