@@ -8,7 +8,9 @@ use realfft::RealFftPlanner;
 use super::green::{SurfaceGreen, assemble};
 
 /// Nodes of the local Lagrange interpolation.
-const NODES: usize = 8;
+pub(super) const NODES: usize = 8;
+
+const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
 /// Reciprocals of Π_{k≠j} (j - k) for eight nodes.
 const LAGRANGE: [f64; NODES] = [
@@ -57,22 +59,15 @@ impl AngularTable {
 
     /// Γ, row by row.
     pub(super) fn of_green(green: &SurfaceGreen) -> Self {
+        Self::new(&planes(green, Self::count(green.order()), |_| ONE))
+    }
+
+    /// Γ and its derivative, row by row, one after the other.
+    pub(super) fn of_green_and_slope(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
-        let symmetric = std::array::from_fn::<_, 6, _>(|c| {
-            series(count, green.even().iter().enumerate().map(|(k, h)| (2 * k, h[c])))
-        });
-        let antisymmetric = std::array::from_fn::<_, 3, _>(|c| {
-            series(count, green.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c])))
-        });
-        let mut planes = vec![vec![0.0; count]; 9];
-        for angle in 0..count {
-            let matrix = assemble(
-                &symmetric.each_ref().map(|plane| plane[angle]),
-                &antisymmetric.each_ref().map(|plane| plane[angle]),
-            );
-            planes.iter_mut().enumerate().for_each(|(k, plane)| plane[angle] = matrix[(k / 3, k % 3)]);
-        }
-        Self::new(&planes)
+        let mut functions = planes(green, count, |_| ONE);
+        functions.extend(planes(green, count, |order| Complex::new(0.0, order as f64)));
+        Self::new(&functions)
     }
 
     /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
@@ -93,9 +88,38 @@ impl AngularTable {
     }
 }
 
-/// Weights of the nodes -3, ..., 4 at `t` in [0, 1].
-fn lagrange(t: f64) -> [f64; NODES] {
+/// Weights of the nodes -3, ..., 4 at `t`, in [0, 1] for the best accuracy.
+pub(super) fn lagrange(t: f64) -> [f64; NODES] {
+    products(std::array::from_fn(|j| t + 3.0 - j as f64))
+}
+
+/// The same and their derivatives.
+pub(super) fn lagrange_and_slope(t: f64) -> [[f64; NODES]; 2] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
+    let (mut weights, mut slopes) = (LAGRANGE, [0.0; NODES]);
+    // Products of the distances before a node with their derivatives, then times those after it.
+    let (mut product, mut slope) = (1.0, 0.0);
+    for j in 0..NODES {
+        (weights[j], slopes[j]) = (LAGRANGE[j] * product, LAGRANGE[j] * slope);
+        (product, slope) = (product * distances[j], slope * distances[j] + product);
+    }
+    (product, slope) = (1.0, 0.0);
+    for j in (0..NODES).rev() {
+        (weights[j], slopes[j]) = (weights[j] * product, slopes[j] * product + weights[j] * slope);
+        (product, slope) = (product * distances[j], slope * distances[j] + product);
+    }
+    [weights, slopes]
+}
+
+/// The weights at `t` over the distance of `t` from node `node`, which vanish there; zero for the node itself.
+pub(super) fn lagrange_over_distance(t: f64, node: usize) -> [f64; NODES] {
+    let mut weights = products(std::array::from_fn(|j| if j == node { 1.0 } else { t + 3.0 - j as f64 }));
+    weights[node] = 0.0;
+    weights
+}
+
+/// Weights by the distances of a point from the nodes.
+fn products(distances: [f64; NODES]) -> [f64; NODES] {
     let mut weights = LAGRANGE;
     let (mut before, mut after) = (1.0, 1.0);
     for j in 0..NODES {
@@ -105,6 +129,26 @@ fn lagrange(t: f64) -> [f64; NODES] {
         after *= distances[NODES - 1 - j];
     }
     weights
+}
+
+/// Γ row by row at `count` equidistant angles, each harmonic times a factor of its order.
+fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
+    let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
+    let symmetric = std::array::from_fn::<_, 6, _>(|c| {
+        series(count, green.even().iter().enumerate().map(|(k, h)| harmonic(2 * k, h[c])))
+    });
+    let antisymmetric = std::array::from_fn::<_, 3, _>(|c| {
+        series(count, green.odd().iter().enumerate().map(|(k, h)| harmonic(2 * k + 1, h[c])))
+    });
+    let mut planes = vec![vec![0.0; count]; 9];
+    for angle in 0..count {
+        let matrix = assemble(
+            &symmetric.each_ref().map(|plane| plane[angle]),
+            &antisymmetric.each_ref().map(|plane| plane[angle]),
+        );
+        planes.iter_mut().enumerate().for_each(|(k, plane)| plane[angle] = matrix[(k / 3, k % 3)]);
+    }
+    planes
 }
 
 /// Values at `count` equidistant angles of the real series with the given harmonics.

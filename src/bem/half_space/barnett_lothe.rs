@@ -158,7 +158,7 @@ impl Sums {
 }
 
 /// Ratio of the extreme eigenvalues of the Voigt matrix.
-fn condition(stiffness: &Stiffness) -> f64 {
+pub(super) fn condition(stiffness: &Stiffness) -> f64 {
     let eigenvalues = stiffness.voigt().symmetric_eigenvalues();
     eigenvalues.max() / eigenvalues.min()
 }

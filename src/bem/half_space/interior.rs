@@ -1,12 +1,14 @@
-//! Displacement inside a half-space under a point force on its surface, and its gradient.
+//! Displacement inside a half-space under a point force on its surface, and its gradient, by integrals over directions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::angular_table::{AngularTable, series};
+use super::barnett_lothe::condition;
 use super::green::SurfaceGreen;
+use super::point_field::PointField;
 use crate::error::{Error, Result};
-use crate::geometry::Side;
 use crate::material::Stiffness;
 
 /// First and largest number of points of the angular rule.
@@ -21,38 +23,58 @@ const CHANGE: f64 = 1e-11;
 /// G(x) = −1/(4π²z) ∫₀^2π D⁻¹ [1 − (R + τT) A] dθ with m = (cos θ, sin θ, 0), τ = −(m·x)/z, D = Q + τ(R + Rᵀ) + τ²T,
 /// Q = C(m, m), R = C(m, e3), T = C(e3, e3), A = S L⁻¹ of the Barnett-Lothe tensors: the resolvent of the Stroh matrix, which needs no
 /// eigenvectors and is real.
+#[derive(Debug, Clone)]
 pub struct InteriorField {
-    stiffness: Stiffness,
-    green: SurfaceGreen,
-    /// C(e_a, e_b) for a, b = x, y, and C(e_a, e3), C(e3, e3).
-    plane: [[Matrix3<f64>; 2]; 2],
+    /// C(e_x, e_x), C(e_x, e_y) + C(e_y, e_x), C(e_y, e_y).
+    plane: [Matrix3<f64>; 3],
+    /// C(e_x, e3), C(e_y, e3).
     mixed: [Matrix3<f64>; 2],
+    /// C(e3, e3).
     normal: Matrix3<f64>,
+    /// A(θ), antisymmetric: its entries xy, xz, yz.
+    coupling: AngularTable,
+    /// cos s, sin s at the points of the largest rule, half a turn from −π/2.
+    circle: Vec<[f64; 2]>,
+    /// Number of points below which rules are not compared.
+    first: usize,
 }
 
-/// Displacement (rows) per unit force (columns), and its derivatives along x, y, z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PointField {
-    /// 1/(MPa mm).
-    pub value: Matrix3<f64>,
-    /// 1/(MPa mm²).
-    pub gradient: [Matrix3<f64>; 3],
+/// Sums over the points of a rule.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    value: [f64; 9],
+    gradient: [[f64; 9]; 3],
+}
+
+/// A direction, as the rule needs it.
+struct Direction {
+    /// cos φ, sin φ.
+    around: [f64; 2],
+    /// Distance from the axis over the depth.
+    slope: f64,
+    /// Poles near the real line are moved away from it by this factor.
+    cluster: f64,
 }
 
 impl InteriorField {
-    /// The field of a material in the axes of the surface.
-    ///
-    /// # Errors
-    /// As [`SurfaceGreen::new`].
-    pub fn new(stiffness: &Stiffness) -> Result<Self> {
+    /// The field of a material in the axes of the surface, and the surface's own function.
+    pub fn new(stiffness: &Stiffness, green: &SurfaceGreen) -> Self {
         let contract = |j: usize, l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, j, k, l));
-        Ok(Self {
-            stiffness: stiffness.clone(),
-            green: SurfaceGreen::new(stiffness, Side::Lower)?,
-            plane: [0, 1].map(|j| [0, 1].map(|l| contract(j, l))),
-            mixed: [0, 1].map(|j| contract(j, 2)),
+        let admittance = green.admittance_series();
+        let count = AngularTable::count(admittance.order());
+        let coupling = [0, 1, 2]
+            .map(|c| series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c]))));
+        let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
+        // Features of the integrand have the width of the square root of ratios of stiffnesses.
+        let first = (4.0 * condition(stiffness).sqrt()) as usize;
+        Self {
+            plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
+            mixed: [contract(0, 2), contract(1, 2)],
             normal: contract(2, 2),
-        })
+            coupling: AngularTable::new(&coupling),
+            circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
+            first: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 2),
+        }
     }
 
     /// The field at a point below the surface, mm.
@@ -64,97 +86,171 @@ impl InteriorField {
         if !distance.is_finite() || x.z >= 0.0 {
             return Err(Error::input(format!("the point {:?} does not lie below the surface", x.as_slice())));
         }
-        let direction = x / distance;
-        let mut points = POINTS[0];
-        let mut coarse = self.rule(&direction, points);
-        while points < POINTS[1] {
-            points *= 2;
-            let fine = self.rule(&direction, points);
-            if fine.differs_from(&coarse) <= CHANGE {
-                return Ok(fine.scaled(distance));
-            }
-            coarse = fine;
+        let (field, change) = self.gradient(&(x / distance), CHANGE);
+        if change <= CHANGE {
+            return Ok(field.scaled(distance));
         }
         Err(Error::numerical(format!(
             "the field at {:?} does not converge: it lies {:.1e} of its distance from the force below the surface",
             x.as_slice(),
-            -direction.z
+            -x.z / distance
         )))
     }
 
-    /// The field in a direction at distance 1, by the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where
-    /// the poles are near the real line.
-    fn rule(&self, x: &Vector3<f64>, points: usize) -> PointField {
-        let (r, z) = (x.x.hypot(x.y), x.z);
-        let phi = x.y.atan2(x.x);
-        let cluster = if r > 0.0 { (-z / r).sqrt().min(1.0) } else { 1.0 };
-        let (mut value, mut gradient) = (Matrix3::zeros(), [Matrix3::zeros(); 3]);
-        for k in 0..points {
-            let t = ((k as f64 + 0.5) * PI / points as f64 - FRAC_PI_2).tan();
-            let psi = (cluster * t).atan();
-            let weight = cluster * (1.0 + t * t) / (1.0 + cluster * cluster * t * t);
-            let theta = phi + FRAC_PI_2 + psi;
-            let m = [theta.cos(), theta.sin()];
-            let tau = psi.sin() * r / z;
-            let mut q = Matrix3::zeros();
-            for a in 0..2 {
-                for b in 0..2 {
-                    q += self.plane[a][b] * (m[a] * m[b]);
-                }
-            }
-            let mixed = self.mixed[0] * m[0] + self.mixed[1] * m[1];
-            let (both, t) = (mixed + mixed.transpose(), self.normal);
-            let coupling = self.green.symbol(theta).map(|value| value.im);
-            let inverse =
-                (q + both * tau + t * (tau * tau)).cholesky().expect("C(n, n) is positive definite");
-            let f = inverse.solve(&(Matrix3::identity() - (mixed + t * tau) * coupling));
-            let slope = -inverse.solve(&((both + t * (2.0 * tau)) * f + t * coupling));
-            value += f * weight;
-            (0..2).for_each(|a| gradient[a] += slope * (weight * m[a]));
-            gradient[2] += (f + slope * tau) * weight;
-        }
-        let factor = 1.0 / (2.0 * PI * points as f64);
-        PointField { value: value * (-factor / z), gradient: gradient.map(|part| part * (factor / (z * z))) }
+    /// The displacement in a direction at distance 1, and the last change by doubling the points, over its largest entry.
+    pub(super) fn value(&self, direction: &Vector3<f64>, change: f64) -> (Matrix3<f64>, f64) {
+        let (field, last) = self.integrate::<false>(direction, change);
+        (field.value, last)
     }
 
-    /// Traction on a surface with the unit normal `normal` under a unit force (columns), 1/mm².
-    pub fn traction(&self, field: &PointField, normal: &Vector3<f64>) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, force| {
-            let mut sum = 0.0;
-            for j in 0..3 {
-                for k in 0..3 {
-                    for l in 0..3 {
-                        let c = self.stiffness.component(i, j, k, l);
-                        sum += c * normal[j] * field.gradient[l][(k, force)];
-                    }
-                }
+    /// The field in a direction at distance 1, and the last change by doubling the points, over its largest entries. The error
+    /// of the field is about the square of the change.
+    pub(super) fn gradient(&self, direction: &Vector3<f64>, change: f64) -> (PointField, f64) {
+        self.integrate::<true>(direction, change)
+    }
+
+    /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
+    /// points are doubled until the result changes by no more than `change`, or the largest rule is reached.
+    fn integrate<const GRADIENT: bool>(&self, x: &Vector3<f64>, change: f64) -> (PointField, f64) {
+        let (r, z) = (x.x.hypot(x.y), x.z);
+        let direction = Direction {
+            around: if r > 0.0 { [x.x / r, x.y / r] } else { [1.0, 0.0] },
+            slope: -r / z,
+            cluster: if r > 0.0 { (-z / r).sqrt().min(1.0) } else { 1.0 },
+        };
+        let mut sums = Sums { value: [0.0; 9], gradient: [[0.0; 9]; 3] };
+        // Poles lie about as far from the real line as they are moved by.
+        let least = (4.0 / direction.cluster) as usize;
+        let mut points = self.first.max(least.next_power_of_two()).min(POINTS[1] / 2);
+        let stride = |points: usize| POINTS[1] / points;
+        (0..points).for_each(|k| self.add::<GRADIENT>(&direction, k * stride(points), &mut sums));
+        let mut coarse = sums.field(z, points);
+        loop {
+            points *= 2;
+            // The points between those that are there.
+            let new = (1..points).step_by(2);
+            new.for_each(|k| self.add::<GRADIENT>(&direction, k * stride(points), &mut sums));
+            let fine = sums.field(z, points);
+            let mut last = (fine.value - coarse.value).amax() / fine.value.amax();
+            if GRADIENT {
+                last = last.max(fine.steepest_difference(&coarse) / fine.steepest());
             }
-            sum
-        })
+            if last <= change || points >= POINTS[1] {
+                return (fine, last);
+            }
+            coarse = fine;
+        }
+    }
+
+    /// Adds a point of the rule.
+    #[inline]
+    fn add<const GRADIENT: bool>(&self, direction: &Direction, point: usize, sums: &mut Sums) {
+        let [c, s] = self.circle[point];
+        let &Direction { around: [cos, sin], slope, cluster } = direction;
+        let s = cluster * s;
+        let square = 1.0 / (c * c + s * s);
+        let (c, s, weight) = (c * square.sqrt(), s * square.sqrt(), cluster * square);
+        // m at θ = φ + π/2 + ψ, and τ.
+        let m = [-(sin * c + cos * s), cos * c - sin * s];
+        let tau = -s * slope;
+        let mut a = [0.0; 3];
+        self.coupling.add(m[0], m[1], 1.0, &mut a);
+
+        let both = |i: usize, k: usize| {
+            let part = |j: usize| self.mixed[j][(i, k)] + self.mixed[j][(k, i)];
+            m[0] * part(0) + m[1] * part(1)
+        };
+        let squares = [m[0] * m[0], m[0] * m[1], m[1] * m[1]];
+        let d = |i: usize, k: usize| {
+            let q: f64 = (0..3).map(|j| squares[j] * self.plane[j][(i, k)]).sum();
+            q + tau * (both(i, k) + tau * self.normal[(i, k)])
+        };
+        let factor = Factor::new([d(0, 0), d(1, 0), d(1, 1), d(2, 0), d(2, 1), d(2, 2)]);
+        // Rows of R + τT, times A.
+        let row = |i: usize| {
+            let entry = |k: usize| {
+                m[0] * self.mixed[0][(i, k)] + m[1] * self.mixed[1][(i, k)] + tau * self.normal[(i, k)]
+            };
+            times_antisymmetric([entry(0), entry(1), entry(2)], a)
+        };
+        let right = [row(0), row(1), row(2)];
+        let f = factor.solve([0, 1, 2].map(|i| [0, 1, 2].map(|k| f64::from(u8::from(i == k)) - right[i][k])));
+        (0..9).for_each(|k| sums.value[k] += weight * f[k / 3][k % 3]);
+        if GRADIENT {
+            let row = |i: usize| {
+                let entry = |k: usize| both(i, k) + 2.0 * tau * self.normal[(i, k)];
+                let through = [entry(0), entry(1), entry(2)];
+                let coupled = times_antisymmetric([0, 1, 2].map(|k| self.normal[(i, k)]), a);
+                [0, 1, 2].map(|j| {
+                    -(through[0] * f[0][j] + through[1] * f[1][j] + through[2] * f[2][j]) - coupled[j]
+                })
+            };
+            let slope = factor.solve([row(0), row(1), row(2)]);
+            for k in 0..9 {
+                let (f, slope) = (f[k / 3][k % 3], weight * slope[k / 3][k % 3]);
+                sums.gradient[0][k] += m[0] * slope;
+                sums.gradient[1][k] += m[1] * slope;
+                sums.gradient[2][k] += weight * f + tau * slope;
+            }
+        }
     }
 }
 
-impl PointField {
-    /// That at distance 1 at another distance in the same direction.
-    fn scaled(self, distance: f64) -> Self {
-        Self {
-            value: self.value / distance,
-            gradient: self.gradient.map(|part| part / (distance * distance)),
+impl Sums {
+    /// The field at depth −`z` by the sums over `points` points.
+    fn field(&self, z: f64, points: usize) -> PointField {
+        let factor = 1.0 / (2.0 * PI * points as f64);
+        PointField {
+            value: Matrix3::from_row_slice(&self.value) * (-factor / z),
+            gradient: self.gradient.map(|part| Matrix3::from_row_slice(&part) * (factor / (z * z))),
         }
     }
+}
 
-    /// Largest difference over the largest value, of field and gradient.
-    fn differs_from(&self, other: &Self) -> f64 {
-        let largest = |parts: &[Matrix3<f64>; 3]| parts.iter().map(Matrix3::amax).fold(0.0, f64::max);
-        let apart = [0, 1, 2].map(|k| self.gradient[k] - other.gradient[k]);
-        let value = (self.value - other.value).amax() / self.value.amax();
-        value.max(largest(&apart) / largest(&self.gradient))
+/// L and 1/d of a positive definite L diag(d) Lᵀ.
+struct Factor {
+    l: [f64; 3],
+    inverse: [f64; 3],
+}
+
+impl Factor {
+    /// From the entries xx, yx, yy, zx, zy, zz.
+    fn new([xx, yx, yy, zx, zy, zz]: [f64; 6]) -> Self {
+        let first = 1.0 / xx;
+        let (l10, l20) = (yx * first, zx * first);
+        let second = 1.0 / (yy - l10 * yx);
+        let rest = zy - l20 * yx;
+        let l21 = rest * second;
+        Self { l: [l10, l20, l21], inverse: [first, second, 1.0 / (zz - l20 * zx - l21 * rest)] }
     }
+
+    /// The solution for the rows of three right sides.
+    fn solve(&self, [mut x, mut y, mut z]: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let ([l10, l20, l21], [first, second, third]) = (self.l, self.inverse);
+        for j in 0..3 {
+            y[j] -= l10 * x[j];
+            z[j] = (z[j] - l20 * x[j] - l21 * y[j]) * third;
+            y[j] = y[j] * second - l21 * z[j];
+            x[j] = x[j] * first - l10 * y[j] - l20 * z[j];
+        }
+        [x, y, z]
+    }
+}
+
+/// A row times the antisymmetric matrix of the entries xy, xz, yz.
+fn times_antisymmetric([x, y, z]: [f64; 3], [xy, xz, yz]: [f64; 3]) -> [f64; 3] {
+    [-(y * xy + z * xz), x * xy - z * yz, x * xz + y * yz]
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::TractionMap;
     use super::*;
+    use crate::geometry::Side;
+
+    fn interior(stiffness: &Stiffness) -> InteriorField {
+        InteriorField::new(stiffness, &SurfaceGreen::new(stiffness, Side::Lower).unwrap())
+    }
 
     fn cfrp(tilt: f64) -> Stiffness {
         let fibre = Stiffness::transversely_isotropic(167_230.0, 9544.0, 5292.0, 0.272, 0.369).unwrap();
@@ -165,7 +261,7 @@ mod tests {
     #[test]
     fn isotropic_bodies() {
         let (e, nu) = (210e3, 0.3);
-        let field = InteriorField::new(&Stiffness::isotropic(e, nu).unwrap()).unwrap();
+        let field = interior(&Stiffness::isotropic(e, nu).unwrap());
         let mu = e / (2.0 * (1.0 + nu));
         for x in [[0.3, -0.4, -0.7], [0.0, 0.0, -1.3], [2.0, 1.0, -0.2], [1.0, 0.5, -0.01]] {
             let found = field.at(&Vector3::from(x)).unwrap().value * (4.0 * PI * mu);
@@ -193,7 +289,7 @@ mod tests {
     #[test]
     fn derivatives_scale_and_surface() {
         let stiffness = cfrp(30.0);
-        let field = InteriorField::new(&stiffness).unwrap();
+        let field = interior(&stiffness);
         let x = Vector3::new(0.5, 0.3, -0.4);
         let at = field.at(&x).unwrap();
         for k in 0..3 {
@@ -218,7 +314,8 @@ mod tests {
     /// Truth: the tractions on a hemisphere about the force balance it.
     #[test]
     fn tractions_balance_the_force() {
-        let field = InteriorField::new(&cfrp(30.0)).unwrap();
+        let stiffness = cfrp(30.0);
+        let field = interior(&stiffness);
         let mut sum = Matrix3::zeros();
         let (around, down) = (48, 24);
         for i in 0..down {
@@ -230,7 +327,7 @@ mod tests {
                 let phi = 2.0 * PI * k as f64 / around as f64;
                 let n = Vector3::new(sin * phi.cos(), sin * phi.sin(), -cos);
                 let weight = 2.0 * PI / around as f64 * slope / down as f64;
-                sum += field.traction(&field.at(&n).unwrap(), &n) * weight;
+                sum += TractionMap::new(&stiffness, &n).of(&field.at(&n).unwrap()) * weight;
             }
         }
         assert!((sum + Matrix3::identity()).amax() < 2e-3, "{sum}");
