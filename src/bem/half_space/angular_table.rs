@@ -72,10 +72,23 @@ impl AngularTable {
 
     /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
     pub(super) fn around(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
-        let position = ((y.atan2(x) + PI) * self.per_radian).min(self.count);
+        self.around_angle(y.atan2(x))
+    }
+
+    /// The same by the angle, within a turn from −π.
+    fn around_angle(&self, angle: f64) -> ([f64; NODES], &[f64]) {
+        let position = ((angle + PI) * self.per_radian).clamp(0.0, self.count);
         let base = position as usize;
         let rows = &self.entries[base * self.functions..(base + NODES) * self.functions];
         (lagrange(position - base as f64), rows)
+    }
+
+    /// Adds the functions at an angle between −π and 3π to `sum`.
+    pub(super) fn add_at<const N: usize>(&self, angle: f64, sum: &mut [f64; N]) {
+        let (weights, rows) = self.around_angle(if angle > PI { angle - 2.0 * PI } else { angle });
+        for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
+            sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
+        }
     }
 
     /// Adds `factor` times the functions in the direction of (x, y) to `sum`.

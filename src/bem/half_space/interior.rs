@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
 /// First and largest number of points of the angular rule.
-const POINTS: [usize; 2] = [32, 1 << 13];
+const POINTS: [usize; 2] = [16, 1 << 14];
 
 /// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
 const CHANGE: f64 = 1e-11;
@@ -46,14 +46,24 @@ struct Sums {
     gradient: [[f64; 9]; 3],
 }
 
-/// A direction, as the rule needs it.
-struct Direction {
-    /// cos φ, sin φ.
-    around: [f64; 2],
+/// Points of the rules of all directions at one angle from the inner axis, made as they are needed.
+pub(super) struct Rule {
+    /// z at distance 1.
+    depth: f64,
     /// Distance from the axis over the depth.
     slope: f64,
     /// Poles near the real line are moved away from it by this factor.
     cluster: f64,
+    /// Points of the first rule, and of those between that each doubling adds.
+    levels: Vec<Vec<Point>>,
+}
+
+/// A point of a rule: ψ, its cosine and sine, and its weight.
+struct Point {
+    psi: f64,
+    cos: f64,
+    sin: f64,
+    weight: f64,
 }
 
 impl InteriorField {
@@ -66,14 +76,14 @@ impl InteriorField {
             .map(|c| series(count, admittance.odd().iter().enumerate().map(|(k, h)| (2 * k + 1, h[c]))));
         let angle = |k: usize| k as f64 * PI / POINTS[1] as f64 - FRAC_PI_2;
         // Features of the integrand have the width of the square root of ratios of stiffnesses.
-        let first = (4.0 * condition(stiffness).sqrt()) as usize;
+        let first = (2.0 * condition(stiffness).sqrt()) as usize;
         Self {
             plane: [contract(0, 0), contract(0, 1) + contract(1, 0), contract(1, 1)],
             mixed: [contract(0, 2), contract(1, 2)],
             normal: contract(2, 2),
             coupling: AngularTable::new(&coupling),
             circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
-            first: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 2),
+            first: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 4),
         }
     }
 
@@ -86,7 +96,8 @@ impl InteriorField {
         if !distance.is_finite() || x.z >= 0.0 {
             return Err(Error::input(format!("the point {:?} does not lie below the surface", x.as_slice())));
         }
-        let (field, change) = self.gradient(&(x / distance), CHANGE);
+        let mut rule = Rule::new(x.x.hypot(x.y) / distance, x.z / distance);
+        let (field, change) = self.gradient(&mut rule, x.y.atan2(x.x), CHANGE);
         if change <= CHANGE {
             return Ok(field.scaled(distance));
         }
@@ -97,64 +108,77 @@ impl InteriorField {
         )))
     }
 
-    /// The displacement in a direction at distance 1, and the last change by doubling the points, over its largest entry.
-    pub(super) fn value(&self, direction: &Vector3<f64>, change: f64) -> (Matrix3<f64>, f64) {
-        let (field, last) = self.integrate::<false>(direction, change);
+    /// The displacement at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its
+    /// largest entry.
+    pub(super) fn value(&self, rule: &mut Rule, phi: f64, change: f64) -> (Matrix3<f64>, f64) {
+        let (field, last) = self.integrate::<false>(rule, phi, change);
         (field.value, last)
     }
 
-    /// The field in a direction at distance 1, and the last change by doubling the points, over its largest entries. The error
-    /// of the field is about the square of the change.
-    pub(super) fn gradient(&self, direction: &Vector3<f64>, change: f64) -> (PointField, f64) {
-        self.integrate::<true>(direction, change)
+    /// The field at distance 1 in the direction of a rule and `phi`, and the last change by doubling the points, over its largest
+    /// entries. The error of the field is about the square of the change.
+    pub(super) fn gradient(&self, rule: &mut Rule, phi: f64, change: f64) -> (PointField, f64) {
+        self.integrate::<true>(rule, phi, change)
     }
 
     /// By the trapezoidal rule in s, tan ψ = ε tan s, θ = φ + π/2 + ψ, with the points where the poles are near the real line;
-    /// points are doubled until the result changes by no more than `change`, or the largest rule is reached.
-    fn integrate<const GRADIENT: bool>(&self, x: &Vector3<f64>, change: f64) -> (PointField, f64) {
-        let (r, z) = (x.x.hypot(x.y), x.z);
-        let direction = Direction {
-            around: if r > 0.0 { [x.x / r, x.y / r] } else { [1.0, 0.0] },
-            slope: -r / z,
-            cluster: if r > 0.0 { (-z / r).sqrt().min(1.0) } else { 1.0 },
-        };
+    /// points are doubled until the result changes by no more than `change`, or the largest rule is reached. The change before has
+    /// to fit: the leading error of a rule, a wave in φ with as many periods as points, vanishes in some directions.
+    fn integrate<const GRADIENT: bool>(&self, rule: &mut Rule, phi: f64, change: f64) -> (PointField, f64) {
         let mut sums = Sums { value: [0.0; 9], gradient: [[0.0; 9]; 3] };
-        // Poles lie about as far from the real line as they are moved by.
-        let least = (4.0 / direction.cluster) as usize;
-        let mut points = self.first.max(least.next_power_of_two()).min(POINTS[1] / 2);
-        let stride = |points: usize| POINTS[1] / points;
-        (0..points).for_each(|k| self.add::<GRADIENT>(&direction, k * stride(points), &mut sums));
-        let mut coarse = sums.field(z, points);
+        let phi = phi - 2.0 * PI * (phi / (2.0 * PI)).round();
+        let (mut coarse, mut before): (Option<PointField>, f64) = (None, f64::INFINITY);
+        let mut level = 0;
         loop {
-            points *= 2;
-            // The points between those that are there.
-            let new = (1..points).step_by(2);
-            new.for_each(|k| self.add::<GRADIENT>(&direction, k * stride(points), &mut sums));
-            let fine = sums.field(z, points);
-            let mut last = (fine.value - coarse.value).amax() / fine.value.amax();
-            if GRADIENT {
-                last = last.max(fine.steepest_difference(&coarse) / fine.steepest());
+            let points = self.level(rule, level);
+            let turn = [phi.cos(), phi.sin()];
+            for point in &rule.levels[level] {
+                self.add::<GRADIENT>(rule.slope, phi, turn, point, &mut sums);
             }
-            if last <= change || points >= POINTS[1] {
+            let fine = sums.field(rule.depth, points);
+            let last = coarse.map_or(f64::INFINITY, |coarse| {
+                let value = (fine.value - coarse.value).amax() / fine.value.amax();
+                let steep = if GRADIENT { fine.steepest_difference(&coarse) / fine.steepest() } else { 0.0 };
+                value.max(steep)
+            });
+            if last <= change && before <= 10.0 * change.sqrt() || points >= POINTS[1] {
                 return (fine, last);
             }
-            coarse = fine;
+            (coarse, before, level) = (Some(fine), last, level + 1);
         }
     }
 
-    /// Adds a point of the rule.
+    /// Makes the points of a level of a rule, and tells how many there are up to it.
+    fn level(&self, rule: &mut Rule, level: usize) -> usize {
+        // Poles lie about as far from the real line as they are moved by.
+        let least = (2.0 / rule.cluster) as usize;
+        let first = self.first.max(least.next_power_of_two()).min(POINTS[1] / 4);
+        let points = first << level;
+        if level == rule.levels.len() {
+            let stride = POINTS[1] / points;
+            let (from, step) = if level == 0 { (0, stride) } else { (stride, 2 * stride) };
+            let at = (from..POINTS[1]).step_by(step).map(|k| Point::new(self.circle[k], rule.cluster));
+            rule.levels.push(at.collect());
+        }
+        points
+    }
+
+    /// Adds a point of a rule.
     #[inline]
-    fn add<const GRADIENT: bool>(&self, direction: &Direction, point: usize, sums: &mut Sums) {
-        let [c, s] = self.circle[point];
-        let &Direction { around: [cos, sin], slope, cluster } = direction;
-        let s = cluster * s;
-        let square = 1.0 / (c * c + s * s);
-        let (c, s, weight) = (c * square.sqrt(), s * square.sqrt(), cluster * square);
+    fn add<const GRADIENT: bool>(
+        &self,
+        slope: f64,
+        phi: f64,
+        turn: [f64; 2],
+        point: &Point,
+        sums: &mut Sums,
+    ) {
+        let &Point { psi, cos, sin, weight } = point;
         // m at θ = φ + π/2 + ψ, and τ.
-        let m = [-(sin * c + cos * s), cos * c - sin * s];
-        let tau = -s * slope;
+        let m = [-(turn[1] * cos + turn[0] * sin), turn[0] * cos - turn[1] * sin];
+        let tau = -sin * slope;
         let mut a = [0.0; 3];
-        self.coupling.add(m[0], m[1], 1.0, &mut a);
+        self.coupling.add_at(phi + FRAC_PI_2 + psi, &mut a);
 
         let both = |i: usize, k: usize| {
             let part = |j: usize| self.mixed[j][(i, k)] + self.mixed[j][(k, i)];
@@ -193,6 +217,22 @@ impl InteriorField {
                 sums.gradient[2][k] += weight * f + tau * slope;
             }
         }
+    }
+}
+
+impl Rule {
+    /// For directions with this sine of the angle from the inner axis and this z, at distance 1.
+    pub(super) fn new(sin: f64, depth: f64) -> Self {
+        let cluster = if sin > 0.0 { (-depth / sin).sqrt().min(1.0) } else { 1.0 };
+        Self { depth, slope: -sin / depth, cluster, levels: Vec::new() }
+    }
+}
+
+impl Point {
+    fn new([c, s]: [f64; 2], cluster: f64) -> Self {
+        let s = cluster * s;
+        let length = c.hypot(s);
+        Self { psi: s.atan2(c), cos: c / length, sin: s / length, weight: cluster / (length * length) }
     }
 }
 

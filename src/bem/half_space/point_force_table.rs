@@ -6,9 +6,10 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::angular_table::{NODES, lagrange_and_slope, lagrange_over_distance};
-use super::interior::InteriorField;
+use super::interior::{InteriorField, Rule};
 use super::point_field::PointField;
 use super::surface_field::SurfaceField;
+use crate::linalg::wide::wide;
 
 /// First and largest number of angles of a turn; a third as many rows from the inner axis to the surface.
 const ANGLES: [usize; 2] = [96, 960];
@@ -18,7 +19,7 @@ const ERROR: f64 = 1e-6;
 
 /// Change of the direct integral by doubling its points at which a node, or a point that is compared, is accepted: what is
 /// left is about its square.
-const CHANGE: f64 = 1e-7;
+const CHANGE: f64 = 1e-8;
 
 /// Directions in which a table is compared with the direct integral; as many again about the worst of them.
 const COMPARED: usize = 1024;
@@ -45,9 +46,10 @@ impl PointForceTable {
     /// A table whose error is measured to be below 1e-6, or the largest one.
     pub(super) fn new(interior: &InteriorField, surface: &SurfaceField) -> Self {
         let mut angles = ANGLES[0];
+        let spread = wanted(places().map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
         loop {
             let mut table = Self::sampled(angles, interior, surface);
-            table.error = table.compared(interior, surface);
+            table.error = table.compared(&spread, interior, surface);
             if table.error <= ERROR || angles >= ANGLES[1] {
                 return table;
             }
@@ -60,20 +62,20 @@ impl PointForceTable {
     /// Of `angles` angles, without its error.
     fn sampled(angles: usize, interior: &InteriorField, surface: &SurfaceField) -> Self {
         let rows = angles / 3;
-        let nodes: Vec<[f64; 9]> = (0..(rows + 1) * angles)
-            .into_par_iter()
-            .map(|k| {
-                let (row, angle) = (k / angles, k % angles);
-                let phi = 2.0 * PI * angle as f64 / angles as f64;
-                if row == rows {
-                    return surface.gamma(phi.cos(), phi.sin());
-                }
-                // One direction for all angles of the axis.
-                let phi = if row == 0 { 0.0 } else { phi };
-                let (value, _) = interior.value(&direction(phi, row as f64 / rows as f64), CHANGE);
+        let row = |row: usize| -> Vec<[f64; 9]> {
+            let phi = |angle: usize| 2.0 * PI * angle as f64 / angles as f64;
+            if row == rows {
+                return (0..angles).map(|angle| surface.gamma(phi(angle).cos(), phi(angle).sin())).collect();
+            }
+            let mut rule = rule_at(row as f64 / rows as f64);
+            let mut node = |angle: usize| {
+                let (value, _) = interior.value(&mut rule, phi(angle), CHANGE);
                 std::array::from_fn(|k| value[(k / 3, k % 3)])
-            })
-            .collect();
+            };
+            // All angles of the axis are one direction.
+            if row == 0 { vec![node(0); angles] } else { (0..angles).map(node).collect() }
+        };
+        let nodes: Vec<[f64; 9]> = (0..=rows).into_par_iter().flat_map_iter(row).collect();
         Self::of_nodes(angles, &nodes, 0.0)
     }
 
@@ -130,67 +132,162 @@ impl PointForceTable {
         } else {
             across.map(|w| w / t)
         };
+        let weights = Weights { along, slope, across, steep, over_t };
         let mut sums = [[0.0; 9]; 3];
-        for j in 0..NODES {
-            let from = ((row + j) * around + angle) * 9;
-            let entries = &self.entries[from..from + NODES * 9];
-            let (mut value, mut turned) = ([0.0; 9], [0.0; 9]);
-            for (k, node) in entries.chunks_exact(9).enumerate() {
-                for c in 0..9 {
-                    value[c] += along[k] * node[c];
-                    turned[c] += slope[k] * node[c];
-                }
-            }
-            for c in 0..9 {
-                sums[0][c] += across[j] * value[c];
-                sums[1][c] += steep[j] * value[c];
-                sums[2][c] += over_t[j] * turned[c];
-            }
-        }
+        weigh(&self.entries[(row * around + angle) * 9..], around * 9, &weights, &mut sums);
         sums[1].iter_mut().for_each(|sum| *sum *= self.rows as f64);
         sums[2].iter_mut().for_each(|sum| *sum *= per_radian);
         sums
     }
 
-    /// Largest difference of the gradient from the direct integral in evenly spread directions, about the worst of them, and on
-    /// the surface, over its largest entry there.
-    fn compared(&self, interior: &InteriorField, surface: &SurfaceField) -> f64 {
-        let inside = |places: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
-            let apart = |[phi, t]: [f64; 2]| {
-                let x = direction(phi, t);
-                let (wanted, change) = interior.gradient(&x, CHANGE);
-                let rest = if change > CHANGE { change * wanted.steepest() } else { 0.0 };
-                [wanted.steepest_difference(&self.at(&x)) + rest, wanted.steepest()]
-            };
-            places.into_par_iter().map(apart).collect()
-        };
-        // The R2 sequence of the plastic number.
-        let spread: Vec<[f64; 2]> = (1..=COMPARED)
-            .map(|k| [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|a| (a * k as f64).fract()))
-            .collect();
-        let first: Vec<[f64; 2]> = spread.iter().map(|&[a, b]| [2.0 * PI * a, b]).collect();
-        let mut found = inside(first.clone());
-        let worst = (0..COMPARED).max_by(|&a, &b| found[a][0].total_cmp(&found[b][0])).unwrap_or(0);
-        let [cell, row] = [2.0 * PI / self.angles as f64, 1.0 / self.rows as f64];
-        let near = spread.iter().map(|&[a, b]| {
-            let t = first[worst][1] + 8.0 * row * (b - 0.5);
-            [first[worst][0] + 8.0 * cell * (a - 0.5), t.clamp(0.0, 1.0 - 0.1 * row)]
-        });
-        found.extend(inside(near.collect()));
-        found.extend((0..4 * self.angles).map(|k| {
-            let phi = 0.25 * k as f64 * cell;
-            let wanted = surface.at(phi.cos(), phi.sin());
-            let apart = self.at(&Vector3::new(phi.cos(), phi.sin(), 0.0));
-            [wanted.steepest_difference(&apart), wanted.steepest()]
-        }));
-        let [apart, steepest] = [0, 1].map(|k| found.iter().map(|pair| pair[k]).fold(0.0, f64::max));
-        apart / steepest
+    /// Largest difference of the gradient from what is wanted at places, and the largest entry wanted.
+    fn apart(&self, wanted: &[Wanted]) -> [f64; 2] {
+        let largest = |of: &dyn Fn(&Wanted) -> f64| wanted.iter().map(of).fold(0.0, f64::max);
+        [largest(&|wanted| wanted.apart(self)), largest(&|wanted| wanted.field.steepest())]
     }
+
+    /// Largest difference of the gradient from the direct integral in evenly spread directions, on the surface, and where the
+    /// interpolation is expected to be worst, over its largest entry there.
+    fn compared(&self, spread: &[Wanted], interior: &InteriorField, surface: &SurfaceField) -> f64 {
+        let cell = 2.0 * PI / self.angles as f64;
+        let on_surface: Vec<Wanted> = (0..4 * self.angles)
+            .map(|k| {
+                let phi = 0.25 * k as f64 * cell;
+                Wanted { place: [phi, 1.0], field: surface.at(phi.cos(), phi.sin()), rest: 0.0 }
+            })
+            .collect();
+        let mut found = vec![self.apart(spread), self.apart(&on_surface)];
+        let error = |found: &[[f64; 2]]| {
+            let [apart, steepest] = [0, 1].map(|k| found.iter().map(|pair| pair[k]).fold(0.0, f64::max));
+            apart / steepest
+        };
+        if error(&found) <= ERROR || self.angles >= ANGLES[1] {
+            let rough = self.roughest().into_iter().zip(places()).map(|([phi, t], [a, b])| {
+                let t = t + (b - 0.5) / self.rows as f64;
+                [phi + (a - 0.5) * cell, t.clamp(0.0, 1.0 - 0.1 / self.rows as f64)]
+            });
+            found.push(self.apart(&wanted(rough.collect(), interior)));
+        }
+        error(&found)
+    }
+
+    /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient.
+    fn roughest(&self) -> Vec<[f64; 2]> {
+        const BINOMIAL: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
+        // Products of the distances of a node from the other ones, over 8!: in the middle, at the end.
+        const SLOPES: [f64; 2] = [144.0 / 40320.0, 5040.0 / 40320.0];
+        let stride = (self.angles + NODES) * 9;
+        let difference = |node: &dyn Fn(usize) -> usize| {
+            let entry = |c: usize| (0..9).map(|k| BINOMIAL[k] * self.entries[node(k) + c]).sum::<f64>().abs();
+            (0..9).map(entry).fold(0.0, f64::max)
+        };
+        let expected = |row: usize, angle: usize| {
+            let t = row as f64 / self.rows as f64;
+            let half = 0.5 * (1.0 + t * t);
+            let around =
+                difference(&|k| (row + BEYOND) * stride + (angle + self.angles + k - 4) % self.angles * 9);
+            let slope = SLOPES[usize::from(row + 4 > self.rows)];
+            let first = (row + BEYOND - 4).min(self.rows + BEYOND - 8);
+            let down = difference(&|k| (first + k) * stride + angle * 9);
+            let azimuthal = around * SLOPES[0] * self.angles as f64 / (2.0 * PI) * half / t;
+            azimuthal.max(down * slope * self.rows as f64 * half)
+        };
+        let nodes = (1..=self.rows).flat_map(|row| (0..self.angles).map(move |angle| (row, angle)));
+        let mut nodes: Vec<(f64, usize, usize)> =
+            nodes.map(|(row, angle)| (expected(row, angle), row, angle)).collect();
+        nodes.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let cell = 2.0 * PI / self.angles as f64;
+        let place = |&(_, row, angle): &(f64, usize, usize)| {
+            [(angle as f64 - BEYOND as f64) * cell - PI, row as f64 / self.rows as f64]
+        };
+        nodes.iter().take(COMPARED).map(place).collect()
+    }
+}
+
+/// What the gradient has to be at a place (φ, t).
+struct Wanted {
+    place: [f64; 2],
+    field: PointField,
+    /// Bound of the field's own error.
+    rest: f64,
+}
+
+impl Wanted {
+    fn apart(&self, table: &PointForceTable) -> f64 {
+        let [phi, t] = self.place;
+        self.field.steepest_difference(&table.at(&direction(phi, t))) + self.rest
+    }
+}
+
+/// Evenly spread places of the unit square: the R2 sequence of the plastic number.
+fn places() -> impl Iterator<Item = [f64; 2]> {
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    (1..=COMPARED).map(|k| STEPS.map(|step| (step * k as f64).fract()))
+}
+
+/// The direct integral at places.
+fn wanted(places: Vec<[f64; 2]>, interior: &InteriorField) -> Vec<Wanted> {
+    let at = |place: [f64; 2]| {
+        let (field, change) = interior.gradient(&mut rule_at(place[1]), place[0], CHANGE);
+        Wanted { place, field, rest: if change > CHANGE { change * field.steepest() } else { 0.0 } }
+    };
+    places.into_par_iter().map(at).collect()
+}
+
+/// Weights of the nodes about a direction.
+struct Weights {
+    /// Of the angles, and their derivatives.
+    along: [f64; NODES],
+    slope: [f64; NODES],
+    /// Of the rows, their derivatives, and the weights over t.
+    across: [f64; NODES],
+    steep: [f64; NODES],
+    over_t: [f64; NODES],
+}
+
+/// The weighted sums of [`PointForceTable::sums`] over nodes whose rows lie `stride` entries apart.
+fn weigh(entries: &[f64], stride: usize, weights: &Weights, sums: &mut [[f64; 9]; 3]) {
+    wide!(weigh_inline(
+        entries => entries: &[f64], stride => stride: usize, weights => weights: &Weights, sums => sums: &mut [[f64; 9]; 3]
+    ))
+}
+
+#[inline(always)]
+fn weigh_inline(entries: &[f64], stride: usize, weights: &Weights, sums: &mut [[f64; 9]; 3]) {
+    let [mut values, mut steeps, mut turns] = [[0.0; 9]; 3];
+    for j in 0..NODES {
+        let row = &entries[j * stride..j * stride + 9 * NODES];
+        let (mut value, mut turned) = ([0.0; 9], [0.0; 9]);
+        for (k, node) in row.chunks_exact(9).enumerate() {
+            let (along, slope) = (weights.along[k], weights.slope[k]);
+            for c in 0..9 {
+                value[c] += along * node[c];
+                turned[c] += slope * node[c];
+            }
+        }
+        let (across, steep, over_t) = (weights.across[j], weights.steep[j], weights.over_t[j]);
+        for c in 0..9 {
+            values[c] += across * value[c];
+            steeps[c] += steep * value[c];
+            turns[c] += over_t * turned[c];
+        }
+    }
+    *sums = [values, steeps, turns];
+}
+
+/// Sine and cosine of the angle from the inner axis.
+fn polar(t: f64) -> [f64; 2] {
+    let inverse = 1.0 / (1.0 + t * t);
+    [2.0 * t * inverse, (1.0 - t * t) * inverse]
+}
+
+fn rule_at(t: f64) -> Rule {
+    let [sin, cos] = polar(t);
+    Rule::new(sin, -cos)
 }
 
 /// The unit vector of φ and t = tan(β/2).
 fn direction(phi: f64, t: f64) -> Vector3<f64> {
-    let inverse = 1.0 / (1.0 + t * t);
-    let sin = 2.0 * t * inverse;
-    Vector3::new(sin * phi.cos(), sin * phi.sin(), -(1.0 - t * t) * inverse)
+    let [sin, cos] = polar(t);
+    Vector3::new(sin * phi.cos(), sin * phi.sin(), -cos)
 }
