@@ -8,18 +8,18 @@
 //! f64 [n (n + 1) / 2] lower triangle row by row, 32 bytes SHA-256 of all before; little-endian
 //! ```
 //!
-//! Files are written under another name, flushed to the disk and renamed, so that a reader finds a whole entry or none.
+//! Besides them a cache holds the factors of bodies, and what else runs keep in [`crate::linalg::cache`].
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
+use std::path::Path;
+use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
 
-use super::kept_factor;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::linalg::cache::KeyHash;
+pub use crate::linalg::cache::{Cache as FlexibilityCache, CacheKey};
 use crate::linalg::dense::SymmetricDense;
 use crate::linalg::sparse::SymmetricSparse;
 
@@ -28,25 +28,8 @@ const MAGIC: &[u8; 8] = b"ORTHOFLX";
 pub(super) const FORMAT: u64 = 2;
 const HEAD: usize = 48;
 const CHECKSUM: usize = 32;
-/// Values converted at a time.
-const CHUNK: usize = 1 << 13;
 /// Names of entries end so.
 const ENDING: &str = "flexibility";
-/// Unfinished files of runs that were killed are removed after a day.
-const STALE: Duration = Duration::from_secs(86_400);
-/// Default limit of all entries together, MiB.
-const LIMIT_MIB: u64 = 2048;
-
-/// A directory of entries.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FlexibilityCache {
-    directory: PathBuf,
-    limit_bytes: u64,
-}
-
-/// Name of an entry: the SHA-256 of what determines it, hexadecimal.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CacheKey(String);
 
 /// What an entry holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,78 +59,17 @@ impl CacheKey {
     /// The key of the flexibility of the rows `contact` of `stiffness` by `method`: of the matrix, the rows in their
     /// order, the method, the version of the program, and the instructions that its dense kernels choose among.
     pub fn new(stiffness: &SymmetricSparse, contact: &[usize], method: &str) -> Self {
-        let mut hash = Sha256::new();
-        let version = env!("CARGO_PKG_VERSION");
-        hash.update(format!("orthowear {version} format {FORMAT} {method} {}", instructions()));
+        let mut hash = KeyHash::new(&format!("format {FORMAT} {method}"));
         let (offsets, rows, values) = stiffness.lower();
         for list in [&[stiffness.n(), contact.len()], contact, offsets, rows] {
-            update(&mut hash, list, |&i| (i as u64).to_le_bytes());
+            hash.update(list, |&i| (i as u64).to_le_bytes());
         }
-        update(&mut hash, values, |v| v.to_le_bytes());
-        Self(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+        hash.update(values, |v| v.to_le_bytes());
+        hash.key()
     }
-}
-
-fn update<T>(hash: &mut Sha256, list: &[T], bytes: impl Fn(&T) -> [u8; 8]) {
-    for chunk in list.chunks(CHUNK) {
-        hash.update(chunk.iter().flat_map(&bytes).collect::<Vec<u8>>());
-    }
-}
-
-/// Kernels for other instructions round differently.
-fn instructions() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::arch::is_x86_feature_detected!("avx512f") {
-            return "avx512";
-        }
-        if std::arch::is_x86_feature_detected!("fma") {
-            return "fma";
-        }
-    }
-    std::env::consts::ARCH
 }
 
 impl FlexibilityCache {
-    /// A cache in `directory`, which is made when it is first written to; beyond `limit_bytes` the entries that were
-    /// not used for longest are removed.
-    pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
-        Self { directory: directory.into(), limit_bytes }
-    }
-
-    /// The user's: `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`, limited to `$ORTHOWEAR_CACHE_LIMIT` MiB or
-    /// 2048. `None` if there is no home, or the limit is 0.
-    ///
-    /// # Errors
-    /// If the limit is no number.
-    pub fn of_user() -> Result<Option<Self>> {
-        let mebibytes = match std::env::var("ORTHOWEAR_CACHE_LIMIT") {
-            Err(_) => LIMIT_MIB,
-            Ok(text) => text.trim().parse().map_err(|_| {
-                Error::input(format!(
-                    "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\"; it must be a whole number of MiB, 0 \
-                     for no cache"
-                ))
-            })?,
-        };
-        // By the XDG rules a path that is not absolute counts as none.
-        let absolute =
-            |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-        let base = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")));
-        let directory = base.map(|base| base.join("orthowear")).filter(|_| mebibytes > 0);
-        Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
-    }
-
-    /// The file of a key with an ending.
-    pub(super) fn path(&self, key: &CacheKey, ending: &str) -> PathBuf {
-        self.directory.join(format!("{}.{ending}", key.0))
-    }
-
-    /// Bytes of all files together.
-    pub(super) fn limit_bytes(&self) -> u64 {
-        self.limit_bytes
-    }
-
     /// The bytes that a factorisation takes by the entry of a flexibility of `n` rows, of which size and head alone are
     /// read; `None` if there is none.
     pub fn expects(&self, key: &CacheKey, n: usize) -> Option<usize> {
@@ -186,63 +108,10 @@ impl FlexibilityCache {
     /// # Errors
     /// If the directory cannot be made or written.
     pub fn write(&self, key: &CacheKey, entry: &CacheEntry) -> Result<()> {
-        if file_bytes(entry.flexibility.n()) > self.limit_bytes {
+        if file_bytes(entry.flexibility.n()) > self.limit_bytes() {
             return Ok(());
         }
         self.put(key, ENDING, |path| write_entry(path, entry))
-    }
-
-    /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
-    ///
-    /// # Errors
-    /// If the directory cannot be made or written.
-    pub(super) fn put(
-        &self,
-        key: &CacheKey,
-        ending: &str,
-        write: impl FnOnce(&Path) -> io::Result<()>,
-    ) -> Result<()> {
-        let failed = |error: io::Error| {
-            Error::resources(format!("the cache {} cannot be written: {error}", self.directory.display()))
-        };
-        fs::create_dir_all(&self.directory).map_err(failed)?;
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let unfinished = self.directory.join(format!("{}.{}-{count}.unfinished", key.0, std::process::id()));
-        let written = write(&unfinished).and_then(|()| fs::rename(&unfinished, self.path(key, ending)));
-        if let Err(error) = written {
-            let _ = fs::remove_file(&unfinished);
-            return Err(failed(error));
-        }
-        self.remove_oldest().map_err(failed)
-    }
-
-    /// Removes the entries used longest ago until the rest is within the limit, and what killed runs left.
-    fn remove_oldest(&self) -> io::Result<()> {
-        let mut entries = Vec::new();
-        for item in fs::read_dir(&self.directory)? {
-            let path = item?.path();
-            // Another run may have removed it meanwhile.
-            let Ok(found) = fs::metadata(&path) else { continue };
-            let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-            match path.extension().and_then(|ending| ending.to_str()) {
-                Some(ENDING | kept_factor::ENDING) => entries.push((used, found.len(), path)),
-                Some("unfinished") if used.elapsed().is_ok_and(|age| age > STALE) => {
-                    let _ = fs::remove_file(&path);
-                }
-                _ => {}
-            }
-        }
-        entries.sort();
-        let mut total: u64 = entries.iter().map(|(_, bytes, _)| bytes).sum();
-        for (_, bytes, path) in entries {
-            if total <= self.limit_bytes {
-                break;
-            }
-            let _ = fs::remove_file(&path);
-            total -= bytes;
-        }
-        Ok(())
     }
 }
 
@@ -307,8 +176,14 @@ fn write_entry(path: &Path, entry: &CacheEntry) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::time::Duration;
+
     use super::*;
     use crate::linalg::sparse::SymmetricTriplets;
+
+    /// Unfinished files of this age have no writer any more.
+    const STALE: Duration = Duration::from_secs(86_400);
 
     fn key(number: usize) -> CacheKey {
         let mut triplets = SymmetricTriplets::new(3);

@@ -2,6 +2,7 @@
 
 mod cgroup;
 mod assembly;
+pub mod cache;
 pub mod cell_matrix;
 mod column_counts;
 pub mod course;

@@ -1,0 +1,333 @@
+//! A directory of files that later runs take up, each named by the SHA-256 of all that determines its content.
+//!
+//! Files are written under another name, flushed to the disk and renamed, so that a reader finds a whole one or none. A list of
+//! numbers is the file
+//!
+//! ```text
+//! 8 bytes "ORTHOLST", u64 format, u64 n, f64 [n], 32 bytes SHA-256 of all before; little-endian
+//! ```
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
+
+use sha2::{Digest, Sha256};
+
+use super::dense::zeroed;
+use crate::error::{Error, Result};
+
+const MAGIC: &[u8; 8] = b"ORTHOLST";
+/// Raised whenever the layout changes.
+const FORMAT: u64 = 1;
+const HEAD: usize = 24;
+const CHECKSUM: usize = 32;
+/// Values converted at a time.
+const CHUNK: usize = 1 << 13;
+/// Unfinished files of runs that were killed are removed after a day.
+const STALE: Duration = Duration::from_secs(86_400);
+/// Default limit of all files together, MiB.
+const LIMIT_MIB: u64 = 2048;
+
+/// A directory of files, and the limit of their bytes together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cache {
+    directory: PathBuf,
+    limit_bytes: u64,
+}
+
+/// Name of a file: the SHA-256 of what determines it, hexadecimal.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CacheKey(String);
+
+/// What determines a file, taken in piece by piece.
+pub(crate) struct KeyHash(Sha256);
+
+/// What the cache has of a list under a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum List {
+    /// The values.
+    Hit(Vec<f64>),
+    /// Nothing.
+    Miss,
+    /// A file that is not a whole list, and what is wrong with it.
+    Damaged(String),
+}
+
+impl KeyHash {
+    /// Begins with what is kept and how, the version of the program, and the instructions that its kernels choose among.
+    pub(crate) fn new(kind: &str) -> Self {
+        let version = env!("CARGO_PKG_VERSION");
+        Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instructions())))
+    }
+
+    /// Takes in a list of numbers.
+    pub(crate) fn update<T>(&mut self, list: &[T], bytes: impl Fn(&T) -> [u8; 8]) {
+        for chunk in list.chunks(CHUNK) {
+            self.0.update(chunk.iter().flat_map(&bytes).collect::<Vec<u8>>());
+        }
+    }
+
+    /// The key of all that was taken in.
+    pub(crate) fn key(self) -> CacheKey {
+        CacheKey(self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
+
+/// Kernels for other instructions round differently.
+fn instructions() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            return "avx512";
+        }
+        if std::arch::is_x86_feature_detected!("fma") {
+            return "fma";
+        }
+    }
+    std::env::consts::ARCH
+}
+
+impl Cache {
+    /// A cache in `directory`, which is made when it is first written to; beyond `limit_bytes` the files that were
+    /// not used for longest are removed.
+    pub fn new(directory: impl Into<PathBuf>, limit_bytes: u64) -> Self {
+        Self { directory: directory.into(), limit_bytes }
+    }
+
+    /// The user's: `$XDG_CACHE_HOME/orthowear` or `~/.cache/orthowear`, limited to `$ORTHOWEAR_CACHE_LIMIT` MiB or
+    /// 2048. `None` if there is no home, or the limit is 0.
+    ///
+    /// # Errors
+    /// If the limit is no number.
+    pub fn of_user() -> Result<Option<Self>> {
+        let mebibytes = match std::env::var("ORTHOWEAR_CACHE_LIMIT") {
+            Err(_) => LIMIT_MIB,
+            Ok(text) => text.trim().parse().map_err(|_| {
+                Error::input(format!(
+                    "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\"; it must be a whole number of MiB, 0 \
+                     for no cache"
+                ))
+            })?,
+        };
+        // By the XDG rules a path that is not absolute counts as none.
+        let absolute =
+            |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+        let base = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")));
+        let directory = base.map(|base| base.join("orthowear")).filter(|_| mebibytes > 0);
+        Ok(directory.map(|directory| Self::new(directory, mebibytes.saturating_mul(1 << 20))))
+    }
+
+    /// The file of a key with an ending.
+    pub(crate) fn path(&self, key: &CacheKey, ending: &str) -> PathBuf {
+        self.directory.join(format!("{}.{ending}", key.0))
+    }
+
+    /// Bytes of all files together.
+    pub(crate) fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
+    }
+
+    /// Reads the list under a key, and marks it as used.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn read_list(&self, key: &CacheKey, ending: &str) -> Result<List> {
+        let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(List::Miss) };
+        let n = match read_head(&mut file) {
+            Ok(Some(n)) => n,
+            Ok(None) => return Ok(List::Damaged("its head is wrong".to_owned())),
+            Err(error) => return Ok(List::Damaged(error.to_string())),
+        };
+        if file.metadata().map_or(0, |found| found.len()) != list_bytes(n) {
+            return Ok(List::Damaged("its size is wrong".to_owned()));
+        }
+        let mut values = zeroed(n as usize)?;
+        Ok(match read_values(&mut file, &mut values) {
+            Ok(true) => {
+                // Only the order of removal depends on it.
+                let _ = file.set_modified(SystemTime::now());
+                List::Hit(values)
+            }
+            Ok(false) => List::Damaged("its checksum is wrong".to_owned()),
+            Err(error) => List::Damaged(error.to_string()),
+        })
+    }
+
+    /// Writes a list, and removes other files beyond the limit. One that is larger than the limit is not written.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub fn write_list(&self, key: &CacheKey, ending: &str, values: &[f64]) -> Result<()> {
+        if list_bytes(values.len() as u64) > self.limit_bytes {
+            return Ok(());
+        }
+        self.put(key, ending, |path| write_values(path, values))
+    }
+
+    /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub(crate) fn put(
+        &self,
+        key: &CacheKey,
+        ending: &str,
+        write: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> Result<()> {
+        let failed = |error: io::Error| {
+            Error::resources(format!("the cache {} cannot be written: {error}", self.directory.display()))
+        };
+        fs::create_dir_all(&self.directory).map_err(failed)?;
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let unfinished = self.directory.join(format!("{}.{}-{count}.unfinished", key.0, std::process::id()));
+        let written = write(&unfinished).and_then(|()| fs::rename(&unfinished, self.path(key, ending)));
+        if let Err(error) = written {
+            let _ = fs::remove_file(&unfinished);
+            return Err(failed(error));
+        }
+        self.remove_oldest().map_err(failed)
+    }
+
+    /// Removes the entries used longest ago until the rest is within the limit, and what killed runs left.
+    fn remove_oldest(&self) -> io::Result<()> {
+        let mut entries = Vec::new();
+        for item in fs::read_dir(&self.directory)? {
+            let path = item?.path();
+            // Another run may have removed it meanwhile.
+            let Ok(found) = fs::metadata(&path) else { continue };
+            let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            if path.extension().is_some_and(|ending| ending == "unfinished") {
+                if used.elapsed().is_ok_and(|age| age > STALE) {
+                    let _ = fs::remove_file(&path);
+                }
+            } else if is_named_by_key(&path) {
+                entries.push((used, found.len(), path));
+            }
+        }
+        entries.sort();
+        let mut total: u64 = entries.iter().map(|(_, bytes, _)| bytes).sum();
+        for (_, bytes, path) in entries {
+            if total <= self.limit_bytes {
+                break;
+            }
+            let _ = fs::remove_file(&path);
+            total -= bytes;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a file of the directory is one of the cache's.
+fn is_named_by_key(path: &Path) -> bool {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    stem.len() == 64 && stem.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
+/// Bytes of a list of `n` values; those of a wrong number are no file's.
+fn list_bytes(n: u64) -> u64 {
+    n.saturating_mul(8).saturating_add((HEAD + CHECKSUM) as u64)
+}
+
+fn head(n: usize) -> Vec<u8> {
+    [&MAGIC[..], &FORMAT.to_le_bytes(), &(n as u64).to_le_bytes()].concat()
+}
+
+/// The number of values; `None` if it is no head of a list.
+fn read_head(file: &mut File) -> io::Result<Option<u64>> {
+    let mut head = [0; HEAD];
+    file.read_exact(&mut head)?;
+    let number = |i: usize| u64::from_le_bytes(head[8 * i..8 * i + 8].try_into().expect("eight bytes"));
+    Ok((head[..8] == *MAGIC && number(1) == FORMAT).then_some(number(2)))
+}
+
+/// Whether the checksum fits.
+fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
+    let mut hash = Sha256::new_with_prefix(head(values.len()));
+    let mut bytes = vec![0; 8 * CHUNK];
+    for chunk in values.chunks_mut(CHUNK) {
+        let bytes = &mut bytes[..8 * chunk.len()];
+        file.read_exact(bytes)?;
+        hash.update(&*bytes);
+        for (value, bytes) in chunk.iter_mut().zip(bytes.chunks_exact(8)) {
+            *value = f64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+        }
+    }
+    let mut checksum = [0; CHECKSUM];
+    file.read_exact(&mut checksum)?;
+    Ok(hash.finalize()[..] == checksum)
+}
+
+fn write_values(path: &Path, values: &[f64]) -> io::Result<()> {
+    let mut file = BufWriter::new(File::create_new(path)?);
+    let mut hash = Sha256::new();
+    let mut put = |bytes: &[u8]| {
+        hash.update(bytes);
+        file.write_all(bytes)
+    };
+    put(&head(values.len()))?;
+    for chunk in values.chunks(CHUNK) {
+        put(&chunk.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())?;
+    }
+    let checksum = hash.finalize();
+    file.write_all(&checksum)?;
+    file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(number: u64) -> CacheKey {
+        let mut hash = KeyHash::new("numbers");
+        hash.update(&[number], |number| number.to_le_bytes());
+        hash.key()
+    }
+
+    /// Truth: what was written is read, to the last bit; another key has none; any changed bit and any missing end is found, and a new
+    /// write mends it.
+    #[test]
+    fn lists_come_back_whole_or_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::new(folder.path().join("made/by/it"), 1 << 20);
+        let values: Vec<f64> = (0..10_000).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Miss);
+        cache.write_list(&key(0), "list", &values).unwrap();
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Hit(values.clone()));
+        assert_eq!(cache.read_list(&key(1), "list").unwrap(), List::Miss);
+        let path = cache.path(&key(0), "list");
+        let whole = fs::read(&path).unwrap();
+        for place in [0, 8, 16, 23, 24, 70_000, whole.len() - 1] {
+            let mut bytes = whole.clone();
+            bytes[place] ^= 1;
+            fs::write(&path, bytes).unwrap();
+            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), List::Damaged(_)), "byte {place}");
+        }
+        for length in [0, 23, whole.len() - 1] {
+            fs::write(&path, &whole[..length]).unwrap();
+            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), List::Damaged(_)), "{length} bytes");
+        }
+        cache.write_list(&key(0), "list", &values).unwrap();
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Hit(values));
+    }
+
+    /// Truth: lists count for the limit, the one used longest ago goes first; what is not the cache's stays.
+    #[test]
+    fn lists_keep_the_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::new(folder.path(), 2 * list_bytes(100) + 10);
+        let other = folder.path().join("notes.list");
+        fs::write(&other, vec![0; 5000]).unwrap();
+        for number in 0..3 {
+            cache.write_list(&key(number), "list", &[1.5; 100]).unwrap();
+            let file = File::options().append(true).open(cache.path(&key(number), "list")).unwrap();
+            file.set_modified(SystemTime::now() - STALE.mul_f64(1.0 / (1.0 + number as f64))).unwrap();
+        }
+        let found = [0, 1, 2].map(|number| cache.path(&key(number), "list").exists());
+        assert!(found == [false, true, true] && other.exists());
+        cache.write_list(&key(4), "list", &[1.5; 300]).unwrap();
+        assert!(!cache.path(&key(4), "list").exists());
+    }
+}
