@@ -6,6 +6,7 @@ mod green;
 mod operators;
 mod patches;
 mod periodic;
+mod point_force;
 
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{Side, SurfaceGreen};

@@ -10,10 +10,17 @@ use super::point_force_table::PointForceTable;
 use super::surface_field::SurfaceField;
 use crate::error::Result;
 use crate::geometry::Side;
+use crate::linalg::cache::{Cache, CacheKey, KeyHash, List};
 use crate::material::Stiffness;
 
 /// Points nearer to the surface, over their distance from the force, count as on it.
 const ON_SURFACE: f64 = 1e-9;
+
+/// Raised whenever what a table holds, or its arithmetic, changes.
+const FORMAT: u64 = 1;
+
+/// Names of kept tables end so.
+const ENDING: &str = "field";
 
 /// Field of a unit force at the origin of the surface of the half-space z <= 0, whose outward normal is +z.
 ///
@@ -34,13 +41,36 @@ impl PointForceField {
     /// # Errors
     /// As [`SurfaceGreen::new`].
     pub fn new(stiffness: &Stiffness) -> Result<Self> {
+        Ok(Self::cached(stiffness, None)?.0)
+    }
+
+    /// The same with the table from a cache, or computed and put there, and what the user should know of the cache: a damaged
+    /// entry, or one that could not be written.
+    ///
+    /// # Errors
+    /// As [`SurfaceGreen::new`], and if memory does not suffice.
+    pub fn cached(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Boussinesq::of(stiffness) {
-            return Ok(Self(Form::Closed(closed)));
+            return Ok((Self(Form::Closed(closed)), None));
         }
         let green = SurfaceGreen::new(stiffness, Side::Lower)?;
         let surface = SurfaceField::new(stiffness, &green);
+        let key = key(stiffness);
+        let mut note = None;
+        if let Some(cache) = cache {
+            match cache.read_list(&key, ENDING)? {
+                List::Hit(values) => match PointForceTable::restored(values) {
+                    Some(table) => return Ok((Self(Form::Tabulated { table, surface }), None)),
+                    None => note = Some(damage("its shape is wrong")),
+                },
+                List::Miss => {}
+                List::Damaged(how) => note = Some(damage(&how)),
+            }
+        }
         let table = PointForceTable::new(&InteriorField::new(stiffness, &green), &surface);
-        Ok(Self(Form::Tabulated { table, surface }))
+        let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, ENDING, &table.values()));
+        let note = note.or(written.err().map(|error| error.to_string()));
+        Ok((Self(Form::Tabulated { table, surface }), note))
     }
 
     /// The field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts as on it:
@@ -64,5 +94,58 @@ impl PointForceField {
             Form::Closed(_) => 0.0,
             Form::Tabulated { table, .. } => table.error(),
         }
+    }
+}
+
+/// The key of the table of a material.
+fn key(stiffness: &Stiffness) -> CacheKey {
+    let mut hash = KeyHash::new(&format!("point force {FORMAT}"));
+    hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
+    hash.key()
+}
+
+fn damage(how: &str) -> String {
+    format!("the field of a point force in the cache was damaged ({how}); it was computed anew")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a table that is kept is read, to the last bit; a damaged one is made anew, and told.
+    #[test]
+    fn tables_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::new(folder.path(), 1 << 26);
+        let stiffness = Stiffness::transversely_isotropic(20_000.0, 9544.0, 5292.0, 0.272, 0.369).unwrap();
+        let at = |field: &PointForceField| {
+            [[0.3, -0.2, -0.5], [0.0, 0.0, -2.0], [1.0, 4.0, -0.01]].map(|x| field.at(&Vector3::from(x)))
+        };
+        let (made, note) = PointForceField::cached(&stiffness, Some(&cache)).unwrap();
+        assert_eq!(note, None);
+        let path = folder.path().read_dir().unwrap().next().unwrap().unwrap().path();
+        let whole = std::fs::read(&path).unwrap();
+        // A mark in the file tells what is read from what is made anew.
+        let list = |error: f64| {
+            let List::Hit(mut values) = cache.read_list(&key(&stiffness), ENDING).unwrap() else {
+                panic!("no list")
+            };
+            values[1] = error;
+            cache.write_list(&key(&stiffness), ENDING, &values).unwrap();
+        };
+        list(0.5);
+        let (read, note) = PointForceField::cached(&stiffness, Some(&cache)).unwrap();
+        assert_eq!((read.error(), note), (0.5, None));
+        assert_eq!(at(&read), at(&made));
+        let mut bytes = whole.clone();
+        bytes[1000] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        let (again, note) = PointForceField::cached(&stiffness, Some(&cache)).unwrap();
+        assert!(note.is_some_and(|note| note.contains("computed anew")));
+        assert_eq!((again.error(), at(&again)), (made.error(), at(&made)));
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        cache.write_list(&key(&stiffness), ENDING, &[96.0, 0.0, 1.0]).unwrap();
+        let (again, note) = PointForceField::cached(&stiffness, Some(&cache)).unwrap();
+        assert!(note.is_some() && again.error() == made.error());
     }
 }

@@ -95,6 +95,22 @@ impl PointForceTable {
         Self { entries, angles, rows, error }
     }
 
+    /// What a table is restored from: the angles, the error, the entries.
+    pub(super) fn values(&self) -> Vec<f64> {
+        [self.angles as f64, self.error].into_iter().chain(self.entries.iter().copied()).collect()
+    }
+
+    /// The table of such values; `None` if they are none of a table.
+    pub(super) fn restored(mut values: Vec<f64>) -> Option<Self> {
+        let &[angles, error, ..] = &values[..] else { return None };
+        let angles = angles as usize;
+        let rows = angles / 3;
+        let entries = (rows + 1 + BEYOND) * (angles + NODES) * 9;
+        let fits = (ANGLES[0]..=ANGLES[1]).contains(&angles) && values.len() == 2 + entries;
+        values.drain(..2.min(values.len()));
+        fits.then_some(Self { entries: values, angles, rows, error })
+    }
+
     /// Largest difference found from the direct integral, over the largest entry of the gradient.
     pub(super) fn error(&self) -> f64 {
         self.error

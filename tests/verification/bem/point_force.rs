@@ -1,0 +1,216 @@
+//! The field of a point force inside its half-space.
+
+use std::f64::consts::PI;
+
+use super::{Random, cfrp, green, relative, steel};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use orthowear::bem::half_space::{InteriorField, PointField, PointForceField, Side, TractionMap};
+use orthowear::material::{Orthotropic, Stiffness};
+
+/// Nine constants, turned by angles that leave no plane of symmetry along the surface.
+fn odd() -> Stiffness {
+    Stiffness::orthotropic(&Orthotropic {
+        e1: 150e3,
+        e2: 20e3,
+        e3: 9e3,
+        g12: 7e3,
+        g13: 5e3,
+        g23: 3.5e3,
+        nu12: 0.25,
+        nu13: 0.3,
+        nu23: 0.35,
+    })
+    .expect("an admissible material")
+    .rotated(Rotation3::from_euler_angles(0.4, 0.9, -1.3).matrix())
+}
+
+fn materials() -> Vec<(String, Stiffness)> {
+    let mut materials: Vec<(String, Stiffness)> =
+        [0.0, 30.0, 80.0, 90.0].map(|tilt| (format!("CFRP at {tilt}"), cfrp(tilt))).into();
+    let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
+    materials.push(("CFRP at 45, turned".into(), cfrp(45.0).rotated(azimuth.matrix())));
+    materials.push(("odd".into(), odd()));
+    materials
+}
+
+fn field(stiffness: &Stiffness) -> PointForceField {
+    PointForceField::new(stiffness).expect("a field")
+}
+
+fn direct(stiffness: &Stiffness) -> InteriorField {
+    InteriorField::new(stiffness, &green(stiffness, Side::Lower))
+}
+
+/// A direction at the depth `z`.
+fn direction(random: &mut Random, z: f64) -> Vector3<f64> {
+    let (phi, sin) = (2.0 * PI * random.next(), (1.0 - z * z).sqrt());
+    Vector3::new(sin * phi.cos(), sin * phi.sin(), -z)
+}
+
+fn steepest(gradient: &[Matrix3<f64>; 3]) -> f64 {
+    gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
+}
+
+fn apart(a: &PointField, b: &PointField) -> f64 {
+    steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
+}
+
+/// Truth: the direct integral over directions, which knows nothing of Boussinesq and Cerruti; on the surface Γ(φ) / r. Tolerance 1e-10: both
+/// are right to rounding, the integral loses up to 1e-11 near the surface.
+#[test]
+fn closed_forms_are_the_direct_integral() {
+    for nu in [0.3, 0.0, 0.45] {
+        let stiffness = Stiffness::isotropic(70e3, nu).expect("a material");
+        let (closed, direct, green) = (field(&stiffness), direct(&stiffness), green(&stiffness, Side::Lower));
+        assert_eq!(closed.error(), 0.0);
+        let mut random = Random(11);
+        for k in 0..60 {
+            let z = if k % 3 == 0 { 0.02 } else { 1.0 } * (1.0 - random.next());
+            let x = direction(&mut random, z) * (0.1 + 5.0 * random.next());
+            let (found, wanted) = (closed.at(&x), direct.at(&x).expect("convergence"));
+            assert!(relative(&found.value, &wanted.value) < 1e-10);
+            assert!(apart(&found, &wanted) < 1e-10 * steepest(&wanted.gradient), "at {x}");
+            let phi: f64 = 2.0 * PI * random.next();
+            let found = closed.at(&Vector3::new(2.5 * phi.cos(), 2.5 * phi.sin(), 0.0)).value;
+            assert!(relative(&found, &(green.gamma(phi) / 2.5)) < 1e-12);
+        }
+    }
+}
+
+/// Truth: a derivative is the limit of differences; tolerance by their third-order term and rounding.
+#[test]
+fn gradients_are_limits_of_differences() {
+    let closed = field(&steel());
+    for x in [[0.5, 0.3, -0.4], [-1.0, 0.2, -0.05], [0.0, 0.0, -0.7]].map(Vector3::from) {
+        let at = closed.at(&x);
+        for k in 0..3 {
+            let mut step = Vector3::zeros();
+            step[k] = 1e-4;
+            let difference = (closed.at(&(x + step)).value - closed.at(&(x - step)).value) / 2e-4;
+            assert!((at.gradient[k] - difference).amax() < 1e-6 * steepest(&at.gradient), "along {k} at {x}");
+        }
+    }
+}
+
+/// Truth: the direct integral at random points, a third of them next to the surface and next to the inner axis each. Bound: twice the
+/// error that the table states, which is a maximum over other points.
+#[test]
+fn tables_are_the_direct_integral() {
+    for (name, stiffness) in materials() {
+        let (table, direct) = (field(&stiffness), direct(&stiffness));
+        assert!(table.error() > 0.0 && table.error() <= 1e-6, "{name}: {}", table.error());
+        let mut random = Random(5);
+        let (mut largest, mut scale, mut value) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for k in 0..900 {
+            let u = 1.0 - random.next();
+            let z = [u, 0.02 * u, 1.0 - 5e-4 * u * u][k % 3];
+            let x = direction(&mut random, z);
+            let distance = 0.1 + 5.0 * random.next();
+            let wanted = direct.at(&x).expect("convergence");
+            let mut found = table.at(&(x * distance));
+            found.value *= distance;
+            found.gradient.iter_mut().for_each(|part| *part *= distance * distance);
+            largest = largest.max(apart(&found, &wanted));
+            scale = scale.max(steepest(&wanted.gradient));
+            value = value.max(relative(&found.value, &wanted.value));
+        }
+        assert!(
+            largest < 2.0 * table.error() * scale,
+            "{name}: {:e}, stated {:e}",
+            largest / scale,
+            table.error()
+        );
+        assert!(value < 1e-6, "{name}: value {value:e}");
+    }
+}
+
+/// Truth: on the surface the displacement is Γ(φ) / r, its derivatives along the surface are the limits of differences, and there is no
+/// traction; the field below tends to it.
+#[test]
+fn the_surface_is_free() {
+    for (name, stiffness) in materials().into_iter().chain([("steel".to_owned(), steel())]) {
+        let (field, green) = (field(&stiffness), green(&stiffness, Side::Lower));
+        let traction = TractionMap::new(&stiffness, &Vector3::z());
+        let size = stiffness.voigt().amax();
+        for k in 0..40 {
+            let (phi, r): (f64, f64) = (-3.0 + 0.15 * k as f64, 0.3 + 0.1 * k as f64);
+            let x = Vector3::new(r * phi.cos(), r * phi.sin(), 0.0);
+            let at = field.at(&x);
+            let scale = steepest(&at.gradient);
+            assert!(relative(&at.value, &(green.gamma(phi) / r)) < 1e-12, "{name}");
+            assert!(traction.of(&at).amax() < 1e-13 * size * scale, "{name}: {}", traction.of(&at));
+            // Rounding of a coordinate does not take a point off the surface.
+            assert_eq!(field.at(&(x + Vector3::z() * 1e-11)), at);
+            let h = 1e-4 * r;
+            for (axis, step) in [Vector3::x() * h, Vector3::y() * h].into_iter().enumerate() {
+                let difference = (field.at(&(x + step)).value - field.at(&(x - step)).value) / (2.0 * h);
+                assert!((at.gradient[axis] - difference).amax() < 2e-5 * scale, "{name} along {axis}");
+            }
+            let below = field.at(&(x - Vector3::z() * (1e-7 * r)));
+            assert!(apart(&below, &at) < 2e-5 * scale, "{name}: {:e}", apart(&below, &at) / scale);
+        }
+    }
+}
+
+/// Truth: the tractions on a hemisphere about the force balance it. The rule is Gauss's in the depth (Legendre, 96 points) and the
+/// trapezoidal one around, which converge geometrically.
+#[test]
+fn tractions_on_a_hemisphere_balance_the_force() {
+    for (name, stiffness) in materials() {
+        let field = field(&stiffness);
+        let mut sum = Matrix3::zeros();
+        let around = 256;
+        for (z, weight) in legendre(96) {
+            for k in 0..around {
+                let phi = 2.0 * PI * k as f64 / around as f64;
+                let sin = (1.0 - z * z).sqrt();
+                let n = Vector3::new(sin * phi.cos(), sin * phi.sin(), -z);
+                sum +=
+                    TractionMap::new(&stiffness, &n).of(&field.at(&n)) * (weight * 2.0 * PI / around as f64);
+            }
+        }
+        assert!((sum + Matrix3::identity()).amax() < 1e-5, "{name}: {sum}");
+    }
+}
+
+/// Gauss's points and weights on [0, 1], by Newton's method.
+fn legendre(n: usize) -> Vec<(f64, f64)> {
+    let polynomial = |x: f64| {
+        let (mut before, mut p) = (1.0, x);
+        for k in 2..=n {
+            let k = k as f64;
+            (before, p) = (p, ((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k);
+        }
+        (p, n as f64 * (x * p - before) / (x * x - 1.0))
+    };
+    (0..n)
+        .map(|i| {
+            let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+            for _ in 0..8 {
+                let (p, slope) = polynomial(x);
+                x -= p / slope;
+            }
+            let (_, slope) = polynomial(x);
+            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+        })
+        .collect()
+}
+
+/// Truth: one thread and several give the same bits.
+#[test]
+fn tables_do_not_depend_on_threads() {
+    let stiffness =
+        Stiffness::transversely_isotropic(20e3, 9544.0, 5292.0, 0.272, 0.369).expect("a material");
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| field(&stiffness))
+    };
+    let [one, three] = [1, 3].map(with);
+    assert_eq!(one.error(), three.error());
+    let mut random = Random(3);
+    for _ in 0..200 {
+        let z = random.next();
+        let x = direction(&mut random, z);
+        assert_eq!(one.at(&x), three.at(&x));
+    }
+}
