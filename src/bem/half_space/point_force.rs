@@ -32,7 +32,19 @@ pub struct PointForceField(Form);
 #[derive(Debug, Clone)]
 enum Form {
     Closed(Boussinesq),
-    Tabulated { table: PointForceTable, surface: SurfaceField },
+    Tabulated(Box<Tabulated>),
+}
+
+#[derive(Debug, Clone)]
+struct Tabulated {
+    inside: PointForceTable,
+    surface: SurfaceField,
+}
+
+impl Tabulated {
+    fn form(inside: PointForceTable, surface: SurfaceField) -> Form {
+        Form::Tabulated(Box::new(Self { inside, surface }))
+    }
 }
 
 impl PointForceField {
@@ -60,7 +72,7 @@ impl PointForceField {
         if let Some(cache) = cache {
             match cache.read_list(&key, ENDING)? {
                 List::Hit(values) => match PointForceTable::restored(values) {
-                    Some(table) => return Ok((Self(Form::Tabulated { table, surface }), None)),
+                    Some(inside) => return Ok((Self(Tabulated::form(inside, surface)), None)),
                     None => note = Some(damage("its shape is wrong")),
                 },
                 List::Miss => {}
@@ -70,7 +82,7 @@ impl PointForceField {
         let table = PointForceTable::new(&InteriorField::new(stiffness, &green), &surface);
         let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, ENDING, &table.values()));
         let note = note.or(written.err().map(|error| error.to_string()));
-        Ok((Self(Form::Tabulated { table, surface }), note))
+        Ok((Self(Tabulated::form(table, surface)), note))
     }
 
     /// The field at `x` (mm) with z <= 0, not the origin. A point within 1e-9 of its distance from the surface, below or above, counts as on it:
@@ -82,8 +94,8 @@ impl PointForceField {
         match &self.0 {
             Form::Closed(closed) if on_surface => closed.at(&Vector3::new(x.x, x.y, 0.0)),
             Form::Closed(closed) => closed.at(x),
-            Form::Tabulated { surface, .. } if on_surface => surface.at(x.x, x.y),
-            Form::Tabulated { table, .. } => table.at(x),
+            Form::Tabulated(tables) if on_surface => tables.surface.at(x.x, x.y),
+            Form::Tabulated(tables) => tables.inside.at(x),
         }
     }
 
@@ -92,7 +104,7 @@ impl PointForceField {
     pub fn error(&self) -> f64 {
         match &self.0 {
             Form::Closed(_) => 0.0,
-            Form::Tabulated { table, .. } => table.error(),
+            Form::Tabulated(tables) => tables.inside.error(),
         }
     }
 }
