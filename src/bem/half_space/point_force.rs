@@ -51,7 +51,7 @@ impl PointForceField {
     /// The field in a material, in the axes of the surface.
     ///
     /// # Errors
-    /// As [`SurfaceGreen::new`].
+    /// As [`Self::cached`].
     pub fn new(stiffness: &Stiffness) -> Result<Self> {
         Ok(Self::cached(stiffness, None)?.0)
     }
@@ -60,7 +60,7 @@ impl PointForceField {
     /// entry, or one that could not be written.
     ///
     /// # Errors
-    /// As [`SurfaceGreen::new`], and if memory does not suffice.
+    /// As [`SurfaceGreen::new`], if memory does not suffice, and if a stop is wished.
     pub fn cached(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
         if let Some(closed) = Boussinesq::of(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
@@ -79,7 +79,7 @@ impl PointForceField {
                 List::Damaged(how) => note = Some(damage(&how)),
             }
         }
-        let table = PointForceTable::new(&InteriorField::new(stiffness, &green), &surface);
+        let table = PointForceTable::new(&InteriorField::new(stiffness, &green), &surface)?;
         let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, ENDING, &table.values()));
         let note = note.or(written.err().map(|error| error.to_string()));
         Ok((Self(Tabulated::form(table, surface)), note))

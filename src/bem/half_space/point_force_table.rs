@@ -9,6 +9,8 @@ use super::angular_table::{NODES, lagrange_and_slope, lagrange_over_distance};
 use super::interior::{InteriorField, Rule};
 use super::point_field::PointField;
 use super::surface_field::SurfaceField;
+use crate::error::Result;
+use crate::interrupt;
 use crate::linalg::wide::wide;
 
 /// First and largest number of angles of a turn; a third as many rows from the inner axis to the surface.
@@ -21,7 +23,7 @@ const ERROR: f64 = 1e-6;
 /// left is about its square.
 const CHANGE: f64 = 1e-8;
 
-/// Directions in which a table is compared with the direct integral; as many again about the worst of them.
+/// Directions in which a table is compared with the direct integral; as many again where it is expected to be worst.
 const COMPARED: usize = 1024;
 
 /// Rows beyond the inner axis, angles beyond a whole turn.
@@ -44,14 +46,18 @@ pub(super) struct PointForceTable {
 
 impl PointForceTable {
     /// A table whose error is measured to be below 1e-6, or the largest one.
-    pub(super) fn new(interior: &InteriorField, surface: &SurfaceField) -> Self {
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub(super) fn new(interior: &InteriorField, surface: &SurfaceField) -> Result<Self> {
         let mut angles = ANGLES[0];
         let spread = wanted(places().map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
         loop {
             let mut table = Self::sampled(angles, interior, surface);
             table.error = table.compared(&spread, interior, surface);
+            interrupt::check()?;
             if table.error <= ERROR || angles >= ANGLES[1] {
-                return table;
+                return Ok(table);
             }
             // The derivative of the interpolation is of seventh order.
             let factor = (2.0 * table.error / ERROR).powf(1.0 / 7.0).clamp(1.1, 2.0);
@@ -64,6 +70,9 @@ impl PointForceTable {
         let rows = angles / 3;
         let row = |row: usize| -> Vec<[f64; 9]> {
             let phi = |angle: usize| 2.0 * PI * angle as f64 / angles as f64;
+            if interrupt::wished() {
+                return vec![[0.0; 9]; angles];
+            }
             if row == rows {
                 return (0..angles).map(|angle| surface.gamma(phi(angle).cos(), phi(angle).sin())).collect();
             }
@@ -104,11 +113,17 @@ impl PointForceTable {
     pub(super) fn restored(mut values: Vec<f64>) -> Option<Self> {
         let &[angles, error, ..] = &values[..] else { return None };
         let angles = angles as usize;
+        if !(ANGLES[0]..=ANGLES[1]).contains(&angles) {
+            return None;
+        }
         let rows = angles / 3;
-        let entries = (rows + 1 + BEYOND) * (angles + NODES) * 9;
-        let fits = (ANGLES[0]..=ANGLES[1]).contains(&angles) && values.len() == 2 + entries;
-        values.drain(..2.min(values.len()));
-        fits.then_some(Self { entries: values, angles, rows, error })
+        values.drain(..2);
+        (values.len() == (rows + 1 + BEYOND) * (angles + NODES) * 9).then_some(Self {
+            entries: values,
+            angles,
+            rows,
+            error,
+        })
     }
 
     /// Largest difference found from the direct integral, over the largest entry of the gradient.
