@@ -245,6 +245,10 @@ impl ElasticBody for HalfSpaceBody {
         BodyEquations::HalfSpace(&self.green)
     }
 
+    fn near_field(&self) -> Option<&SurfaceGreen> {
+        Some(&self.green)
+    }
+
     fn take_flexibility(&mut self, cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
         let shared: Arc<dyn Flexibility> = self.make(cross)?.into();
         self.operator = OnceLock::from(shared.clone());

@@ -4,6 +4,7 @@ pub mod condensed;
 pub mod finite_elements;
 pub mod floating;
 pub mod half_space;
+pub mod hybrid;
 mod partial;
 pub mod rigid;
 pub mod stress;
@@ -17,6 +18,7 @@ use crate::linalg::operator::Flexibility;
 pub use finite_elements::FeBody;
 pub use floating::{Floating, FloatingMotion};
 pub use half_space::HalfSpaceBody;
+pub use hybrid::HybridBody;
 pub use rigid::RigidBody;
 pub use stress::{Estimate, StressField};
 
@@ -37,6 +39,8 @@ pub enum BodyEquations<'a> {
     HalfSpace(&'a SurfaceGreen),
     /// K u = f of a meshed body.
     FiniteElements(&'a FeBody),
+    /// u = G t at the cells, and what a finite body lacks of it.
+    Hybrid(&'a HybridBody),
     /// Nothing but the flexibility is known.
     Unknown,
 }
@@ -49,6 +53,11 @@ pub trait ElasticBody: Send + Sync {
     /// The body's own equations, for forms of coupling that need more than its flexibility.
     fn equations(&self) -> BodyEquations<'_> {
         BodyEquations::Unknown
+    }
+
+    /// The Green's function of the half-space that its flexibility has near a force; `None` if it is not that of one.
+    fn near_field(&self) -> Option<&SurfaceGreen> {
+        None
     }
 
     /// Takes the body's flexibility on the frame (gap change per traction on body 2); `None` if rigid.

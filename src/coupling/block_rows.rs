@@ -62,7 +62,7 @@ impl BodyRows {
             BodyEquations::FiniteElements(body) => {
                 Ok(Self::FiniteElements(Box::new(MeshRows::new(body, side))))
             }
-            BodyEquations::Unknown => Err(Error::input(format!(
+            BodyEquations::Hybrid(_) | BodyEquations::Unknown => Err(Error::input(format!(
                 "{} ({}) gives no equations for the block system: use solver.coupling = \"schur\"",
                 side.name(),
                 body.describe()

@@ -5,8 +5,10 @@ mod block_rows;
 pub mod distance;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
-use crate::body::BodyEquations::HalfSpace;
+use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
+use crate::body::hybrid::FarField;
+use crate::body::hybrid::operator::corrected;
 use crate::body::{ElasticBody, Floating};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
@@ -106,7 +108,7 @@ fn sum_of_bodies(
     frame: &ContactFrame,
     cross: CrossBlocks,
 ) -> Result<Coupled> {
-    let half_spaces = [&*body1, &*body2].map(|body| matches!(body.equations(), HalfSpace(_)));
+    let half_spaces = [&*body1, &*body2].map(|body| body.near_field().is_some());
     let summed = cross == CrossBlocks::SkipVanishing && half_spaces == [true; 2];
     let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, cross)?;
     let skipped = skips(rigid, summed, flexibility.couples_normal_tangential());
@@ -127,10 +129,10 @@ fn sum_of_flexibilities(
     cross: CrossBlocks,
 ) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
     if cross == CrossBlocks::SkipVanishing
-        && let (HalfSpace(lower), HalfSpace(upper)) = (body1.equations(), body2.equations())
+        && let (Some(lower), Some(upper)) = (body1.near_field(), body2.near_field())
     {
         let green = SurfaceGreen::sum(&[lower, upper]);
-        return Ok((half_space_flexibility(&green, frame, cross)?, [false; 2]));
+        return Ok((with_far_fields(&green, [body1, body2], frame, cross)?, [false; 2]));
     }
     let own = [body1.take_flexibility(cross)?, body2.take_flexibility(cross)?];
     let rigid = [own[0].is_none(), own[1].is_none()];
@@ -141,6 +143,24 @@ fn sum_of_flexibilities(
         _ => Box::new(SumFlexibility::new(parts)),
     };
     Ok((flexibility, rigid))
+}
+
+/// The operator of two half-spaces with the far fields of those bodies that have one.
+fn with_far_fields(
+    green: &SurfaceGreen,
+    bodies: [&mut dyn ElasticBody; 2],
+    frame: &ContactFrame,
+    cross: CrossBlocks,
+) -> Result<Box<dyn Flexibility>> {
+    let far_field = |body: &&mut dyn ElasticBody| match body.equations() {
+        Hybrid(body) => Some(body.far_field().clone()),
+        _ => None,
+    };
+    let far: Vec<FarField> = bodies.iter().filter_map(far_field).collect();
+    match frame.grid {
+        Some(grid) if !far.is_empty() => corrected(green, far, (&grid, frame.places.as_deref()), cross),
+        _ => half_space_flexibility(green, frame, cross),
+    }
 }
 
 /// What summing the flexibilities leaves out: those of `rigid` bodies, one of two half-space operators where they

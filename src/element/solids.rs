@@ -16,6 +16,15 @@ macro_rules! solids {
                 }
             }
 
+            /// Values of the shape functions of a solid at the reference coordinates `xi`, `[n_nodes]`; empty for points,
+            /// lines and surfaces.
+            pub fn shape_values(self, xi: [f64; 3]) -> Vec<f64> {
+                match self {
+                    $(Self::$element => $element::values(xi).to_vec(),)*
+                    _ => Vec::new(),
+                }
+            }
+
             /// Derivatives of the shape functions of a solid by the reference coordinates at `xi`, `[n_nodes]`; empty
             /// for points, lines and surfaces.
             pub fn shape_gradients(self, xi: [f64; 3]) -> Vec<[f64; 3]> {

@@ -44,7 +44,8 @@ impl Elements<'_> {
         self.regions.stiffness(i)
     }
 
-    fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
+    /// Stiffness of the element `i`, lower triangle by rows.
+    pub fn packed_stiffness(&self, i: usize) -> Result<Vec<f64>> {
         interrupt::check()?;
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);

@@ -27,6 +27,7 @@ mod regions;
 mod rigid;
 mod solids;
 mod spec;
+mod superposition;
 mod symmetry;
 
 pub use analysis::{Analysis, flexibility_bytes};
@@ -43,4 +44,5 @@ pub(crate) use recovery::{contact_points, exposures};
 pub use regions::{Finding, Regions, check_materials};
 pub use rigid::{FreeMotions, free_motions};
 pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
+pub use superposition::{Solved, SupportForces};
 pub use symmetry::symmetry_component;

@@ -8,7 +8,7 @@ use super::cache::{CacheKey, FlexibilityCache};
 use super::condensed::{CondensedBody, Resources};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
-use super::foundation;
+use super::foundation::{self, FaceStiffness};
 use super::loads::{LoadedFace, NodalForces, add_body_force, loads};
 use super::method::Method;
 use super::regions::Regions;
@@ -45,6 +45,7 @@ pub struct FeModel {
     support_forces: Vec<f64>,
     external: NodalForces,
     loaded_faces: Vec<LoadedFace>,
+    foundations: Vec<FaceStiffness>,
     floating: Option<Floating>,
 }
 
@@ -107,6 +108,7 @@ impl FeModel {
             support_forces,
             external: loads.forces,
             loaded_faces: loads.faces,
+            foundations,
             floating,
         })
     }
@@ -314,6 +316,11 @@ impl FeModel {
     /// The faces that loads and foundations act on; one with several stands there for each.
     pub(super) fn loaded_faces(&self) -> &[LoadedFace] {
         &self.loaded_faces
+    }
+
+    /// The stiffness of the faces that stand on foundations.
+    pub(super) fn foundations(&self) -> &[FaceStiffness] {
+        &self.foundations
     }
 
     pub(super) fn floating(&self) -> Option<&Floating> {

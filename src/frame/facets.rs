@@ -4,17 +4,13 @@
 //! middle nodes into four. The facets only say which point of the face lies over which point of a cell (an error of
 //! the order of the square of the face's size where it is curved); the shape functions stay those of the whole face.
 
-use crate::element::ElementKind::{self, Quad8, Quad9, Tri3, Tri6};
-use crate::element::{self, ShapeFunctions};
+use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
 use crate::geometry::{Point, Side};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
 /// Middle nodes closer to the middle than this share of the edge are taken to lie in it.
 const STRAIGHT: f64 = 1e-9;
-
-/// Most nodes of a face.
-pub(super) const MOST_NODES: usize = 9;
 
 /// Corners of the reference triangle and square.
 const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -33,22 +29,6 @@ pub(super) struct Facet {
     pub(super) reference: Vec<[f64; 2]>,
     /// Square of its size.
     pub(super) scale: f64,
-}
-
-/// Values of the shape functions of a face at a reference point; those beyond its nodes are 0.
-pub(super) fn shape_values(kind: ElementKind, xi: [f64; 2]) -> [f64; MOST_NODES] {
-    fn fill<S: ShapeFunctions<N, 2>, const N: usize>(xi: [f64; 2]) -> [f64; MOST_NODES] {
-        let mut all = [0.0; MOST_NODES];
-        all[..N].copy_from_slice(&S::values(xi));
-        all
-    }
-    match kind {
-        Tri3 => fill::<element::Tri3, 3>(xi),
-        Tri6 => fill::<element::Tri6, 6>(xi),
-        Quad8 => fill::<element::Quad8, 8>(xi),
-        Quad9 => fill::<element::Quad9, 9>(xi),
-        _ => fill::<element::Quad4, 4>(xi),
-    }
 }
 
 /// Reference coordinates of a face's nodes, and of the middle of a quadrangle.
@@ -123,7 +103,7 @@ pub(super) fn divide(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) 
         Some(&node) => Point::from(mesh.points[node]),
         // The middle of a face without a node there.
         None => {
-            let values = shape_values(face.kind, reference[node]);
+            let values = face.kind.face_values(reference[node]);
             face.nodes.iter().zip(values).map(|(&node, n)| n * Point::from(mesh.points[node])).sum()
         }
     };
@@ -142,6 +122,7 @@ pub(super) fn divide(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::element::{self, ShapeFunctions};
 
     /// Truth: the nodes of the elements themselves.
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use super::clip::cross;
-use super::facets::{MOST_NODES, shape_values};
+use crate::element::MOST_FACE_NODES;
 use crate::element::ElementKind;
 use crate::quadrature::gauss_legendre;
 
@@ -104,7 +104,7 @@ impl PlaneFacet {
     /// points (N_j J has degree 3 in xi at most). Along straight edges F_j is a smooth function of one variable; on
     /// triangles and parallelograms a polynomial of degree 5 at most, for which three Gauss points are exact. Inner
     /// edges of neighbouring polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
-    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MOST_NODES] {
+    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MOST_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
         let mut last = self.boundary(polygon, &RULES[0]);
@@ -122,8 +122,8 @@ impl PlaneFacet {
         last
     }
 
-    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; MOST_NODES] {
-        let mut total = [0.0; MOST_NODES];
+    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; MOST_FACE_NODES] {
+        let mut total = [0.0; MOST_FACE_NODES];
         for (i, &start) in polygon.iter().enumerate() {
             let end = polygon[(i + 1) % polygon.len()];
             let along = [end[0] - start[0], end[1] - start[1]];
@@ -167,13 +167,13 @@ impl PlaneFacet {
     }
 
     /// F_j = integral of N_j J over xi from 0.
-    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MOST_NODES] {
-        let mut total = [0.0; MOST_NODES];
+    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MOST_FACE_NODES] {
+        let mut total = [0.0; MOST_FACE_NODES];
         for side in [-1.0, 1.0] {
             let own = [0.5 * xi * (1.0 + side / 3f64.sqrt()), eta];
             let [a, b] = self.tangents(own);
             let weight = 0.5 * xi * wedge(a, b);
-            let values = shape_values(self.kind, at(&self.reference, own));
+            let values = self.kind.face_values(at(&self.reference, own));
             total.iter_mut().zip(values).for_each(|(sum, n)| *sum += weight * n);
         }
         total
@@ -279,7 +279,7 @@ mod tests {
     fn parts_sum_to_the_whole() {
         for kind in [Quad8, Quad9] {
             let x = |[s, t]: [f64; 2]| [2.0 * s + 0.5 * t, 0.3 * s + t];
-            let mut sums = [0.0; MOST_NODES];
+            let mut sums = [0.0; MOST_FACE_NODES];
             for [s, t] in SIGNS {
                 let reference = SIGNS.map(|[a, b]| [0.5 * (s + a), 0.5 * (t + b)]);
                 let facet = PlaneFacet::new(kind, &reference.map(x), &reference);

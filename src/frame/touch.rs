@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::bow::edge_bows;
 use super::clip::{Polygon, area_and_centroid, cross, intersect};
 use super::cover::SpaceFaces;
-use super::facets::{MOST_NODES, is_quadratic, shape_values};
+use super::facets::is_quadratic;
 use super::shape_integrals::PlaneFacet;
 use super::{ContactFrame, Side};
-use crate::element::ElementKind;
+use crate::element::{ElementKind, MOST_FACE_NODES};
 use crate::geometry::Point;
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
@@ -50,7 +50,7 @@ struct Piece {
     polygon: Polygon,
     plane: PlaneFacet,
     kind: ElementKind,
-    heights: [f64; MOST_NODES],
+    heights: [f64; MOST_FACE_NODES],
     /// Of the middles of the edges over their chords.
     bows: [f64; 4],
 }
@@ -115,7 +115,7 @@ impl<'a> Sheet<'a> {
         let piece = |hit: super::cover::Hit| {
             let index = self.space.face_of(&hit);
             let face = &self.surface.faces[index];
-            let mut heights = [0.0; MOST_NODES];
+            let mut heights = [0.0; MOST_FACE_NODES];
             for (height, &node) in heights.iter_mut().zip(&face.nodes) {
                 *height = normal.dot(&(Point::from(self.surface.mesh.points[node]) - center));
             }
@@ -131,13 +131,13 @@ impl Piece {
         let reference = self.plane.reference_at(x);
         let sum =
             |values: &[f64], weights: &[f64]| values.iter().zip(weights).map(|(v, w)| v * w).sum::<f64>();
-        let height = sum(&self.heights, &shape_values(self.kind, reference));
+        let height = sum(&self.heights, &self.kind.face_values(reference));
         if is_quadratic(self.kind) {
             return height;
         }
         let n = self.kind.n_corners();
         let bowed = if n == 3 { ElementKind::Tri6 } else { ElementKind::Quad8 };
-        height + sum(&self.bows[..n], &shape_values(bowed, reference)[n..2 * n])
+        height + sum(&self.bows[..n], &bowed.face_values(reference)[n..2 * n])
     }
 }
 

@@ -5,6 +5,7 @@ mod assembly;
 pub mod cache;
 pub mod cell_matrix;
 mod column_counts;
+pub mod columns;
 pub mod course;
 pub mod dense;
 pub mod factor;

@@ -89,6 +89,17 @@ pub trait Flexibility: Send + Sync {
         None
     }
 
+    /// An operator of [`Self::on_grid`] with its first cell at the cell `origin` of the frame, where what it says depends on the
+    /// place.
+    fn placed(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        _origin: [usize; 2],
+        _factor: usize,
+    ) -> Arc<dyn Flexibility> {
+        smaller
+    }
+
     /// How the entries of S between cells can be had.
     fn entries(&self) -> Entries {
         Entries::None
@@ -291,6 +302,15 @@ impl Flexibility for SharedFlexibility {
 
     fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         self.0.on_grid(at_least, factor)
+    }
+
+    fn placed(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        origin: [usize; 2],
+        factor: usize,
+    ) -> Arc<dyn Flexibility> {
+        self.0.placed(smaller, origin, factor)
     }
 
     fn entries(&self) -> Entries {

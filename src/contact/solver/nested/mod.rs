@@ -183,6 +183,7 @@ impl<'p> Nested<'_, 'p, '_> {
             let first = (rectangle[axis][0] / factor).saturating_sub(spare);
             factor * first.min(self.frame[axis] / factor - cells[axis])
         });
+        let operator = self.problem.flexibility.placed(operator, origin, factor);
         Some((Window { frame: self.frame, origin, cells, factor }, Operator::Own(operator)))
     }
 

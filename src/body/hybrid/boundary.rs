@@ -1,0 +1,244 @@
+//! Loads and work of the half-space's tractions on the boundary of a body.
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::faces::FaceRules;
+use super::patch::Patch;
+use crate::bem::half_space::{PointForceField, TractionMap};
+use crate::error::Result;
+use crate::fem::{Bedding, FeModel};
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::columns::Columns;
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+
+/// Faces computed side by side before they are added up: bounds the memory of their shares.
+const BATCH: usize = 64;
+
+/// Nodes nearer to the plane of the patch than this share of its size lie in it.
+pub(super) const IN_PLANE: f64 = 1e-6;
+
+/// Point forces on a patch, and the half-space that carries them.
+pub(super) struct Forces<'a> {
+    pub patch: Patch,
+    /// The half-space's material, in the axes of the patch.
+    pub stiffness: &'a Stiffness,
+    pub field: &'a PointForceField,
+    /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Forces<'_> {
+    /// Number of columns: three for each point.
+    pub fn n_columns(&self) -> usize {
+        3 * self.points.len()
+    }
+
+    /// Vector from force `i` to a point in the axes of the patch.
+    pub fn from(&self, i: usize, local: &Point) -> Point {
+        let [x, y] = self.points[i];
+        Point::new(local.x - x, local.y - y, local.z)
+    }
+
+    /// Distance of a point from the nearest force.
+    pub fn distance(&self, x: &Point) -> f64 {
+        let local = self.patch.local(x);
+        (0..self.points.len()).map(|i| self.from(i, &local).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
+    pub fn displacements(&self, x: &Point, row: usize, out: &mut Columns) {
+        let local = self.patch.local(x);
+        for i in 0..self.points.len() {
+            let value = self.patch.axes.0 * self.field.at(&self.from(i, &local)).value;
+            put(&value, (row, i), out);
+        }
+    }
+}
+
+/// Writes a block of three rows and three columns.
+fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut Columns) {
+    let n = out.n_rows();
+    for k in 0..3 {
+        let first = (3 * force + k) * n + 3 * row;
+        out.values_mut()[first..first + 3].copy_from_slice(block.column(k).as_slice());
+    }
+}
+
+/// A face off the plane of the patch.
+struct BoundaryFace {
+    face: SurfaceFace,
+    /// Components that all of its nodes have prescribed.
+    held: [bool; 3],
+    bedding: Option<Bedding>,
+}
+
+/// What the tractions of the half-space do on the boundary.
+pub(super) struct BoundaryTerms {
+    /// Forces on all dofs of the mesh, -∫ N t, N per unit force, `[3 n_points, n_columns]`.
+    pub loads: Columns,
+    /// -∫ u·t over what is free + ∫ t·u over what is held, first factor by the force of the row, mm/N,
+    /// `[n_columns, n_columns]`.
+    pub work: Columns,
+    /// Largest defect of the balance of tractions and force.
+    pub imbalance: f64,
+    /// Number of quadrature points.
+    pub n_points: usize,
+}
+
+/// Whether all nodes of a face lie in the plane of the patch.
+pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
+    let height = |node: &usize| patch.local(&mesh.points[*node].into()).z.abs();
+    face.nodes.iter().all(|node| height(node) <= IN_PLANE * patch.size())
+}
+
+/// The faces of the body that the half-space's tractions act on.
+fn loaded_faces(model: &FeModel, patch: &Patch) -> Vec<BoundaryFace> {
+    let mesh = model.mesh();
+    let bedded: Vec<_> = model.bedded_faces().collect();
+    let outer = outer_faces(mesh).into_iter().filter(|face| !in_plane(mesh, face, patch));
+    let faces = outer.map(|face| {
+        let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed(node, c).is_some()));
+        let own = |(owner, local, _): &&_| (*owner, *local) == (face.owner, face.local_face);
+        let bedding = bedded.iter().find(own).map(|(_, _, bedding)| *bedding);
+        BoundaryFace { face, held, bedding }
+    });
+    faces.collect()
+}
+
+impl BoundaryTerms {
+    /// Integrates over the boundary, faces divided into parts of at most `ratio` times their distance from the forces.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(model: &FeModel, forces: &Forces, ratio: f64) -> Result<Self> {
+        let faces = loaded_faces(model, &forces.patch);
+        let n = forces.n_columns();
+        let n_rows = 3 * model.mesh().n_points();
+        let mut terms = Self {
+            loads: Columns::zeros(n_rows, n)?,
+            work: Columns::zeros(n, n)?,
+            imbalance: 0.0,
+            n_points: 0,
+        };
+        let mut flux = vec![Matrix3::identity(); forces.points.len()];
+        let rules = FaceRules::new();
+        for batch in faces.chunks(BATCH) {
+            interrupt::check()?;
+            let shares: Vec<Result<Share>> = batch
+                .par_iter()
+                .map(|face| Share::new(model.mesh(), face, forces, (&rules, ratio)))
+                .collect();
+            for (face, share) in batch.iter().zip(shares) {
+                terms.add(&face.face, &share?, &mut flux);
+            }
+        }
+        terms.imbalance = flux.iter().map(Matrix3::amax).fold(0.0, f64::max);
+        Ok(terms)
+    }
+
+    fn add(&mut self, face: &SurfaceFace, share: &Share, flux: &mut [Matrix3<f64>]) {
+        self.work.add(1.0, &share.work);
+        self.n_points += share.n_points;
+        flux.iter_mut().zip(&share.flux).for_each(|(sum, part)| *sum += part);
+        let n_rows = self.loads.n_rows();
+        for (column, part) in self.loads.values_mut().chunks_exact_mut(n_rows).zip(
+            share.loads.chunks_exact(3 * face.nodes.len()),
+        ) {
+            for (&node, part) in face.nodes.iter().zip(part.chunks_exact(3)) {
+                (0..3).for_each(|c| column[3 * node + c] += part[c]);
+            }
+        }
+    }
+}
+
+/// What one face adds.
+struct Share {
+    /// `[n_columns][3 n_nodes]`.
+    loads: Vec<f64>,
+    work: Columns,
+    /// Force of the tractions, axes of the patch, `[n]`.
+    flux: Vec<Matrix3<f64>>,
+    n_points: usize,
+}
+
+impl Share {
+    fn new(
+        mesh: &Mesh,
+        BoundaryFace { face, held, bedding }: &BoundaryFace,
+        forces: &Forces,
+        (rules, ratio): (&FaceRules, f64),
+    ) -> Result<Self> {
+        let points = rules.points(mesh, face, &|x| forces.distance(x), ratio);
+        let (n, n_rows, n_nodes) = (forces.n_columns(), 3 * points.len(), face.nodes.len());
+        let axes = forces.patch.axes.0;
+        let mut displacements = Columns::zeros(n_rows, n)?;
+        // Times the weights.
+        let mut tractions = Columns::zeros(n_rows, n)?;
+        let mut flux = vec![Matrix3::zeros(); forces.points.len()];
+        let mut loads = vec![0.0; n * 3 * n_nodes];
+        let flat = points.windows(2).all(|pair| pair[0].area.cross(&pair[1].area).norm() == 0.0);
+        let map_of = |area: &Point| TractionMap::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
+        let common = points.first().filter(|_| flat).map(|point| map_of(&point.area));
+        for (p, point) in points.iter().enumerate() {
+            let local = forces.patch.local(&point.at);
+            let weight = point.area.norm();
+            let own;
+            let map = match &common {
+                Some(map) => map,
+                None => {
+                    own = map_of(&point.area);
+                    &own
+                }
+            };
+            for (i, flux) in flux.iter_mut().enumerate() {
+                let field = forces.field.at(&forces.from(i, &local));
+                let traction = map.of(&field) * weight;
+                *flux += traction;
+                let (value, mut traction) = (axes * field.value, axes * traction);
+                if let Some(bedding) = bedding {
+                    traction += bed(*bedding, &point.area) * value;
+                }
+                put(&value, (p, i), &mut displacements);
+                put(&traction, (p, i), &mut tractions);
+                for column in 0..3 {
+                    let load = &mut loads[(3 * i + column) * 3 * n_nodes..][..3 * n_nodes];
+                    for (load, value) in load.chunks_exact_mut(3).zip(&point.values) {
+                        for c in (0..3).filter(|&c| !held[c]) {
+                            load[c] -= value * traction[(c, column)];
+                        }
+                    }
+                }
+            }
+        }
+        let mut work = Columns::zeros(n, n)?;
+        let part = |keep: bool| -> Columns {
+            let mut part = tractions.clone();
+            let dropped = |row: usize| held[row % 3] != keep;
+            part.values_mut()
+                .iter_mut()
+                .enumerate()
+                .filter(|(k, _)| dropped(k % n_rows))
+                .for_each(|(_, value)| *value = 0.0);
+            part
+        };
+        if held.contains(&false) {
+            work.add_transposed_product(-1.0, &displacements, &part(false));
+        }
+        if held.contains(&true) {
+            work.add_transposed_product(1.0, &part(true), &displacements);
+        }
+        Ok(Self { loads, work, flux, n_points: points.len() })
+    }
+}
+
+/// Traction of a foundation per displacement, times the area, against it.
+fn bed(bedding: Bedding, area: &Point) -> Matrix3<f64> {
+    match bedding {
+        Bedding::Normal(k) => area * area.transpose() * (k / area.norm()),
+        Bedding::Components(k) => Matrix3::from_diagonal(&Point::from(k)) * area.norm(),
+    }
+}

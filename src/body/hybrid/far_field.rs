@@ -1,0 +1,231 @@
+//! The correction of a body as the frame sees it: a polynomial in the places of force and displacement.
+
+use super::patch::Patch;
+use super::sources::Chebyshev;
+use crate::geometry::Side;
+use crate::linalg::columns::Columns;
+use crate::quadrature::gauss_legendre;
+
+/// Gap by tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FarField {
+    /// Nodes along x and y of the patch.
+    nodes: [Chebyshev; 2],
+    /// Whether y of the patch is -y of the frame.
+    turned: bool,
+    /// Gap by forces at the nodes, mm/N, components by planes: component c at node (a, b) stands at (c m_x + a) m_y + b;
+    /// `[3 m_x m_y]²`.
+    matrix: Vec<f64>,
+}
+
+/// The polynomials of a far field on the cells of a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OnGrid {
+    /// Cells along x and y.
+    pub cells: [usize; 2],
+    /// Means of the polynomials in x over the cells, `[cells, m_x]`, and of those in y, `[m_y, cells]`.
+    x: Vec<f64>,
+    y: Vec<f64>,
+    m: [usize; 2],
+    /// Area of a cell, mm2.
+    pub area: f64,
+}
+
+/// Values at the nodes, and rows in between, of one product.
+pub(super) struct Work {
+    rows: Vec<f64>,
+    forces: Vec<f64>,
+    gaps: Vec<f64>,
+}
+
+impl FarField {
+    /// Of the correction `matrix` between forces at the nodes `[m_x, m_y]` of the patch on the body at `side` of the frame; force
+    /// i = a m_y + b acts at node a along x and b along y.
+    pub(super) fn new(matrix: &Columns, m: [usize; 2], patch: &Patch, side: Side) -> Self {
+        let turned = side == Side::Upper;
+        let sign = |c: usize| if turned && c > 0 { -1.0 } else { 1.0 };
+        let n = m[0] * m[1];
+        let mut planes = vec![0.0; 9 * n * n];
+        for column in 0..3 * n {
+            for row in 0..3 * n {
+                let at = |k: usize| (k % 3) * n + k / 3;
+                planes[at(row) * 3 * n + at(column)] = sign(row % 3) * sign(column % 3) * matrix.at(row, column);
+            }
+        }
+        let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
+        Self { nodes, turned, matrix: planes }
+    }
+
+    /// Number of nodes along x and y.
+    pub fn m(&self) -> [usize; 2] {
+        [0, 1].map(|axis| self.nodes[axis].nodes().len())
+    }
+
+    /// On `cells` of a grid with sides `spacing`, the first of which begins at `first` from the middle of the patch, axes of the
+    /// frame.
+    pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> OnGrid {
+        let m = self.m();
+        let [x, y] = [0, 1].map(|axis| {
+            let turned = axis == 1 && self.turned;
+            self.nodes[axis].means(cells[axis], spacing[axis], first[axis], turned)
+        });
+        let n = cells[1];
+        let by_node = (0..m[1] * n).map(|k| y[(k % n) * m[1] + k / n]).collect();
+        OnGrid { cells, x, y: by_node, m, area: spacing[0] * spacing[1] }
+    }
+
+    /// All entries by rows.
+    pub(super) fn entries(&self) -> &[f64] {
+        &self.matrix
+    }
+
+    /// Gaps at the nodes by forces there, both by planes, for the components `planes`.
+    fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
+        let [mx, my] = self.m();
+        let (n, first) = (mx * my, planes.start * mx * my);
+        let size = planes.len() * n;
+        for (row, gap) in gaps[..size].iter_mut().enumerate() {
+            let entries = &self.matrix[(first + row) * 3 * n + first..][..size];
+            *gap = entries.iter().zip(&forces[..size]).map(|(entry, force)| entry * force).sum();
+        }
+    }
+
+    /// Entry between components `a` and `b` of two nodes, mm/N.
+    fn entry(&self, (a, i): (usize, usize), (b, j): (usize, usize)) -> f64 {
+        let n = self.m()[0] * self.m()[1];
+        self.matrix[(a * n + i) * 3 * n + b * n + j]
+    }
+}
+
+impl Chebyshev {
+    /// Means of the Lagrange polynomials over cells in a row, `[cells, m]`; `turned`: of their values at -x.
+    pub(super) fn means(&self, cells: usize, spacing: f64, first: f64, turned: bool) -> Vec<f64> {
+        let m = self.nodes().len();
+        let rule = gauss_legendre(m / 2 + 1);
+        let mut means = vec![0.0; cells * m];
+        let mut values = vec![0.0; m];
+        for (cell, means) in means.chunks_exact_mut(m).enumerate() {
+            for &(xi, weight) in &rule {
+                let x = first + spacing * (cell as f64 + 0.5 + 0.5 * xi);
+                self.lagrange(if turned { -x } else { x }, &mut values);
+                means.iter_mut().zip(&values).for_each(|(mean, value)| *mean += 0.5 * weight * value);
+            }
+        }
+        means
+    }
+}
+
+impl Work {
+    pub fn new(grid: &OnGrid) -> Self {
+        let n = 3 * grid.m[0] * grid.m[1];
+        Self { rows: vec![0.0; grid.cells[0] * grid.m[1]], forces: vec![0.0; n], gaps: vec![0.0; n] }
+    }
+}
+
+impl OnGrid {
+    /// Adds the gaps by tractions, both by planes of the components `planes`.
+    pub fn add_product(
+        &self,
+        field: &FarField,
+        planes: std::ops::Range<usize>,
+        (tractions, gap): (&[f64], &mut [f64]),
+        work: &mut Work,
+    ) {
+        let n = self.m[0] * self.m[1];
+        let cells = self.cells[0] * self.cells[1];
+        for (plane, forces) in tractions.chunks_exact(cells).zip(work.forces.chunks_exact_mut(n)) {
+            self.gather(plane, &mut work.rows, forces);
+        }
+        field.multiply(planes, &work.forces, &mut work.gaps);
+        for (plane, gaps) in gap.chunks_exact_mut(cells).zip(work.gaps.chunks_exact(n)) {
+            self.scatter(gaps, &mut work.rows, plane);
+        }
+    }
+
+    /// Forces at the nodes of the tractions of one component.
+    fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
+        let [mx, my] = self.m;
+        let ny = self.cells[1];
+        for (row, sums) in plane.chunks_exact(ny).zip(rows.chunks_exact_mut(my)) {
+            for (sum, y) in sums.iter_mut().zip(self.y.chunks_exact(ny)) {
+                *sum = dot(row, y);
+            }
+        }
+        forces.fill(0.0);
+        for (sums, x) in rows.chunks_exact(my).zip(self.x.chunks_exact(mx)) {
+            for (forces, x) in forces.chunks_exact_mut(my).zip(x) {
+                forces.iter_mut().zip(sums).for_each(|(force, sum)| *force += self.area * x * sum);
+            }
+        }
+    }
+
+    /// Adds the gaps at the nodes to those of the cells of one component.
+    fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
+        let [mx, my] = self.m;
+        let ny = self.cells[1];
+        for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
+            row.fill(0.0);
+            for (gaps, x) in gaps.chunks_exact(my).zip(x) {
+                row.iter_mut().zip(gaps).for_each(|(value, gap)| *value += x * gap);
+            }
+        }
+        for (row, plane) in rows.chunks_exact(my).zip(plane.chunks_exact_mut(ny)) {
+            for (value, y) in row.iter().zip(self.y.chunks_exact(ny)) {
+                plane.iter_mut().zip(y).for_each(|(gap, y)| *gap += value * y);
+            }
+        }
+    }
+
+    /// Means of the polynomials over a cell, node by node, `[m_x m_y]`.
+    pub fn at(&self, cell: usize) -> Vec<f64> {
+        let ([mx, my], ny) = (self.m, self.cells[1]);
+        let (ix, iy) = (cell / ny, cell % ny);
+        (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
+    }
+
+    /// Gap of one cell by tractions on another, for polynomials of [`Self::at`].
+    pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
+        nalgebra::Matrix3::from_fn(|a, b| {
+            let row = |i: usize| from.iter().enumerate().map(|(j, v)| field.entry((a, i), (b, j)) * v).sum::<f64>();
+            to.iter().enumerate().map(|(i, value)| value * row(i)).sum::<f64>() * self.area
+        })
+    }
+
+    /// Adds the block of each cell on itself.
+    pub fn add_diagonal(&self, field: &FarField, blocks: &mut [nalgebra::Matrix3<f64>]) {
+        let ([mx, my], [nx, ny]) = (self.m, self.cells);
+        let mut along = vec![nalgebra::Matrix3::<f64>::zeros(); mx * mx];
+        for iy in 0..ny {
+            // Σ over the nodes in y first.
+            for (k, sum) in along.iter_mut().enumerate() {
+                let (a, c) = (k / mx, k % mx);
+                *sum = nalgebra::Matrix3::from_fn(|i, j| {
+                    let pairs = (0..my * my).map(|l| (l / my, l % my));
+                    let term = |(b, d): (usize, usize)| {
+                        self.y[b * ny + iy] * self.y[d * ny + iy] * field.entry((i, a * my + b), (j, c * my + d))
+                    };
+                    pairs.map(term).sum()
+                });
+            }
+            for ix in 0..nx {
+                let x = &self.x[ix * mx..(ix + 1) * mx];
+                let block = &mut blocks[ix * ny + iy];
+                for (k, sum) in along.iter().enumerate() {
+                    *block += sum * (self.area * x[k / mx] * x[k % mx]);
+                }
+            }
+        }
+    }
+}
+
+/// Σ a b in eight lanes, which are added in a fixed order.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (whole, rest) = (a.chunks_exact(8), a.chunks_exact(8).remainder());
+    for (a, b) in whole.zip(b.chunks_exact(8)) {
+        (0..8).for_each(|k| lanes[k] += a[k] * b[k]);
+    }
+    let tail = &b[b.len() - rest.len()..];
+    let rest: f64 = rest.iter().zip(tail).map(|(a, b)| a * b).sum();
+    lanes.iter().sum::<f64>() + rest
+}

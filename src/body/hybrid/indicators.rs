@@ -1,0 +1,172 @@
+//! What a correction says of its own quality.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::correction::Correction;
+use super::far_field::FarField;
+use super::patch::Patch;
+use super::sources::Chebyshev;
+use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
+use crate::error::Result;
+use crate::geometry::Side;
+use crate::linalg::columns::Columns;
+use crate::linalg::operator::Flexibility;
+
+/// Cells along each side of the patch that the half-space is compared on.
+const CELLS: usize = 24;
+
+/// Limits beyond which a correction is not used.
+pub const MOST_IMBALANCE: f64 = 1e-4;
+/// Of the terms of the boundary.
+pub const MOST_ASYMMETRY: f64 = 1e-3;
+/// Of the mean displacement.
+pub const MOST_DIFFERENCE: f64 = 0.05;
+/// Share of the highest polynomials in the operator.
+pub const MOST_TAIL: f64 = 1e-3;
+
+/// How good a correction is, all without anything to compare it with.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Indicators {
+    /// Nodes along x and y of the frame.
+    pub nodes: [usize; 2],
+    /// Defect of the balance of the half-space's tractions on the boundary and the unit force.
+    pub imbalance: f64,
+    /// Asymmetry of the terms of the boundary.
+    pub asymmetry: f64,
+    /// Change of the mean displacement under uniform tractions, between Betti's evaluation and that at the nodes of the mesh:
+    /// the size of the error of the latter.
+    pub direct_difference: f64,
+    /// Share of the polynomials of highest degree in the operator.
+    pub tail: f64,
+    /// Norm of the correction over that of the half-space's operator.
+    pub share: f64,
+    /// Least eigenvalue of the operator over that of the half-space, on smooth tractions; must be positive.
+    pub least_eigenvalue: f64,
+}
+
+impl Indicators {
+    pub(super) fn new(
+        correction: &Correction,
+        direct: &Columns,
+        (patch, m): (&Patch, [usize; 2]),
+        green: &SurfaceGreen,
+    ) -> Result<Self> {
+        let n = 3 * m[0] * m[1];
+        // The lower side: everything is in the axes of the patch.
+        let dense = |columns: &Columns| {
+            let far = FarField::new(columns, m, patch, Side::Lower);
+            DMatrix::from_row_slice(n, n, far.entries())
+        };
+        let (dual, direct) = (dense(&correction.matrix), dense(direct));
+        let spacing = patch.half_width.map(|half| 2.0 * half / CELLS as f64);
+        let operator = FftFlexibility::new([CELLS; 2], spacing, green, CrossBlocks::Keep)?;
+        let (near, mass) = on_polynomials(&operator, patch, m, spacing);
+        let far = &mass * &dual * &mass;
+        let change = &mass * (&direct - &dual) * &mass;
+        let sum = &near + &far;
+        let uniform = |c: usize| DVector::from_fn(n, |k, _| if k / (n / 3) == c { 1.0 } else { 0.0 });
+        let energy = |matrix: &DMatrix<f64>, c: usize| uniform(c).dot(&(matrix * uniform(c)));
+        let differences = (0..3).map(|c| (energy(&change, c) / energy(&sum, c)).abs());
+        let share = far.norm() / near.norm();
+        Ok(Self {
+            nodes: m,
+            imbalance: correction.imbalance,
+            asymmetry: correction.asymmetry,
+            direct_difference: differences.fold(0.0, f64::max),
+            tail: share * tail(&dual, m),
+            share,
+            least_eigenvalue: least_eigenvalue(near, &far),
+        })
+    }
+
+    /// Why the correction must not be used; `None` if nothing speaks against it.
+    pub fn objection(&self) -> Option<String> {
+        let above = |what: &str, value: f64, most: f64| {
+            // What is no number is above anything.
+            (!(value <= most)).then(|| format!("{what} is {value:.1e}, at most {most:.0e} is allowed"))
+        };
+        above("the imbalance of the half-space's tractions on the boundary", self.imbalance, MOST_IMBALANCE)
+            .or_else(|| above("the asymmetry of the correction", self.asymmetry, MOST_ASYMMETRY))
+            .or_else(|| {
+                above("the difference of the two evaluations of the correction", self.direct_difference, MOST_DIFFERENCE)
+            })
+            .or_else(|| above("the share of the highest polynomials", self.tail, MOST_TAIL))
+            .or_else(|| {
+                (!(self.least_eigenvalue > 0.0)).then(|| {
+                    format!("the operator is not positive definite (least eigenvalue {:.1e})", self.least_eigenvalue)
+                })
+            })
+    }
+}
+
+/// Φᵀ A S Φ of the half-space and Φᵀ A Φ, components by planes.
+fn on_polynomials(
+    operator: &FftFlexibility,
+    patch: &Patch,
+    m: [usize; 2],
+    spacing: [f64; 2],
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let cells = CELLS * CELLS;
+    let nodes = m[0] * m[1];
+    let [x, y] = [0, 1].map(|axis| {
+        let nodes = Chebyshev::new(m[axis], patch.half_width[axis]);
+        nodes.means(CELLS, spacing[axis], -patch.half_width[axis], false)
+    });
+    let polynomial = |k: usize| -> Vec<f64> {
+        let (a, b) = (k / m[1], k % m[1]);
+        (0..cells).map(|cell| x[cell / CELLS * m[0] + a] * y[cell % CELLS * m[1] + b]).collect()
+    };
+    let polynomials: Vec<Vec<f64>> = (0..nodes).map(polynomial).collect();
+    let area = spacing[0] * spacing[1];
+    let product = |a: &[f64], b: &[f64]| area * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (mut near, mut mass) = (DMatrix::zeros(3 * nodes, 3 * nodes), DMatrix::zeros(3 * nodes, 3 * nodes));
+    let (mut traction, mut gap) = (vec![0.0; 3 * cells], vec![0.0; 3 * cells]);
+    for column in 0..3 * nodes {
+        let (plane, k) = (column / nodes, column % nodes);
+        traction.fill(0.0);
+        traction[plane * cells..(plane + 1) * cells].copy_from_slice(&polynomials[k]);
+        operator.apply(&traction, &mut gap);
+        for row in 0..3 * nodes {
+            let (other, i) = (row / nodes, row % nodes);
+            near[(row, column)] = product(&polynomials[i], &gap[other * cells..(other + 1) * cells]);
+            if other == plane {
+                mass[(row, column)] = product(&polynomials[i], &polynomials[k]);
+            }
+        }
+    }
+    ((&near + near.transpose()) * 0.5, mass)
+}
+
+/// Norm of the Chebyshev coefficients of the highest degree, in any of the four variables, over that of all.
+fn tail(matrix: &DMatrix<f64>, m: [usize; 2]) -> f64 {
+    let [x, y] = m.map(Chebyshev::coefficients);
+    let nodes = m[0] * m[1];
+    // Coefficient by node, one component.
+    let single = DMatrix::from_fn(nodes, nodes, |degree, node| {
+        x[degree / m[1]][node / m[1]] * y[degree % m[1]][node % m[1]]
+    });
+    let highest = |k: usize| k / m[1] + 1 == m[0] || k % m[1] + 1 == m[1];
+    let (mut last, mut all) = (0.0, 0.0);
+    for a in 0..3 {
+        for b in 0..3 {
+            let block = matrix.view((a * nodes, b * nodes), (nodes, nodes));
+            let coefficients = &single * block * single.transpose();
+            for (k, value) in coefficients.iter().enumerate() {
+                all += value * value;
+                if highest(k % nodes) || highest(k / nodes) {
+                    last += value * value;
+                }
+            }
+        }
+    }
+    (last / all).sqrt()
+}
+
+/// Least λ with (near + far) v = λ near v.
+fn least_eigenvalue(near: DMatrix<f64>, far: &DMatrix<f64>) -> f64 {
+    let Some(cholesky) = near.cholesky() else { return f64::NAN };
+    let lower = cholesky.l();
+    let Some(left) = lower.solve_lower_triangular(far) else { return f64::NAN };
+    let Some(both) = lower.solve_lower_triangular(&left.transpose()) else { return f64::NAN };
+    1.0 + ((&both + both.transpose()) * 0.5).symmetric_eigenvalues().min()
+}

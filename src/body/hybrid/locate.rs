@@ -1,0 +1,93 @@
+//! The face of the patch under a point, and its shape functions there.
+
+use super::boundary::in_plane;
+use super::patch::Patch;
+use crate::error::{Error, Result};
+use crate::geometry::{Point, number};
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+
+/// Newton steps of the map back to the reference face, at most.
+const MOST_STEPS: usize = 30;
+
+/// How far outside of a face in reference coordinates a point still lies on it.
+const BORDER: f64 = 1e-7;
+
+/// The faces in the plane of a patch.
+pub(super) struct Locator<'a> {
+    mesh: &'a Mesh,
+    patch: &'a Patch,
+    faces: Vec<SurfaceFace>,
+}
+
+impl<'a> Locator<'a> {
+    pub fn new(mesh: &'a Mesh, patch: &'a Patch) -> Self {
+        let faces = outer_faces(mesh).into_iter().filter(|face| in_plane(mesh, face, patch)).collect();
+        Self { mesh, patch, faces }
+    }
+
+    /// Nodes and weights of the displacement at a point of the patch.
+    ///
+    /// # Errors
+    /// If no face lies there.
+    pub fn weights(&self, at: [f64; 2]) -> Result<Vec<(usize, f64)>> {
+        for face in &self.faces {
+            let corners: Vec<Point> = face.nodes.iter().map(|&node| self.local(node)).collect();
+            let inside = |axis: usize| {
+                let values = corners.iter().map(|corner| corner[axis]);
+                let (low, high) =
+                    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                let border = 0.1 * (high - low);
+                (low - border..=high + border).contains(&at[axis])
+            };
+            if inside(0)
+                && inside(1)
+                && let Some(xi) = reference(face, &corners, at)
+            {
+                let values = face.kind.face_values(xi);
+                return Ok(face.nodes.iter().copied().zip(values).collect());
+            }
+        }
+        Err(Error::input(format!(
+            "no face of the mesh lies at ({}, {}) of the patch",
+            number(at[0]),
+            number(at[1])
+        )))
+    }
+
+    fn local(&self, node: usize) -> Point {
+        self.patch.local(&self.mesh.points[node].into())
+    }
+}
+
+/// Reference coordinates of a point in the plane of a face; `None` if it lies outside.
+fn reference(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
+    let triangle = face.kind.n_corners() == 3;
+    let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
+    for _ in 0..MOST_STEPS {
+        let (values, gradients) = (face.kind.face_values(xi), face.kind.face_gradients(xi));
+        let sum = |weight: &dyn Fn(usize) -> f64, axis: usize| -> f64 {
+            nodes.iter().enumerate().map(|(a, node)| weight(a) * node[axis]).sum()
+        };
+        let off = [0, 1].map(|axis| at[axis] - sum(&|a| values[a], axis));
+        let slope = [0, 1].map(|axis| [0, 1].map(|d| sum(&|a| gradients[a][d], axis)));
+        let determinant = slope[0][0] * slope[1][1] - slope[0][1] * slope[1][0];
+        let step = [
+            (off[0] * slope[1][1] - off[1] * slope[0][1]) / determinant,
+            (off[1] * slope[0][0] - off[0] * slope[1][0]) / determinant,
+        ];
+        if !step.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        (0..2).for_each(|k| xi[k] += step[k]);
+        if step.iter().all(|value| value.abs() < 1e-13) {
+            break;
+        }
+    }
+    let inside = if triangle {
+        xi[0] >= -BORDER && xi[1] >= -BORDER && xi[0] + xi[1] <= 1.0 + BORDER
+    } else {
+        xi.iter().all(|x| x.abs() <= 1.0 + BORDER)
+    };
+    inside.then_some(xi)
+}

@@ -1,0 +1,21 @@
+//! Finite bodies at the resolution of a half-space: its operator on the frame, and what the finite body lacks of it by finite
+//! elements.
+
+mod boundary;
+mod body;
+pub mod correction;
+pub mod far_field;
+mod faces;
+pub mod indicators;
+mod locate;
+pub mod operator;
+mod patch;
+mod site;
+mod sources;
+
+pub use body::HybridBody;
+pub use correction::Correction;
+pub use far_field::FarField;
+pub use indicators::Indicators;
+pub use patch::Patch;
+pub use site::{Site, Unsuited};

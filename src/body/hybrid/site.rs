@@ -1,0 +1,165 @@
+//! Whether a body has a place for a half-space under the frame, and what half-space that is.
+
+use super::boundary::{IN_PLANE, in_plane};
+use super::patch::Patch;
+use crate::error::Result;
+use crate::fem::{FeSpec, Regions, free_motions};
+use crate::frame::{ContactFrame, Side};
+use crate::geometry::{Point, Triad, number};
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+
+/// Distance from the patch to what bounds the body otherwise, over the shorter of half its sides, at least: nearer than that the
+/// correction has a peak at the rim that a few polynomials do not have.
+pub const LEAST_DISTANCE: f64 = 0.3;
+
+/// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
+const SAME: f64 = 1e-9;
+
+/// The half-space under the frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// The rectangle of the frame on the body.
+    pub patch: Patch,
+    /// Stiffness in global axes.
+    pub stiffness: Stiffness,
+    /// Whether it is the same in all directions.
+    pub isotropic: bool,
+    /// Distance from the patch to the rest of the boundary, mm.
+    pub distance: f64,
+}
+
+/// Why a body has none.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unsuited(pub String);
+
+impl Site {
+    /// The site of a body at `side` of `frame`, whose contact faces are the group `contact`; or why there is none.
+    ///
+    /// # Errors
+    /// If a group is missing, or the body is not sound.
+    pub fn find(
+        spec: &FeSpec,
+        contact: &str,
+        side: Side,
+        frame: &ContactFrame,
+    ) -> Result<std::result::Result<Self, Unsuited>> {
+        let unsuited = |why: &str| Ok(Err(Unsuited(why.to_owned())));
+        let Some(grid) = frame.grid else {
+            return unsuited("the cells of the frame are faces or nodes of a mesh (frame.kind = \"grid\" has those of a half-space)");
+        };
+        if grid.periodic != [false; 2] {
+            return unsuited("the frame repeats itself");
+        }
+        if free_motions(spec)?.is_some() {
+            return unsuited("the body floats");
+        }
+        let mesh = &spec.mesh;
+        let faces = group_faces(mesh, contact)?;
+        let half_width = grid.half_width();
+        let triad = Triad::horizontal(grid.azimuth);
+        let middle = Point::new(grid.center[0], grid.center[1], 0.0);
+        let level = Patch::under(&triad, side, middle, half_width);
+        let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
+        let heights = under.iter().flat_map(|face| face.nodes.iter().map(|&node| mesh.points[node][2]));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let tolerance = IN_PLANE * level.size();
+        if !low.is_finite() {
+            return unsuited("no face of the contact group lies under the frame");
+        }
+        if high - low > tolerance {
+            return Ok(Err(Unsuited(format!(
+                "its surface is not plane under the frame (heights differ by {})",
+                number(high - low)
+            ))));
+        }
+        let patch = Patch { middle: Point::new(middle.x, middle.y, 0.5 * (low + high)), ..level };
+        if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
+            return unsuited("the body rises above the plane of its contact");
+        }
+        let distance = distance(spec, &patch)?;
+        let least = LEAST_DISTANCE * half_width[0].min(half_width[1]);
+        if distance < least {
+            return Ok(Err(Unsuited(format!(
+                "an edge of the body, or a support, is {} from the frame; at least {LEAST_DISTANCE} of half its side, {}, are \
+                 needed",
+                number(distance),
+                number(least)
+            ))));
+        }
+        if let Some(why) = supports(spec, &patch)? {
+            return unsuited(why);
+        }
+        let regions = Regions::new(spec)?;
+        let owner = under[0].owner;
+        let own = regions.element(owner).map_or(0, |element| element);
+        let stiffness = regions.stiffness(own);
+        let differs = |i: usize| (regions.stiffness(i) - stiffness).amax() > SAME * stiffness.amax();
+        if (0..regions.n_elements()).any(differs) {
+            return unsuited("its material is not the same everywhere");
+        }
+        let stiffness = Stiffness::from_voigt(stiffness)?;
+        let isotropic = is_isotropic(&stiffness);
+        Ok(Ok(Self { patch, stiffness, isotropic, distance }))
+    }
+}
+
+/// Whether some part of a face may lie under the rectangle.
+fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
+    (0..2).all(|axis| {
+        let along = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())[axis]);
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let border = 1e-9 * patch.half_width[axis];
+        low < patch.half_width[axis] - border && high > border - patch.half_width[axis]
+    })
+}
+
+/// Distance from the patch to the faces out of its plane and to the nodes that are held.
+fn distance(spec: &FeSpec, patch: &Patch) -> Result<f64> {
+    let mesh = &spec.mesh;
+    let mut least = f64::INFINITY;
+    let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
+    for face in outer_faces(mesh).iter().filter(|face| !in_plane(mesh, face, patch)) {
+        let n = face.kind.n_corners();
+        for i in 0..n {
+            let [a, b] = [i, (i + 1) % n].map(|corner| Point::from(mesh.points[face.nodes[corner]]));
+            // Along each edge.
+            (0..=8).for_each(|k| look(&a.lerp(&b, f64::from(k) / 8.0)));
+        }
+    }
+    for support in &spec.supports {
+        for node in mesh.group_nodes(&support.group)? {
+            look(&mesh.points[node].into());
+        }
+    }
+    Ok(least)
+}
+
+/// What is wrong with the supports.
+fn supports(spec: &FeSpec, patch: &Patch) -> Result<Option<&'static str>> {
+    let mesh = &spec.mesh;
+    let mut outside = vec![false; mesh.n_points()];
+    outer_faces(mesh).iter().for_each(|face| face.nodes.iter().for_each(|&node| outside[node] = true));
+    for support in &spec.supports {
+        if mesh.group_nodes(&support.group)?.iter().any(|&node| !outside[node]) {
+            return Ok(Some("a support holds nodes inside the body"));
+        }
+    }
+    for foundation in &spec.foundations {
+        if group_faces(mesh, &foundation.group)?.iter().any(|face| in_plane(mesh, face, patch)) {
+            return Ok(Some("a foundation lies in the plane of the contact"));
+        }
+    }
+    Ok(None)
+}
+
+fn is_isotropic(stiffness: &Stiffness) -> bool {
+    let c = stiffness.voigt();
+    let (lambda, mu) = (c[(0, 1)], c[(3, 3)]);
+    let wanted = nalgebra::Matrix6::from_fn(|i, j| {
+        let axial = if i < 3 && j < 3 { lambda } else { 0.0 };
+        axial + if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }
+    });
+    (c - wanted).amax() <= SAME * c.amax()
+}

@@ -1,0 +1,41 @@
+//! The shape functions of the faces of solids, by kind.
+
+use super::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
+
+/// Most nodes of a face.
+pub const MOST_FACE_NODES: usize = 9;
+
+macro_rules! surfaces {
+    ($($element:ident, $n:literal;)*) => {
+        impl ElementKind {
+            /// Values of the shape functions of a surface at the reference point `xi`; those beyond its nodes, and those of
+            /// kinds that are no surfaces, are 0.
+            pub fn face_values(self, xi: [f64; 2]) -> [f64; MOST_FACE_NODES] {
+                let mut all = [0.0; MOST_FACE_NODES];
+                match self {
+                    $(Self::$element => all[..$n].copy_from_slice(&$element::values(xi)),)*
+                    _ => {}
+                }
+                all
+            }
+
+            /// Their derivatives by the reference coordinates.
+            pub fn face_gradients(self, xi: [f64; 2]) -> [[f64; 2]; MOST_FACE_NODES] {
+                let mut all = [[0.0; 2]; MOST_FACE_NODES];
+                match self {
+                    $(Self::$element => all[..$n].copy_from_slice(&$element::gradients(xi)),)*
+                    _ => {}
+                }
+                all
+            }
+        }
+    };
+}
+
+surfaces! {
+    Tri3, 3;
+    Tri6, 6;
+    Quad4, 4;
+    Quad8, 8;
+    Quad9, 9;
+}

@@ -1,0 +1,120 @@
+//! Many displacement fields of one body at a time: forces of prescribed displacements and solutions for given forces, for
+//! fields that are superposed on a known one.
+
+use super::loads::FaceLoad;
+use super::method::Method;
+use super::model::FeModel;
+use super::spec::Bedding;
+use crate::error::{Context, Result};
+use crate::linalg::dense::zeroed;
+use crate::linalg::factor::SymmetricFactor;
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::two_level::TwoLevelSolver;
+use crate::mesh::CellRef;
+
+/// Right-hand sides that are solved together.
+const BATCH: usize = 32;
+
+/// How columns were solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// By what.
+    pub method: Method,
+    /// Relative residual of the check of a factorisation; 0 for conjugate gradients, whose columns each have theirs.
+    pub residual: f64,
+}
+
+/// Forces that displacements of the prescribed dofs alone exert, column by column.
+pub struct SupportForces {
+    /// On the free dofs, N, `[n_columns, n_free]`.
+    pub free: Vec<f64>,
+    /// On the prescribed dofs, N, `[n_columns, n_prescribed]`.
+    pub prescribed: Vec<f64>,
+}
+
+impl FeModel {
+    /// The prescribed dofs, component c of node i being 3 i + c, ascending.
+    pub fn prescribed_dofs(&self) -> Vec<usize> {
+        let dofs = self.dofs().nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+        dofs.filter(|&dof| self.dofs().prescribed(dof).is_some()).collect()
+    }
+
+    /// Faces of solids that stand on foundations: the solid, the index among its faces, the bedding.
+    pub fn bedded_faces(&self) -> impl Iterator<Item = (CellRef, usize, Bedding)> + '_ {
+        self.foundations().iter().filter_map(|stiffness| match stiffness.face.load {
+            FaceLoad::Bed(bedding) => Some((stiffness.face.owner, stiffness.face.local_face, bedding)),
+            FaceLoad::Pressure(_) | FaceLoad::Traction(_) => None,
+        })
+    }
+
+    /// K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs ([`Self::prescribed_dofs`]), mm,
+    /// `[n_columns, n_prescribed]`, in place of those that the model prescribes.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn support_forces_by(&self, prescribed: &[usize], displacement: &[f64]) -> Result<SupportForces> {
+        let (n, n_free) = (prescribed.len(), self.n_free());
+        let columns = displacement.len().checked_div(n).unwrap_or(0);
+        let mut forces =
+            SupportForces { free: zeroed(columns * n_free)?, prescribed: zeroed(columns * n)? };
+        let mut place = vec![usize::MAX; 3 * self.mesh().n_points()];
+        prescribed.iter().enumerate().for_each(|(i, &dof)| place[dof] = i);
+        let mut add = |nodes: &[usize], packed: &[f64]| {
+            let dofs: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
+            let held: Vec<usize> = (0..dofs.len()).filter(|&i| place[dofs[i]] != usize::MAX).collect();
+            for &j in &held {
+                let from = place[dofs[j]];
+                for (i, &dof) in dofs.iter().enumerate() {
+                    let (row, column) = (i.max(j), i.min(j));
+                    let entry = packed[row * (row + 1) / 2 + column];
+                    match self.dofs().row(dof) {
+                        Some(row) => (0..columns).for_each(|c| {
+                            forces.free[c * n_free + row] += entry * displacement[c * n + from];
+                        }),
+                        None => (0..columns).for_each(|c| {
+                            forces.prescribed[c * n + place[dof]] += entry * displacement[c * n + from];
+                        }),
+                    }
+                }
+            }
+        };
+        let elements = self.elements();
+        for i in 0..elements.n() {
+            let nodes = elements.mesh.cell_nodes(self.regions().cells()[i]);
+            let held = |&node: &usize| (0..3).any(|c| place[3 * node + c] != usize::MAX);
+            if nodes.iter().any(held) {
+                add(nodes, &elements.packed_stiffness(i)?);
+            }
+        }
+        self.foundations().iter().for_each(|face| add(&face.nodes, &face.packed));
+        Ok(forces)
+    }
+
+    /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place, by a factorisation or, where that does
+    /// not fit into `memory`, by conjugate gradients.
+    ///
+    /// # Errors
+    /// As [`FeModel::condense_with`].
+    pub fn solve_columns(&self, columns: &mut [f64], memory: &MemoryLimit) -> Result<Solved> {
+        self.solved(columns, memory).context(|| self.name().to_owned())
+    }
+
+    fn solved(&self, columns: &mut [f64], memory: &MemoryLimit) -> Result<Solved> {
+        let analysis = self.analyse(&[])?;
+        let method = analysis.method(self, memory)?;
+        let (solver, residual): (Box<dyn SymmetricFactor>, f64) = match method {
+            Method::Factorisation => {
+                let factor = analysis.factorise(self)?;
+                let residual = factor.residual();
+                (Box::new(factor), residual)
+            }
+            Method::ConjugateGradients(_) => {
+                (Box::new(TwoLevelSolver::new(self.stiffness(), &self.unknowns())?), 0.0)
+            }
+        };
+        for batch in columns.chunks_mut(BATCH * self.n_free()) {
+            solver.solve_in_place(batch, batch.len() / self.n_free())?;
+        }
+        Ok(Solved { method, residual })
+    }
+}
