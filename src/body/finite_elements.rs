@@ -8,7 +8,7 @@ use super::partial::PartialFlexibility;
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec, Resources, StressRecovery, contact_points, exposures};
+use crate::fem::{CondensedBody, FeModel, FeSpec, Resources, StressRecovery, contact_points};
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
@@ -226,7 +226,12 @@ impl ElasticBody for FeBody {
         Ok(BodyField { displacement, stress: None })
     }
 
-    fn recover_stress(&self, displacement: &[[f64; 3]], estimate: Estimate) -> Result<Option<StressField>> {
+    fn recover_stress(
+        &self,
+        _tractions: &[f64],
+        displacement: &[[f64; 3]],
+        estimate: Estimate,
+    ) -> Result<Option<StressField>> {
         let model = self.condensed.model();
         let recovery = self.stress_recovery()?;
         let stress = recovery.stress(model, displacement)?;
@@ -234,13 +239,8 @@ impl ElasticBody for FeBody {
             Estimate::Wanted => Some(recovery.estimate(model, displacement, &stress)?),
             Estimate::Skipped => None,
         };
-        let limit = |cell: usize| {
-            let regions = model.regions();
-            Some((self.limits.get(&regions.material(cell).name)?, *regions.axes(cell)))
-        };
-        let exposures = exposures(recovery.points(), &stress, limit);
-        let points = recovery.points().clone();
-        let contact = contact_points(model, &points, &self.faces, displacement);
-        Ok(Some(StressField { points, stress, exposures, contact, error }))
+        let points = recovery.points();
+        let contact = contact_points(model, points, &self.faces, displacement);
+        Ok(Some(StressField::new((model, points), (stress, error), contact, &self.limits)))
     }
 }

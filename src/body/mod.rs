@@ -92,11 +92,17 @@ pub trait ElasticBody: Send + Sync {
     /// If a back-substitution fails.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField>;
 
-    /// Stress in the volume for a displacement of all nodes of the body's mesh; `None` for a body without a mesh.
+    /// Stress in the volume for tractions on body 2, `[3, N]` by planes, and the displacement of all nodes of the body's mesh that
+    /// [`Self::recover`] gives for them; `None` for a body without a mesh.
     ///
     /// # Errors
     /// If the stress cannot be recovered.
-    fn recover_stress(&self, _displacement: &[[f64; 3]], _estimate: Estimate) -> Result<Option<StressField>> {
+    fn recover_stress(
+        &self,
+        _tractions: &[f64],
+        _displacement: &[[f64; 3]],
+        _estimate: Estimate,
+    ) -> Result<Option<StressField>> {
         Ok(None)
     }
 }

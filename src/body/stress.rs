@@ -1,8 +1,10 @@
 //! Stress in the volume of a meshed body, what it means for its materials, and how far it may be trusted.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::fem::{ContactPoint, ErrorEstimate, ExposureField, RecoveryPoints};
+use crate::fem::{ContactPoint, ErrorEstimate, ExposureField, FeModel, RecoveryPoints, exposures};
+use crate::material::strength::Limit;
 
 /// Whether the error of the stress is estimated too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,4 +28,21 @@ pub struct StressField {
     pub contact: Vec<ContactPoint>,
     /// Estimated error of the elements' own stress, where it was asked for.
     pub error: Option<ErrorEstimate>,
+}
+
+impl StressField {
+    /// The stress of a model at `points`, its error if that was estimated, judged by the limits of the materials, by their names.
+    pub(super) fn new(
+        (model, points): (&FeModel, &Arc<RecoveryPoints>),
+        (stress, error): (Vec<[f64; 6]>, Option<ErrorEstimate>),
+        contact: Vec<ContactPoint>,
+        limits: &BTreeMap<String, Limit>,
+    ) -> Self {
+        let limit = |cell: usize| {
+            let regions = model.regions();
+            Some((limits.get(&regions.material(cell).name)?, *regions.axes(cell)))
+        };
+        let exposures = exposures(points, &stress, limit);
+        Self { points: points.clone(), stress, exposures, contact, error }
+    }
 }

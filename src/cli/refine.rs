@@ -234,7 +234,7 @@ fn least(field: &SizeField) -> f64 {
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {
     let displacement = output.body.recover(tractions)?.displacement;
-    let field = output.body.recover_stress(&displacement, Estimate::Wanted)?;
+    let field = output.body.recover_stress(tractions, &displacement, Estimate::Wanted)?;
     field
         .and_then(|field| field.error)
         .ok_or_else(|| Error::numerical("a meshed body gave no estimate of its error"))

@@ -55,8 +55,7 @@ impl FeModel {
     pub fn support_forces_by(&self, prescribed: &[usize], displacement: &[f64]) -> Result<SupportForces> {
         let (n, n_free) = (prescribed.len(), self.n_free());
         let columns = displacement.len().checked_div(n).unwrap_or(0);
-        let mut forces =
-            SupportForces { free: zeroed(columns * n_free)?, prescribed: zeroed(columns * n)? };
+        let mut forces = SupportForces { free: zeroed(columns * n_free)?, prescribed: zeroed(columns * n)? };
         let mut place = vec![usize::MAX; 3 * self.mesh().n_points()];
         prescribed.iter().enumerate().for_each(|(i, &dof)| place[dof] = i);
         let mut add = |nodes: &[usize], packed: &[f64]| {

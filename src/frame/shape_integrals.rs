@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use super::clip::cross;
-use crate::element::MOST_FACE_NODES;
 use crate::element::ElementKind;
+use crate::element::MOST_FACE_NODES;
 use crate::quadrature::gauss_legendre;
 
 /// A facet seen along n: three or four corners in the plane, counter-clockwise, and where they lie in the reference

@@ -177,7 +177,11 @@ impl<'a> FieldWriter<'a> {
         let tractions = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
         let mut field = body.body.recover(&state.tractions)?;
         if FieldKind::need_stress(&wanted) {
-            field.stress = body.body.recover_stress(&field.displacement, FieldKind::estimate(&wanted))?;
+            field.stress = body.body.recover_stress(
+                &state.tractions,
+                &field.displacement,
+                FieldKind::estimate(&wanted),
+            )?;
         }
         if let Some(peaks) = body.peaks(self.frame, &field, &tractions) {
             let (step, increment) = (record.name.clone(), record.increment);

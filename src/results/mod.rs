@@ -15,6 +15,7 @@ pub mod frame_fields;
 pub mod keeper;
 pub mod locate;
 pub mod memory;
+pub mod near_field;
 pub mod origin;
 pub mod output;
 pub mod pictures;

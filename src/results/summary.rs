@@ -10,6 +10,7 @@ use crate::frame::Grid;
 use crate::history::record::{FrettingLoop, IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::condensation::CondensationRecord;
+use crate::results::near_field::NearFieldRecord;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -143,6 +144,9 @@ pub struct Summary {
     /// How the meshed bodies were condensed to their contact nodes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub condensation: Vec<CondensationRecord>,
+    /// Where the near fields of meshed bodies were computed, and how good the corrections are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub near_fields: Vec<NearFieldRecord>,
     /// Seconds by stage.
     pub timings: Timings,
     /// Peak resident memory of the process, bytes (0 where unknown).
@@ -172,6 +176,7 @@ impl Summary {
             skipped: Vec::new(),
             loops: Vec::new(),
             condensation: Vec::new(),
+            near_fields: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,
             warnings: Vec::new(),

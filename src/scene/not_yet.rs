@@ -4,7 +4,6 @@
 pub(super) fn value(name: &str, word: &str) -> Option<&'static str> {
     Some(match (name, word) {
         ("kind", "be") => "finite boundary-element body",
-        ("near_field", "half-space") => "half-space near field",
         _ => return None,
     })
 }

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use super::document::Document;
 use super::keys::Units;
-use super::keys::body::{Element, Fibre};
+use super::keys::body::{Element, Fibre, NearField};
 use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
@@ -126,6 +126,8 @@ pub struct FeSpec {
     pub regions: Vec<(Option<String>, Placement)>,
     /// Element formulation; the mesh's own default if absent.
     pub element: Option<Element>,
+    /// Where the near field of the contact is computed.
+    pub near_field: NearField,
 }
 
 /// Displacement components prescribed on a group; `None` leaves one free.

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use super::failure::{AtKey, Failure};
 use super::memory;
+use super::near_field::Near;
 use super::prepare::cross;
 use super::skips::needs_solves;
-use crate::body::{ElasticBody, FeBody, HalfSpaceBody, RigidBody};
+use crate::body::hybrid::Indicators;
+use crate::body::{ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{Keep, Resources};
@@ -16,6 +18,7 @@ use crate::geometry::place;
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::results::near_field::NearFieldRecord;
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
 
@@ -92,32 +95,79 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
     Ok(frame.keep(&covered))
 }
 
-/// Body `index` (0 or 1) of a plan, with the stiffness of its worn mesh where there is one, within the memory `left` for it, ready to give its flexibility on the frame; and the bytes
-/// that it keeps then.
+/// A body that is ready to give its flexibility on the frame.
+pub(super) struct Made {
+    pub body: Box<dyn ElasticBody>,
+    /// Bytes that it keeps.
+    pub held_bytes: usize,
+    /// Where its near field is computed, if it has a mesh.
+    pub near_field: Option<NearFieldRecord>,
+}
+
+impl Made {
+    fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
+        Self { body: Box::new(body), held_bytes, near_field: None }
+    }
+
+    fn with_near_field(
+        self,
+        index: usize,
+        near_field: &'static str,
+        (reason, indicators): (Option<String>, Option<Indicators>),
+    ) -> Self {
+        let record = NearFieldRecord { body: index + 1, near_field, reason, indicators };
+        Self { near_field: Some(record), ..self }
+    }
+}
+
+/// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
+/// memory `left` for it.
 pub(super) fn body(
     plan: &Plan,
     (index, worn): (usize, Option<Arc<Mesh>>),
-    frame: &ContactFrame,
+    (frame, near): (&ContactFrame, &Near),
     left: MemoryLimit,
-) -> Result<(Box<dyn ElasticBody>, usize), Failure> {
+) -> Result<Made, Failure> {
     let key = KEYS[index];
     Ok(match &plan.bodies[index] {
-        BodySpec::Rigid => (Box::new(RigidBody), 0),
+        BodySpec::Rigid => Made::new(RigidBody, 0),
         BodySpec::HalfSpace(elastic) => {
             let body = half_space_of(plan, elastic, index, frame)?.with_memory(left);
             memory::ensure(plan, frame, &body, &left).at(key)?;
             let held = memory::of_half_space(plan, frame, &body);
-            (Box::new(body), held)
+            Made::new(body, held)
         }
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
+            let mut reason = match near {
+                Near::Mesh(why) => Some(why.clone()),
+                Near::Own | Near::HalfSpace(_) => None,
+            };
+            let mut indicators = None;
+            if let Some(site) = near.site() {
+                let contact = (fe.contact.as_str(), SIDES[index]);
+                let body = HybridBody::new(fe.inputs(key), contact, frame, site, &left).at(key)?;
+                let body = body.with_limits(plan.limits.clone());
+                let found = *body.indicators();
+                reason = found.objection();
+                if reason.is_none() {
+                    let held = body.held_bytes();
+                    return Ok(Made::new(body, held).with_near_field(
+                        index,
+                        "half-space",
+                        (None, Some(found)),
+                    ));
+                }
+                indicators = Some(found);
+            }
             let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
             let contact = (fe.contact.as_str(), SIDES[index]);
             let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::held(&body);
-            (Box::new(body.with_limits(plan.limits.clone())), held)
+            let body = body.with_limits(plan.limits.clone());
+            Made::new(body, held).with_near_field(index, "mesh", (reason, indicators))
         }
     })
 }

@@ -6,6 +6,7 @@
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
+use super::near_field::Near;
 use crate::fem;
 use crate::frame::{ContactFrame, GapShape};
 use crate::history::record::Skipped;
@@ -23,8 +24,12 @@ const WORTH_IT: f64 = 0.6;
 ///
 /// # Errors
 /// If a support, or a gap, of the plan is wrong.
-pub(super) fn with_candidates(plan: &Plan, mut frame: ContactFrame) -> Result<ContactFrame, Failure> {
-    let Some(reach) = reach(plan, &frame) else { return Ok(frame) };
+pub(super) fn with_candidates(
+    plan: &Plan,
+    mut frame: ContactFrame,
+    near: &[Near; 2],
+) -> Result<ContactFrame, Failure> {
+    let Some(reach) = reach(plan, &frame, near) else { return Ok(frame) };
     if !all_at_rest(plan)? {
         return Ok(frame);
     }
@@ -51,8 +56,8 @@ pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
 /// Initial gap (mm) up to which cells are candidates; `None` if all are.
 ///
 /// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
-fn reach(plan: &Plan, frame: &ContactFrame) -> Option<f64> {
-    let meshed = plan.bodies.iter().any(|body| body.fe().is_some());
+fn reach(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Option<f64> {
+    let meshed = near.iter().any(Near::is_condensed);
     if !plan.solver.skip || plan.solver.coupling == Coupling::Block || !meshed {
         return None;
     }

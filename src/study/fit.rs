@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
+use super::near_field::Near;
 use super::repetition;
 use crate::element::ElementKind;
 use crate::error::{Error, doubtful};
@@ -42,7 +43,7 @@ const ALONG: f64 = 0.999;
 ///
 /// # Source
 /// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
-pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Failure> {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<String>, Failure> {
     let mut notes = Vec::new();
     let mut finest: Option<f64> = None;
     let mut heights = [None, None];
@@ -58,8 +59,10 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
         notes.extend(other_fibre(plan, fe, index, &faces));
-        let area = area_per_node(&fe.mesh, &faces);
-        finest = Some(finest.map_or(area, |least| least.min(area)));
+        if near[index].is_condensed() {
+            let area = area_per_node(&fe.mesh, &faces);
+            finest = Some(finest.map_or(area, |least| least.min(area)));
+        }
         let over_cells = map.heights(frame, &fe.mesh);
         notes.extend(uneven(plan, key, &over_cells));
         heights[index] = Some(over_cells);
@@ -67,7 +70,8 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<Vec<String>, Fa
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
         distances(plan, frame, heights)?;
     }
-    let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    let half_space = near.iter().any(|near| near.site().is_some())
+        || plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
     // A cell per node is as many as the nodes can feel.
     let nodal = matches!(plan.frame, FrameSpec::Mesh { points: FramePoints::Nodes, .. });
     if let (Some(face), false, false) = (finest, half_space, nodal) {

@@ -5,6 +5,7 @@ use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::memory::{self, compresses, of_frame, of_half_space};
+use super::near_field::choose;
 use super::skips::{cached, needs_solves, skips};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
@@ -97,7 +98,8 @@ pub struct Forecast {
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     let frame = frame(plan)?;
     refuse_impossible_controls(plan, &frame)?;
-    let frame = with_candidates(plan, frame)?;
+    let near = choose(plan, &frame)?;
+    let frame = with_candidates(plan, frame, &near)?;
     let first = body(plan, 0, &frame, memory::left(plan, &frame, 0))?;
     let second = body(plan, 1, &frame, memory::left(plan, &frame, first.held_bytes))?;
     let bodies = [first, second];
@@ -121,7 +123,7 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
     let mend = "take fewer cells in the frame, or a coarser mesh";
     plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
-    let mut skipped = skips(plan, &frame)?;
+    let mut skipped = skips(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
     skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })

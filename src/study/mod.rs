@@ -10,6 +10,7 @@ pub mod forecast;
 pub mod grow;
 mod memory;
 pub mod moving;
+mod near_field;
 mod prepare;
 pub mod refine;
 mod repetition;
@@ -25,5 +26,6 @@ pub use prepare::{Study, prepare, prepare_on, prepare_worn};
 /// # Errors
 /// If they do not fit.
 pub fn notes(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, Failure> {
-    fit::check(plan, &bodies::frame(plan)?)
+    let frame = bodies::frame(plan)?;
+    fit::check(plan, &frame, &near_field::choose(plan, &frame)?)
 }

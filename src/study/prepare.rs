@@ -9,6 +9,7 @@ use super::failure::{AtKey, Failure};
 use super::grow::{self, Outgrown};
 use super::memory;
 use super::moving::{self, Meshes};
+use super::near_field::choose;
 use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
@@ -23,6 +24,7 @@ use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::condensation::CondensationRecord;
+use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
 use crate::scene::keys::solver;
@@ -40,6 +42,8 @@ pub struct Study<'p> {
     pub skipped: Vec<Skipped>,
     /// How the meshed bodies were condensed.
     pub condensation: Vec<CondensationRecord>,
+    /// Where the near fields of the meshed bodies are computed.
+    pub near_fields: Vec<NearFieldRecord>,
     /// Seconds by stage so far.
     pub timings: Timings,
 }
@@ -83,18 +87,23 @@ pub fn prepare_worn<'p>(
     progress("frame", 0.0);
     let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
-    let mut notes = super::fit::check(plan, &frame)?;
-    let frame = timings.measure("frame", || with_candidates(plan, frame))?;
-    let (mut bodies, mut held) = (Vec::with_capacity(2), 0);
+    let near = choose(plan, &frame)?;
+    let mut notes = super::fit::check(plan, &frame, &near)?;
+    let frame = timings.measure("frame", || with_candidates(plan, frame, &near))?;
+    let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
     for ((index, key), worn) in KEYS.into_iter().enumerate().zip(worn) {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
         progress(key, 0.0);
         let left = memory::left(plan, &frame, held);
-        let (made, bytes) = timings.measure(key, || body(plan, (index, worn), &frame, left))?;
-        held += bytes;
-        bodies.push(made);
+        let made = timings.measure(key, || body(plan, (index, worn), (&frame, &near[index]), left))?;
+        held += made.held_bytes;
+        if let Some(record) = made.near_field {
+            notes.extend(given_up(key, &record));
+            near_fields.push(record);
+        }
+        bodies.push(made.body);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
         bodies.try_into().unwrap_or_else(|_| unreachable!("the loop makes two bodies"));
@@ -144,9 +153,19 @@ pub fn prepare_worn<'p>(
         contact_nodes,
         skipped,
         condensation,
+        near_fields,
         notes,
         timings,
     }))
+}
+
+/// A note if a half-space was tried for the near field of body `key` and given up.
+fn given_up(key: &str, record: &NearFieldRecord) -> Option<String> {
+    let reason = record.reason.as_ref().filter(|_| record.indicators.is_some())?;
+    Some(format!(
+        "the near field of {key} is that of its mesh and not of a half-space: {reason}; a finer mesh, above all towards the edges \
+         of what is held, may mend it"
+    ))
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.

@@ -7,6 +7,7 @@ use super::failure::Failure;
 use super::grow;
 use super::memory::compresses;
 use super::moving;
+use super::near_field::Near;
 use super::prepare::{cross, options};
 use crate::bem::half_space::compressed::DENSE;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -26,17 +27,18 @@ use crate::scene::plan::{BodySpec, Plan};
 ///
 /// # Errors
 /// If the frame is not plane under a half-space, or a surface Green's function does not converge.
-pub(super) fn skips(plan: &Plan, frame: &ContactFrame) -> Result<Vec<Skipped>, Failure> {
+pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<Skipped>, Failure> {
     let mut skipped = Vec::new();
-    let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
+    let half_space =
+        |(body, near): (&BodySpec, &Near)| matches!(body, BodySpec::HalfSpace(_)) || near.site().is_some();
+    let half_spaces = plan.bodies.iter().zip(near).all(half_space);
     let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
     if plan.solver.coupling == Coupling::Schur {
         let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodySpec::Rigid));
         skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
     }
     // Finite elements and the block path have no operator on a grid.
-    let on_grid =
-        plan.solver.coupling == Coupling::Schur && plan.bodies.iter().all(|body| body.fe().is_none());
+    let on_grid = plan.solver.coupling == Coupling::Schur && !near.iter().any(Near::is_condensed);
     let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
     let options = options(plan);
     let apart = options.method == Method::Auto

@@ -1,22 +1,29 @@
 //! A finite body whose contact is that of a half-space, corrected by finite elements.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-use super::boundary::Forces;
+use nalgebra::{Matrix3, Vector6};
+use rayon::prelude::*;
+
+use super::boundary::{Forces, IN_PLANE};
 use super::correction::Correction;
+use super::distribution::Distribution;
 use super::far_field::FarField;
 use super::indicators::{Indicators, MOST_TAIL};
 use super::operator::corrected;
+use super::patch::Patch;
 use super::site::Site;
 use super::sources::Chebyshev;
 use crate::bem::half_space::{CrossBlocks, PointForceField, SurfaceGreen};
-use crate::body::{BodyEquations, BodyField, ElasticBody};
+use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::error::{Context, Error, Result};
-use crate::fem::{FeModel, FeSpec};
+use crate::fem::{FeModel, FeSpec, StressRecovery, contact_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
+use crate::geometry::Point;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::Flexibility;
-use crate::mesh::Mesh;
+use crate::material::strength::Limit;
+use crate::material::{Stiffness, VOIGT};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// Most nodes along a side.
@@ -32,8 +39,12 @@ pub struct HybridBody {
     indicators: Indicators,
     grid: Grid,
     places: Option<Vec<usize>>,
-    mesh: Arc<Mesh>,
-    n_free: usize,
+    patch: Patch,
+    /// Of the half-space, global axes.
+    stiffness: Stiffness,
+    field: PointForceField,
+    model: FeModel,
+    limits: BTreeMap<String, Limit>,
     faces: Vec<SurfaceFace>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
@@ -102,8 +113,11 @@ impl HybridBody {
             indicators,
             grid,
             places: frame.places.clone(),
-            n_free: model.n_free(),
-            mesh,
+            patch: site.patch,
+            stiffness: site.stiffness.clone(),
+            field,
+            model,
+            limits: BTreeMap::new(),
             faces,
             heights,
             free_gap,
@@ -126,9 +140,68 @@ impl HybridBody {
         &self.far
     }
 
+    /// Also judges the stress by the limits of the materials, by their names.
+    pub fn with_limits(mut self, limits: BTreeMap<String, Limit>) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Displacement of all nodes by its own loads and by what the half-space lacks for tractions on body 2.
+    fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
+        let n_points = self.model.mesh().n_points();
+        let mut displacement =
+            self.correction.free_displacement.clone().unwrap_or_else(|| vec![[0.0; 3]; n_points]);
+        let forces = self.far.forces(&self.grid, self.places.as_deref(), tractions);
+        for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            let force = force * self.side.gap_sign();
+            let field = self.correction.fields.column(column);
+            displacement.as_flattened_mut().iter_mut().zip(field).for_each(|(u, f)| *u += force * f);
+        }
+        displacement
+    }
+
+    /// The tractions on this body, for `tractions` on body 2.
+    fn distribution(&self, tractions: &[f64]) -> Distribution {
+        let n = tractions.len() / 3;
+        let sign = self.side.gap_sign();
+        // Body 2 sees the frame turned about x.
+        let turned = self.side == Side::Upper;
+        let cells = self.grid.cells;
+        let own = |ix: usize, iy: usize| -> Point {
+            let place = ix * cells[1] + if turned { cells[1] - 1 - iy } else { iy };
+            let cell = match &self.places {
+                Some(places) => places.binary_search(&place).ok(),
+                None => Some(place),
+            };
+            let Some(cell) = cell else { return Point::zeros() };
+            let [x, y, z] = [0, 1, 2].map(|c| sign * tractions[c * n + cell]);
+            if turned { Point::new(x, -y, -z) } else { Point::new(x, y, z) }
+        };
+        Distribution::new(cells, self.grid.spacing, &own)
+    }
+
+    /// Coordinates of a node of the mesh in the half-space; those in its surface lie in it exactly.
+    fn distribution_point(&self, x: &[f64; 3]) -> Point {
+        let local = self.patch.local(&Point::from(*x));
+        let in_plane = local.z.abs() <= IN_PLANE * self.patch.size();
+        Point::new(local.x, local.y, if in_plane { 0.0 } else { local.z })
+    }
+
+    /// Stress by a gradient of displacement, both in global axes.
+    fn stress(&self, gradient: &Matrix3<f64>) -> Vector6<f64> {
+        let strain =
+            VOIGT.map(|(i, j)| if i == j { gradient[(i, j)] } else { gradient[(i, j)] + gradient[(j, i)] });
+        self.stiffness.voigt() * Vector6::from(strain)
+    }
+
+    /// Bytes that it keeps.
+    pub fn held_bytes(&self) -> usize {
+        8 * self.correction.fields.values().len() + 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1]
+    }
+
     /// Number of unknowns of its finite elements.
     pub fn n_free(&self) -> usize {
-        self.n_free
+        self.model.n_free()
     }
 }
 
@@ -152,7 +225,7 @@ fn points(site: &Site, m: [usize; 2]) -> Vec<[f64; 2]> {
 
 impl ElasticBody for HybridBody {
     fn describe(&self) -> String {
-        format!("half-space with the far field of finite elements, {} unknowns", self.n_free)
+        format!("half-space with the far field of finite elements, {} unknowns", self.n_free())
     }
 
     fn equations(&self) -> BodyEquations<'_> {
@@ -177,14 +250,50 @@ impl ElasticBody for HybridBody {
 
     fn surface(&self) -> Option<MeshedSurface<'_>> {
         Some(MeshedSurface {
-            mesh: &self.mesh,
+            mesh: self.model.mesh(),
             faces: &self.faces,
             side: self.side,
             heights: self.heights.clone(),
         })
     }
 
-    fn recover(&self, _tractions: &[f64]) -> Result<BodyField> {
-        Err(Error::numerical("not yet"))
+    /// Displacement at all mesh nodes: that of the half-space and of the correction.
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+        let mut displacement = self.corrections(tractions);
+        let distribution = self.distribution(tractions);
+        displacement.par_iter_mut().zip(&self.model.mesh().points).for_each(|(u, x)| {
+            let local = self.distribution_point(x);
+            let near = self.patch.axes.to_global(&distribution.at(&local, &self.field).displacement);
+            (0..3).for_each(|c| u[c] += near[c]);
+        });
+        Ok(BodyField { displacement, stress: None })
+    }
+
+    /// That of the half-space at the nodes, and of the correction by its mesh, whose error is estimated.
+    fn recover_stress(
+        &self,
+        tractions: &[f64],
+        displacement: &[[f64; 3]],
+        estimate: Estimate,
+    ) -> Result<Option<StressField>> {
+        let recovery = StressRecovery::new(&self.model)?;
+        let correction = self.corrections(tractions);
+        let mut stress = recovery.stress(&self.model, &correction)?;
+        let error = match estimate {
+            Estimate::Wanted => Some(recovery.estimate(&self.model, &correction, &stress)?),
+            Estimate::Skipped => None,
+        };
+        let distribution = self.distribution(tractions);
+        let points = recovery.points();
+        let mesh = self.model.mesh();
+        stress.par_iter_mut().zip(&points.node).for_each(|(stress, &node)| {
+            let local = self.distribution_point(&mesh.points[node]);
+            let gradient = distribution.at(&local, &self.field).gradient;
+            let axes = self.patch.axes.0;
+            let near = self.stress(&(axes * gradient * axes.transpose()));
+            (0..6).for_each(|k| stress[k] += near[k]);
+        });
+        let contact = contact_points(&self.model, points, &self.faces, displacement);
+        Ok(Some(StressField::new((&self.model, points), (stress, error), contact, &self.limits)))
     }
 }

@@ -145,9 +145,12 @@ impl BoundaryTerms {
         self.n_points += share.n_points;
         flux.iter_mut().zip(&share.flux).for_each(|(sum, part)| *sum += part);
         let n_rows = self.loads.n_rows();
-        for (column, part) in self.loads.values_mut().chunks_exact_mut(n_rows).zip(
-            share.loads.chunks_exact(3 * face.nodes.len()),
-        ) {
+        for (column, part) in self
+            .loads
+            .values_mut()
+            .chunks_exact_mut(n_rows)
+            .zip(share.loads.chunks_exact(3 * face.nodes.len()))
+        {
             for (&node, part) in face.nodes.iter().zip(part.chunks_exact(3)) {
                 (0..3).for_each(|c| column[3 * node + c] += part[c]);
             }
@@ -181,7 +184,8 @@ impl Share {
         let mut flux = vec![Matrix3::zeros(); forces.points.len()];
         let mut loads = vec![0.0; n * 3 * n_nodes];
         let flat = points.windows(2).all(|pair| pair[0].area.cross(&pair[1].area).norm() == 0.0);
-        let map_of = |area: &Point| TractionMap::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
+        let map_of =
+            |area: &Point| TractionMap::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
         let common = points.first().filter(|_| flat).map(|point| map_of(&point.area));
         for (p, point) in points.iter().enumerate() {
             let local = forces.patch.local(&point.at);

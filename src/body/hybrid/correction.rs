@@ -95,14 +95,7 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
         let fields = spread(model, &prescribed, (&displacement, &held))?;
-        Ok(Self {
-            matrix,
-            fields,
-            imbalance: boundary.imbalance,
-            asymmetry,
-            free_displacement,
-            solved,
-        })
+        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, free_displacement, solved })
     }
 
     /// The matrix as the displacement of the mesh where the forces act, which is not symmetric and of half the order.
@@ -136,9 +129,8 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &Columns) -> Result<(Colu
     let n = loads.n_columns();
     let mut free = Columns::zeros(model.n_free(), n)?;
     let mut held = Columns::zeros(prescribed.len(), n)?;
-    let rows: Vec<(usize, usize)> = (0..loads.n_rows())
-        .filter_map(|dof| Some((dof, model.free_dof(dof / 3, dof % 3)?)))
-        .collect();
+    let rows: Vec<(usize, usize)> =
+        (0..loads.n_rows()).filter_map(|dof| Some((dof, model.free_dof(dof / 3, dof % 3)?))).collect();
     for column in 0..n {
         let all = loads.column(column);
         let of_free = &mut free.values_mut()[column * model.n_free()..][..model.n_free()];
@@ -199,9 +191,21 @@ mod tests {
         let spec = FeSpec {
             name: "block".into(),
             mesh: mesh.into(),
-            regions: vec![(None, Placement::Single(Box::new(Placed { name: "m".into(), stiffness: stiffness.clone(), orientation: Orientation::Uniform(nalgebra::Matrix3::identity()) })))],
+            regions: vec![(
+                None,
+                Placement::Single(Box::new(Placed {
+                    name: "m".into(),
+                    stiffness: stiffness.clone(),
+                    orientation: Orientation::Uniform(nalgebra::Matrix3::identity()),
+                })),
+            )],
             formulation: HexFormulation::Standard,
-            supports: vec![Support { group: "base".into(), components: [true; 3], value: [0.0; 3], gradient: [[0.0; 3]; 3] }],
+            supports: vec![Support {
+                group: "base".into(),
+                components: [true; 3],
+                value: [0.0; 3],
+                gradient: [[0.0; 3]; 3],
+            }],
             foundations: vec![],
             pressures: vec![],
             tractions: vec![],
@@ -216,13 +220,20 @@ mod tests {
         let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
         let field = PointForceField::new(&stiffness).unwrap();
         let nodes = Chebyshev::new(4, 1.2);
-        let mut points: Vec<[f64; 2]> = nodes.nodes().iter().flat_map(|&x| nodes.nodes().iter().map(move |&y| [x, y])).collect();
+        let mut points: Vec<[f64; 2]> =
+            nodes.nodes().iter().flat_map(|&x| nodes.nodes().iter().map(move |&y| [x, y])).collect();
         points.push([5.0, 1.0]);
         let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [1.2; 2]);
         let forces = Forces { patch, stiffness: &stiffness, field: &field, points };
         for cells in [6, 12] {
             let model = block(&stiffness, 3.0, cells);
-            let found = Correction::of_terms(&model, &forces, BoundaryTerms::new(&model, &forces, 1.0).unwrap(), &MemoryLimit::of_machine()).unwrap();
+            let found = Correction::of_terms(
+                &model,
+                &forces,
+                BoundaryTerms::new(&model, &forces, 1.0).unwrap(),
+                &MemoryLimit::of_machine(),
+            )
+            .unwrap();
             let mut sums = [0.0, 0.0];
             for i in 0..16 {
                 let from = Point::new(forces.points[i][0] - 5.0, forces.points[i][1] - 1.0, 0.0);
@@ -233,7 +244,13 @@ mod tests {
                     sums[1] += exact[(a, b)].powi(2);
                 }
             }
-            println!("{cells} {:.2e} balance {:.1e} asym {:.1e} {:?}", (sums[0] / sums[1]).sqrt(), found.imbalance, found.asymmetry, found.solved);
+            println!(
+                "{cells} {:.2e} balance {:.1e} asym {:.1e} {:?}",
+                (sums[0] / sums[1]).sqrt(),
+                found.imbalance,
+                found.asymmetry,
+                found.solved
+            );
         }
         panic!();
     }

@@ -100,7 +100,8 @@ impl Part<'_> {
     /// The largest distance of two of its corners.
     fn size(&self) -> f64 {
         let corners: Vec<Point> = self.corners.iter().map(|&xi| self.position(xi)).collect();
-        let pairs = corners.iter().enumerate().flat_map(|(i, a)| corners[..i].iter().map(move |b| (a - b).norm()));
+        let pairs =
+            corners.iter().enumerate().flat_map(|(i, a)| corners[..i].iter().map(move |b| (a - b).norm()));
         pairs.fold(0.0, f64::max)
     }
 
@@ -135,8 +136,9 @@ impl Part<'_> {
         let (ux, uy, vx, vy) = (b[0] - a[0], b[1] - a[1], last[0] - a[0], last[1] - a[1]);
         let stretch = (ux * vy - uy * vx).abs() * if self.corners.len() == 3 { 1.0 } else { 0.25 };
         let gradients = self.kind.face_gradients(inside);
-        let tangent =
-            |axis: usize| -> Point { self.nodes.iter().zip(&gradients).map(|(node, g)| node * g[axis]).sum() };
+        let tangent = |axis: usize| -> Point {
+            self.nodes.iter().zip(&gradients).map(|(node, g)| node * g[axis]).sum()
+        };
         FacePoint {
             at: self.position(inside),
             area: tangent(0).cross(&tangent(1)) * (weight * stretch),
@@ -159,7 +161,8 @@ mod tests {
         let rules = FaceRules::new();
         let distance = |x: &Point| (x - inside).norm();
         let flux = |ratio: f64| -> f64 {
-            let points = outer_faces(&mesh).into_iter().flat_map(|f| rules.points(&mesh, &f, &distance, ratio));
+            let points =
+                outer_faces(&mesh).into_iter().flat_map(|f| rules.points(&mesh, &f, &distance, ratio));
             points.map(|p| p.area.dot(&(p.at - inside)) / distance(&p.at).powi(3)).sum()
         };
         let whole = 4.0 * std::f64::consts::PI;

@@ -49,7 +49,8 @@ impl FarField {
         for column in 0..3 * n {
             for row in 0..3 * n {
                 let at = |k: usize| (k % 3) * n + k / 3;
-                planes[at(row) * 3 * n + at(column)] = sign(row % 3) * sign(column % 3) * matrix.at(row, column);
+                planes[at(row) * 3 * n + at(column)] =
+                    sign(row % 3) * sign(column % 3) * matrix.at(row, column);
             }
         }
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
@@ -88,6 +89,37 @@ impl FarField {
             let entries = &self.matrix[(first + row) * 3 * n + first..][..size];
             *gap = entries.iter().zip(&forces[..size]).map(|(entry, force)| entry * force).sum();
         }
+    }
+
+    /// Forces on this field's patch at its nodes, axes of the patch, for tractions in the cells of `grid` that are in `places`; component
+    /// c at node (a, b) stands at 3 (a m_y + b) + c.
+    pub(super) fn forces(
+        &self,
+        grid: &crate::frame::Grid,
+        places: Option<&[usize]>,
+        tractions: &[f64],
+    ) -> Vec<f64> {
+        let first = grid.half_width().map(|half| -half);
+        let on_grid = self.on_grid(grid.cells, grid.spacing, first);
+        let mut work = Work::new(&on_grid);
+        let (all, n) = (grid.cells[0] * grid.cells[1], tractions.len() / 3);
+        let nodes = self.m()[0] * self.m()[1];
+        let mut forces = vec![0.0; 3 * nodes];
+        for c in 0..3 {
+            let own = &tractions[c * n..(c + 1) * n];
+            let mut plane = vec![0.0; all];
+            match places {
+                Some(places) => {
+                    places.iter().zip(own).for_each(|(&place, traction)| plane[place] = *traction)
+                }
+                None => plane.copy_from_slice(own),
+            }
+            let sign = if self.turned && c > 0 { -1.0 } else { 1.0 };
+            let mut at_nodes = vec![0.0; nodes];
+            on_grid.gather(&plane, &mut work.rows, &mut at_nodes);
+            at_nodes.iter().enumerate().for_each(|(i, force)| forces[3 * i + c] = sign * force);
+        }
+        forces
     }
 
     /// Entry between components `a` and `b` of two nodes, mm/N.
@@ -186,7 +218,8 @@ impl OnGrid {
     /// Gap of one cell by tractions on another, for polynomials of [`Self::at`].
     pub fn block(&self, field: &FarField, to: &[f64], from: &[f64]) -> nalgebra::Matrix3<f64> {
         nalgebra::Matrix3::from_fn(|a, b| {
-            let row = |i: usize| from.iter().enumerate().map(|(j, v)| field.entry((a, i), (b, j)) * v).sum::<f64>();
+            let row =
+                |i: usize| from.iter().enumerate().map(|(j, v)| field.entry((a, i), (b, j)) * v).sum::<f64>();
             to.iter().enumerate().map(|(i, value)| value * row(i)).sum::<f64>() * self.area
         })
     }
@@ -202,7 +235,9 @@ impl OnGrid {
                 *sum = nalgebra::Matrix3::from_fn(|i, j| {
                     let pairs = (0..my * my).map(|l| (l / my, l % my));
                     let term = |(b, d): (usize, usize)| {
-                        self.y[b * ny + iy] * self.y[d * ny + iy] * field.entry((i, a * my + b), (j, c * my + d))
+                        self.y[b * ny + iy]
+                            * self.y[d * ny + iy]
+                            * field.entry((i, a * my + b), (j, c * my + d))
                     };
                     pairs.map(term).sum()
                 });

@@ -88,12 +88,19 @@ impl Indicators {
         above("the imbalance of the half-space's tractions on the boundary", self.imbalance, MOST_IMBALANCE)
             .or_else(|| above("the asymmetry of the correction", self.asymmetry, MOST_ASYMMETRY))
             .or_else(|| {
-                above("the difference of the two evaluations of the correction", self.direct_difference, MOST_DIFFERENCE)
+                above(
+                    "the difference of the two evaluations of the correction",
+                    self.direct_difference,
+                    MOST_DIFFERENCE,
+                )
             })
             .or_else(|| above("the share of the highest polynomials", self.tail, MOST_TAIL))
             .or_else(|| {
                 (!(self.least_eigenvalue > 0.0)).then(|| {
-                    format!("the operator is not positive definite (least eigenvalue {:.1e})", self.least_eigenvalue)
+                    format!(
+                        "the operator is not positive definite (least eigenvalue {:.1e})",
+                        self.least_eigenvalue
+                    )
                 })
             })
     }

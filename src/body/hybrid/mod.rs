@@ -1,11 +1,12 @@
 //! Finite bodies at the resolution of a half-space: its operator on the frame, and what the finite body lacks of it by finite
 //! elements.
 
-mod boundary;
 mod body;
+mod boundary;
 pub mod correction;
-pub mod far_field;
+mod distribution;
 mod faces;
+pub mod far_field;
 pub mod indicators;
 mod locate;
 pub mod operator;

@@ -131,7 +131,12 @@ impl Flexibility for CorrectedFlexibility {
         self.near.on_grid(at_least, factor)
     }
 
-    fn placed(&self, smaller: Arc<dyn Flexibility>, origin: [usize; 2], factor: usize) -> Arc<dyn Flexibility> {
+    fn placed(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        origin: [usize; 2],
+        factor: usize,
+    ) -> Arc<dyn Flexibility> {
         let Some(cells) = smaller.grid() else { return smaller };
         let first = [0, 1].map(|axis| self.first[axis] + origin[axis] as f64 * self.spacing[axis]);
         let spacing = self.spacing.map(|side| side * factor as f64);

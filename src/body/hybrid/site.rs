@@ -47,7 +47,9 @@ impl Site {
     ) -> Result<std::result::Result<Self, Unsuited>> {
         let unsuited = |why: &str| Ok(Err(Unsuited(why.to_owned())));
         let Some(grid) = frame.grid else {
-            return unsuited("the cells of the frame are faces or nodes of a mesh (frame.kind = \"grid\" has those of a half-space)");
+            return unsuited(
+                "the cells of the frame are faces or nodes of a mesh (frame.kind = \"grid\" has those of a half-space)",
+            );
         };
         if grid.periodic != [false; 2] {
             return unsuited("the frame repeats itself");

@@ -73,7 +73,8 @@ pub struct FeBody {
     #[serde(default)]
     #[schemars(with = "Element")]
     pub element: Option<Element>,
-    /// Where the near field of the contact is computed; "auto" takes the mesh in this version.
+    /// Where the near field of the contact is computed: in a half-space that the finite elements correct, or in the mesh; "auto"
+    /// takes the half-space where it is valid.
     #[serde(default)]
     pub near_field: NearField,
 }
@@ -229,6 +230,7 @@ pub enum Element {
 pub enum NearField {
     #[default]
     Auto,
+    HalfSpace,
     Mesh,
 }
 

@@ -86,6 +86,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         body_force: body.body_force,
         regions: regions?,
         element: body.element,
+        near_field: body.near_field,
     };
     if groups_found {
         check_held(r, key, body, &spec);

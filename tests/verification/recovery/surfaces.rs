@@ -60,7 +60,7 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let cells: Vec<[f64; 3]> = frame.centers.iter().map(|c| cell_mean([c.x, c.y], &traction)).collect();
     let planes: Vec<f64> = (0..3).flat_map(|k| cells.iter().map(move |t| t[k])).collect();
     let mut field = body.recover(&planes).unwrap();
-    field.stress = body.recover_stress(&field.displacement, Estimate::Skipped).unwrap();
+    field.stress = body.recover_stress(&planes, &field.displacement, Estimate::Skipped).unwrap();
     let contact_nodes = mesh.group_nodes("z1").unwrap();
     let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &contact_nodes };
     let output = BodyOutput { side: Side::Lower, body: &body, shape };
@@ -113,7 +113,7 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let frame = ContactFrame::grid([1.5, 1.0], [3, 2], [1.5, 1.0], 0.0).unwrap();
     let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
     let displacement = body.recover(&[0.0; 18]).unwrap().displacement;
-    let field = body.recover_stress(&displacement, Estimate::Skipped).unwrap().unwrap();
+    let field = body.recover_stress(&[0.0; 18], &displacement, Estimate::Skipped).unwrap().unwrap();
     let on_top = body.condensed().model().mesh().group_nodes("z1").unwrap();
     assert_eq!(field.contact.len(), on_top.len());
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()

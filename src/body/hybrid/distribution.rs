@@ -1,0 +1,238 @@
+//! The field of tractions on a grid inside a half-space: sums of point forces, of many cells together where they are far.
+//!
+//! Rectangles of cells are halved down to single cells; the forces of each are gathered at a few Chebyshev nodes, which stand for
+//! it at points further away than its size. A cell that is nearer is divided further.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::sources::Chebyshev;
+use crate::bem::half_space::{PointField, PointForceField};
+use crate::geometry::Point;
+
+/// Nodes along each side of a rectangle.
+const NODES: usize = 5;
+
+/// Largest size of a rectangle over its distance at which its nodes stand for it.
+const NEAR: f64 = 0.7;
+
+/// Divisions of a cell, one after the other, at most.
+const MOST_DIVISIONS: usize = 6;
+
+/// A rectangle of cells that carries tractions, its forces gathered at nodes.
+struct Block {
+    middle: [f64; 2],
+    half: [f64; 2],
+    /// `[NODES * NODES]`, axes of the patch, N.
+    forces: Vec<Vector3<f64>>,
+    children: Vec<Block>,
+}
+
+/// Tractions on the cells of a grid, axes of the patch.
+pub(super) struct Distribution {
+    root: Option<Block>,
+    /// Shorter side of a cell, mm.
+    cell: f64,
+}
+
+/// Displacement and its derivatives along x, y, z.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LocalField {
+    pub displacement: Vector3<f64>,
+    /// Column k: derivative along axis k.
+    pub gradient: Matrix3<f64>,
+}
+
+struct Layout<'a> {
+    cells: [usize; 2],
+    spacing: [f64; 2],
+    /// Traction of a cell.
+    traction: &'a dyn Fn(usize, usize) -> Vector3<f64>,
+}
+
+impl Distribution {
+    /// `traction(ix, iy)` (MPa) on each of `cells` with sides `spacing`, in the middle of the patch.
+    pub fn new(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        traction: &dyn Fn(usize, usize) -> Vector3<f64>,
+    ) -> Self {
+        let layout = Layout { cells, spacing, traction };
+        let root = layout.block([[0, cells[0]], [0, cells[1]]]);
+        Self { root, cell: spacing[0].min(spacing[1]) }
+    }
+
+    /// The field at a point of the half-space, axes of the patch. Derivatives nearer to the surface than half a cell are those at that
+    /// depth.
+    pub fn at(&self, x: &Point, field: &PointForceField) -> LocalField {
+        let mut sum = LocalField::default();
+        let Some(root) = &self.root else { return sum };
+        root.add(x, field, &mut |point, force| sum.displacement += point.value * force);
+        let inside = Point::new(x.x, x.y, x.z.min(-0.5 * self.cell));
+        root.add(&inside, field, &mut |point, force| {
+            (0..3).for_each(|k| {
+                let mut column = sum.gradient.column_mut(k);
+                column += point.gradient[k] * force;
+            });
+        });
+        sum
+    }
+}
+
+impl Layout<'_> {
+    fn block(&self, range: [[usize; 2]; 2]) -> Option<Block> {
+        let size = [0, 1].map(|axis| range[axis][1] - range[axis][0]);
+        let edge =
+            |axis: usize, line: usize| (line as f64 - 0.5 * self.cells[axis] as f64) * self.spacing[axis];
+        let middle = [0, 1].map(|axis| 0.5 * (edge(axis, range[axis][0]) + edge(axis, range[axis][1])));
+        let half = [0, 1].map(|axis| 0.5 * size[axis] as f64 * self.spacing[axis]);
+        if size == [1, 1] {
+            let traction = (self.traction)(range[0][0], range[1][0]);
+            return (traction != Vector3::zeros()).then(|| Block::of_cell(middle, half, &traction));
+        }
+        let axis = usize::from(half[1] > half[0] && size[1] > 1 || size[0] == 1);
+        let split = range[axis][0] + size[axis] / 2;
+        let (mut first, mut second) = (range, range);
+        first[axis][1] = split;
+        second[axis][0] = split;
+        let children: Vec<Block> =
+            [first, second].into_iter().filter_map(|range| self.block(range)).collect();
+        (!children.is_empty()).then(|| Block::of_children(middle, half, children))
+    }
+}
+
+impl Block {
+    /// Nodes, from the middle.
+    fn nodes(half: [f64; 2]) -> [Chebyshev; 2] {
+        half.map(|half| Chebyshev::new(NODES, half))
+    }
+
+    /// A cell with a uniform traction.
+    fn of_cell(middle: [f64; 2], half: [f64; 2], traction: &Vector3<f64>) -> Self {
+        let nodes = Self::nodes(half);
+        let means = [0, 1].map(|axis| nodes[axis].means(1, 2.0 * half[axis], -half[axis], false));
+        let area = 4.0 * half[0] * half[1];
+        let force = |k: usize| traction * (area * means[0][k / NODES] * means[1][k % NODES]);
+        Self { middle, half, forces: (0..NODES * NODES).map(force).collect(), children: Vec::new() }
+    }
+
+    fn of_children(middle: [f64; 2], half: [f64; 2], children: Vec<Self>) -> Self {
+        let nodes = Self::nodes(half);
+        let mut forces = vec![Vector3::zeros(); NODES * NODES];
+        for child in &children {
+            let own = Self::nodes(child.half);
+            let values = [0, 1].map(|axis| {
+                let at = own[axis].nodes().iter().map(|x| x + child.middle[axis] - middle[axis]);
+                at.map(|x| {
+                    let mut values = [0.0; NODES];
+                    nodes[axis].lagrange(x, &mut values);
+                    values
+                })
+                .collect::<Vec<_>>()
+            });
+            for (k, force) in child.forces.iter().enumerate() {
+                let (x, y) = (&values[0][k / NODES], &values[1][k % NODES]);
+                for (l, sum) in forces.iter_mut().enumerate() {
+                    *sum += force * (x[l / NODES] * y[l % NODES]);
+                }
+            }
+        }
+        Self { middle, half, forces, children }
+    }
+
+    /// Calls `with` for each of the point forces that stand for the block at `x`.
+    fn add(&self, x: &Point, field: &PointForceField, with: &mut dyn FnMut(&PointField, &Vector3<f64>)) {
+        if self.is_far(x) {
+            self.each(x, field, with);
+            return;
+        }
+        match self.children.as_slice() {
+            [] => self.divide(x, field, MOST_DIVISIONS, with),
+            children => children.iter().for_each(|child| child.add(x, field, with)),
+        }
+    }
+
+    fn is_far(&self, x: &Point) -> bool {
+        let beyond = |axis: usize| ((x[axis] - self.middle[axis]).abs() - self.half[axis]).max(0.0);
+        let distance = (beyond(0).powi(2) + beyond(1).powi(2) + x.z * x.z).sqrt();
+        2.0 * self.half[0].max(self.half[1]) <= NEAR * distance
+    }
+
+    fn each(&self, x: &Point, field: &PointForceField, with: &mut dyn FnMut(&PointField, &Vector3<f64>)) {
+        let nodes = Self::nodes(self.half);
+        for (k, force) in self.forces.iter().enumerate() {
+            let (u, v) = (nodes[0].nodes()[k / NODES], nodes[1].nodes()[k % NODES]);
+            let from = Point::new(x.x - self.middle[0] - u, x.y - self.middle[1] - v, x.z);
+            if from != Point::zeros() {
+                with(&field.at(&from), force);
+            }
+        }
+    }
+
+    /// Quarters of a cell, whose traction is that of the whole.
+    fn divide(
+        &self,
+        x: &Point,
+        field: &PointForceField,
+        divisions: usize,
+        with: &mut dyn FnMut(&PointField, &Vector3<f64>),
+    ) {
+        if divisions == 0 || self.is_far(x) {
+            self.each(x, field, with);
+            return;
+        }
+        let half = self.half.map(|half| 0.5 * half);
+        let forces: Vec<Vector3<f64>> = self.forces.iter().map(|force| force * 0.25).collect();
+        for sign in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+            let middle = [0, 1].map(|axis| self.middle[axis] + sign[axis] * half[axis]);
+            let quarter = Self { middle, half, forces: forces.clone(), children: Vec::new() };
+            quarter.divide(x, field, divisions - 1, with);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bem::half_space::{PatchIntegrator, Side, SurfaceGreen};
+    use crate::material::Stiffness;
+
+    /// Truth: at the surface under tractions the closed integrals over the cells; at depth plain sums over many points.
+    #[test]
+    fn sums_of_point_forces() {
+        let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let field = PointForceField::new(&stiffness).unwrap();
+        let traction = |ix: usize, iy: usize| Vector3::new(ix as f64 - 3.0, 10.0, 5.0 * iy as f64);
+        let (cells, spacing) = ([8, 6], [0.3, 0.2]);
+        let distribution = Distribution::new(cells, spacing, &traction);
+        let fine = |x: &Point, n: usize| -> (Vector3<f64>, Vector3<f64>) {
+            let mut sums = (Vector3::zeros(), Vector3::zeros());
+            for (ix, iy) in (0..cells[0] * n).flat_map(|ix| (0..cells[1] * n).map(move |iy| (ix, iy))) {
+                let at = |i: usize, axis: usize| {
+                    (i as f64 + 0.5) * spacing[axis] / n as f64 - 0.5 * cells[axis] as f64 * spacing[axis]
+                };
+                let from = Point::new(x.x - at(ix, 0), x.y - at(iy, 1), x.z);
+                let force = traction(ix / n, iy / n) * (spacing[0] * spacing[1] / (n * n) as f64);
+                let found = field.at(&from);
+                sums.0 += found.value * force;
+                sums.1 += found.gradient[2] * force;
+            }
+            sums
+        };
+        for x in [[0.1, 0.2, -0.6], [1.5, -0.4, -0.2], [4.0, 3.0, -5.0]].map(Point::from) {
+            let (displacement, along_z) = fine(&x, 24);
+            let found = distribution.at(&x, &field);
+            assert!((found.displacement - displacement).norm() < 3e-4 * displacement.norm(), "{x}");
+            assert!((found.gradient.column(2) - along_z).norm() < 2e-3 * found.gradient.norm(), "{x}");
+        }
+        let green = SurfaceGreen::new(&stiffness, Side::Lower).unwrap();
+        let integrals = PatchIntegrator::new(&green);
+        let x = Point::new(0.12, -0.07, 0.0);
+        let mut wanted = Vector3::zeros();
+        for (ix, iy) in (0..8).flat_map(|ix| (0..6).map(move |iy| (ix, iy))) {
+            let middle = [(ix as f64 - 3.5) * spacing[0], (iy as f64 - 2.5) * spacing[1]];
+            wanted += integrals.rectangle(spacing, [x.x - middle[0], x.y - middle[1]]) * traction(ix, iy);
+        }
+        let found = distribution.at(&x, &field).displacement;
+        assert!((found - wanted).norm() < 1e-3 * wanted.norm(), "{found} {wanted}");
+    }
+}

@@ -1,0 +1,18 @@
+//! Where the near fields of meshed bodies were computed, for `summary.json`.
+
+use crate::body::hybrid::Indicators;
+
+/// Where the near field of a body was computed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct NearFieldRecord {
+    /// The body, 1 or 2.
+    pub body: usize,
+    /// "half-space" or "mesh".
+    pub near_field: &'static str,
+    /// Why it was the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// How good the correction of the half-space is, or was found not to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indicators: Option<Indicators>,
+}

@@ -1,0 +1,76 @@
+//! Where the near field of each meshed body is computed: in a half-space that the finite elements correct, or in the mesh.
+
+use super::bodies::{KEYS, SIDES};
+use super::failure::{AtKey, Failure};
+use super::moving;
+use crate::body::hybrid::{Site, Unsuited};
+use crate::error::Error;
+use crate::frame::ContactFrame;
+use crate::scene::keys::body::NearField;
+use crate::scene::keys::solver::Coupling;
+use crate::scene::plan::{FeSpec, Plan};
+
+/// How a body comes by its flexibility on the frame.
+#[derive(Debug, Clone)]
+pub(super) enum Near {
+    /// It has no mesh.
+    Own,
+    /// Its mesh is condensed, and why no half-space is taken.
+    Mesh(String),
+    /// A half-space, corrected by its mesh.
+    HalfSpace(Box<Site>),
+}
+
+impl Near {
+    /// The half-space, if that is taken.
+    pub fn site(&self) -> Option<&Site> {
+        match self {
+            Self::HalfSpace(site) => Some(site),
+            Self::Own | Self::Mesh(_) => None,
+        }
+    }
+
+    /// Whether the mesh is condensed to the nodes under the frame.
+    pub fn is_condensed(&self) -> bool {
+        matches!(self, Self::Mesh(_))
+    }
+}
+
+/// The choice for both bodies of `plan` on `frame`.
+///
+/// # Errors
+/// If a body asks for a half-space that it has no place for, or is not sound.
+pub(super) fn choose(plan: &Plan, frame: &ContactFrame) -> Result<[Near; 2], Failure> {
+    let mut choices = [Near::Own, Near::Own];
+    for (index, choice) in choices.iter_mut().enumerate() {
+        if let Some(fe) = plan.bodies[index].fe() {
+            *choice = of_body(plan, fe, index, frame)?;
+        }
+    }
+    Ok(choices)
+}
+
+fn of_body(plan: &Plan, fe: &FeSpec, index: usize, frame: &ContactFrame) -> Result<Near, Failure> {
+    if fe.near_field == NearField::Mesh {
+        return Ok(Near::Mesh("near_field is \"mesh\"".to_owned()));
+    }
+    let moves = moving::worn_bodies(plan).any(|(worn, ..)| worn == index);
+    let found = if plan.solver.coupling == Coupling::Block {
+        Err(Unsuited("the block system takes the equations of meshes (solver.coupling)".to_owned()))
+    } else if plan.move_mesh.is_some() && moves {
+        Err(Unsuited("its mesh moves with wear (wear.move_mesh)".to_owned()))
+    } else {
+        Site::find(&fe.inputs(KEYS[index]), &fe.contact, SIDES[index], frame).at(KEYS[index])?
+    };
+    match (found, fe.near_field) {
+        (Ok(site), _) => Ok(Near::HalfSpace(Box::new(site))),
+        (Err(Unsuited(why)), NearField::HalfSpace) => Err(Failure {
+            error: Error::input(format!(
+                "{} has no place for the near field of a half-space: {why}; take \"auto\" or \"mesh\"",
+                KEYS[index]
+            )),
+            key: format!("{}.near_field", KEYS[index]),
+        }),
+        (Err(Unsuited(why)), _) => Ok(Near::Mesh(why)),
+    }
+}
