@@ -20,6 +20,7 @@ fibre = { tilt = 30.0 }
 mesh = 'MESH'
 contact = "contact"
 fixed = [{ group = "base" }]
+near_field = "mesh"
 [body2]
 kind = "rigid"
 [frame]

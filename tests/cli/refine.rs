@@ -7,8 +7,13 @@ use serde_json::Value;
 use super::tools::gmsh;
 
 /// The block under the sphere, without friction and wear.
-const SETTINGS: [&str; 4] =
-    ["friction={law=\"none\"}", "wear={law=\"none\"}", "frame.cells=[16, 16]", "output.fields=[\"error\"]"];
+const SETTINGS: [&str; 5] = [
+    "friction={law=\"none\"}",
+    "wear={law=\"none\"}",
+    "frame.cells=[16, 16]",
+    "output.fields=[\"error\"]",
+    "body1.near_field=\"mesh\"",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

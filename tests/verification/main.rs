@@ -17,6 +17,7 @@ mod fem_refusals;
 mod fem_supports;
 mod fields;
 mod gaps;
+mod hybrid;
 mod laws;
 mod mesh;
 mod normal;

@@ -1,5 +1,7 @@
 //! Loads and work of the half-space's tractions on the boundary of a body.
 
+use std::collections::HashMap;
+
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -12,8 +14,8 @@ use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
 use crate::material::Stiffness;
-use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
+use crate::mesh::{CellRef, Mesh};
 
 /// Faces computed side by side before they are added up: bounds the memory of their shares.
 const BATCH: usize = 64;
@@ -22,35 +24,48 @@ const BATCH: usize = 64;
 pub(super) const IN_PLANE: f64 = 1e-6;
 
 /// Point forces on a patch, and the half-space that carries them.
-pub(super) struct Forces<'a> {
+pub struct Forces<'a> {
+    /// The patch.
     pub patch: Patch,
     /// The half-space's material, in the axes of the patch.
     pub stiffness: &'a Stiffness,
+    /// Its field of a point force.
     pub field: &'a PointForceField,
     /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
     pub points: Vec<[f64; 2]>,
 }
 
 impl Forces<'_> {
+    /// Those at the corners and in the middle of the points.
+    pub(super) fn outermost(&self) -> Self {
+        let extreme = |sign: [f64; 2]| {
+            let along = |point: &&[f64; 2]| sign[0] * point[0] + sign[1] * point[1];
+            self.points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied()
+        };
+        let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        let points = signs.into_iter().filter_map(extreme).chain([[0.0, 0.0]]).collect();
+        Self { points, ..*self }
+    }
+
     /// Number of columns: three for each point.
     pub fn n_columns(&self) -> usize {
         3 * self.points.len()
     }
 
     /// Vector from force `i` to a point in the axes of the patch.
-    pub fn from(&self, i: usize, local: &Point) -> Point {
+    pub(super) fn from(&self, i: usize, local: &Point) -> Point {
         let [x, y] = self.points[i];
         Point::new(local.x - x, local.y - y, local.z)
     }
 
     /// Distance of a point from the nearest force.
-    pub fn distance(&self, x: &Point) -> f64 {
+    pub(super) fn distance(&self, x: &Point) -> f64 {
         let local = self.patch.local(x);
         (0..self.points.len()).map(|i| self.from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
     /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
-    pub fn displacements(&self, x: &Point, row: usize, out: &mut Columns) {
+    pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut Columns) {
         let local = self.patch.local(x);
         for i in 0..self.points.len() {
             let value = self.patch.axes.0 * self.field.at(&self.from(i, &local)).value;
@@ -96,17 +111,44 @@ pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
 }
 
 /// The faces of the body that the half-space's tractions act on.
-fn loaded_faces(model: &FeModel, patch: &Patch) -> Vec<BoundaryFace> {
-    let mesh = model.mesh();
-    let bedded: Vec<_> = model.bedded_faces().collect();
-    let outer = outer_faces(mesh).into_iter().filter(|face| !in_plane(mesh, face, patch));
-    let faces = outer.map(|face| {
-        let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed(node, c).is_some()));
-        let own = |(owner, local, _): &&_| (*owner, *local) == (face.owner, face.local_face);
-        let bedding = bedded.iter().find(own).map(|(_, _, bedding)| *bedding);
-        BoundaryFace { face, held, bedding }
-    });
-    faces.collect()
+pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
+
+impl BoundaryFaces {
+    pub fn new(model: &FeModel, patch: &Patch) -> Self {
+        let mesh = model.mesh();
+        let bedded: HashMap<(CellRef, usize), Bedding> =
+            model.bedded_faces().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
+        let outer = outer_faces(mesh).into_iter().filter(|face| !in_plane(mesh, face, patch));
+        let faces = outer.map(|face| {
+            let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed(node, c).is_some()));
+            let bedding = bedded.get(&(face.owner, face.local_face)).copied();
+            BoundaryFace { face, held, bedding }
+        });
+        Self(faces.collect())
+    }
+
+    /// Largest defect of the balance of the tractions and each of the `forces`.
+    pub fn imbalance(&self, mesh: &Mesh, forces: &Forces, ratio: f64) -> f64 {
+        let rules = FaceRules::new();
+        let fluxes: Vec<Vec<Matrix3<f64>>> = self
+            .0
+            .par_iter()
+            .map(|face| {
+                let mut flux = vec![Matrix3::zeros(); forces.points.len()];
+                for point in rules.points(mesh, &face.face, &|x| forces.distance(x), ratio) {
+                    let local = forces.patch.local(&point.at);
+                    let map = TractionMap::new(forces.stiffness, &forces.patch.axes.to_local(&point.area));
+                    for (i, flux) in flux.iter_mut().enumerate() {
+                        *flux += map.of(&forces.field.at(&forces.from(i, &local)));
+                    }
+                }
+                flux
+            })
+            .collect();
+        let mut sums = vec![Matrix3::identity(); forces.points.len()];
+        fluxes.iter().for_each(|flux| sums.iter_mut().zip(flux).for_each(|(sum, part)| *sum += part));
+        sums.iter().map(Matrix3::amax).fold(0.0, f64::max)
+    }
 }
 
 impl BoundaryTerms {
@@ -114,8 +156,7 @@ impl BoundaryTerms {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn new(model: &FeModel, forces: &Forces, ratio: f64) -> Result<Self> {
-        let faces = loaded_faces(model, &forces.patch);
+    pub fn new(model: &FeModel, forces: &Forces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
         let n = forces.n_columns();
         let n_rows = 3 * model.mesh().n_points();
         let mut terms = Self {
@@ -126,7 +167,7 @@ impl BoundaryTerms {
         };
         let mut flux = vec![Matrix3::identity(); forces.points.len()];
         let rules = FaceRules::new();
-        for batch in faces.chunks(BATCH) {
+        for batch in faces.0.chunks(BATCH) {
             interrupt::check()?;
             let shares: Vec<Result<Share>> = batch
                 .par_iter()
@@ -141,17 +182,18 @@ impl BoundaryTerms {
     }
 
     fn add(&mut self, face: &SurfaceFace, share: &Share, flux: &mut [Matrix3<f64>]) {
-        self.work.add(1.0, &share.work);
         self.n_points += share.n_points;
         flux.iter_mut().zip(&share.flux).for_each(|(sum, part)| *sum += part);
+        self.add_share(&face.nodes, &share.loads, &share.work);
+    }
+
+    /// Adds loads on some nodes, `[n_columns][3 n_nodes]`, and work.
+    pub fn add_share(&mut self, nodes: &[usize], loads: &[f64], work: &Columns) {
+        self.work.add(1.0, work);
         let n_rows = self.loads.n_rows();
-        for (column, part) in self
-            .loads
-            .values_mut()
-            .chunks_exact_mut(n_rows)
-            .zip(share.loads.chunks_exact(3 * face.nodes.len()))
-        {
-            for (&node, part) in face.nodes.iter().zip(part.chunks_exact(3)) {
+        let columns = self.loads.values_mut().chunks_exact_mut(n_rows);
+        for (column, part) in columns.zip(loads.chunks_exact(3 * nodes.len())) {
+            for (&node, part) in nodes.iter().zip(part.chunks_exact(3)) {
                 (0..3).for_each(|c| column[3 * node + c] += part[c]);
             }
         }

@@ -9,7 +9,8 @@
 //! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the held boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //! b = f_f - K_fb g: symmetric, and of twice the order of the displacements at the nodes.
 
-use super::boundary::{BoundaryTerms, Forces};
+use super::boundary::{BoundaryFaces, BoundaryTerms, Forces};
+use super::inclusions;
 use super::locate::Locator;
 use crate::error::Result;
 use crate::fem::{FeModel, Solved};
@@ -22,6 +23,9 @@ pub const BALANCE: f64 = 1e-4;
 
 /// Parts of faces against their distance from the forces: at first, and at last.
 const RATIOS: [f64; 2] = [1.0, 1.0 / 16.0];
+
+/// Parts of elements of other materials against their distance from the forces, at most.
+const INCLUSION_RATIO: f64 = 0.5;
 
 /// The correction between point forces, and the fields that belong to it.
 pub struct Correction {
@@ -45,28 +49,39 @@ impl Correction {
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
-    pub(super) fn new(model: &FeModel, forces: &Forces, memory: &MemoryLimit) -> Result<Self> {
+    pub fn new(model: &FeModel, forces: &Forces, memory: &MemoryLimit) -> Result<Self> {
+        let faces = BoundaryFaces::new(model, &forces.patch);
         let mut ratio = RATIOS[0];
-        let mut boundary = BoundaryTerms::new(model, forces, ratio)?;
-        while boundary.imbalance > BALANCE && ratio > RATIOS[1] {
+        // The outermost forces are the nearest to the boundary.
+        let outermost = forces.outermost();
+        while faces.imbalance(model.mesh(), &outermost, ratio) > BALANCE && ratio > RATIOS[1] {
             ratio *= 0.5;
-            boundary = BoundaryTerms::new(model, forces, ratio)?;
         }
-        let mut found = Self::of_terms(model, forces, boundary, memory)?;
+        let mut found = Self::of_faces(model, forces, (&faces, ratio), memory)?;
         let transposed = found.matrix.transposed();
         found.matrix.add(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
         Ok(found)
     }
 
-    /// The same as Betti's theorem gives it, symmetric but for the quadrature.
+    /// The matrix as Betti's theorem gives it, symmetric but for the quadrature, of which parts of faces are no larger than `ratio`
+    /// times their distance from the forces. Forces may act beside the body, where they have no balance with the tractions on
+    /// it; their rows then mean nothing.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn unsymmetric(model: &FeModel, forces: &Forces, ratio: f64, memory: &MemoryLimit) -> Result<Self> {
+        Self::of_faces(model, forces, (&BoundaryFaces::new(model, &forces.patch), ratio), memory)
+    }
 
-    fn of_terms(
+    fn of_faces(
         model: &FeModel,
         forces: &Forces,
-        boundary: BoundaryTerms,
+        (faces, ratio): (&BoundaryFaces, f64),
         memory: &MemoryLimit,
     ) -> Result<Self> {
+        let mut boundary = BoundaryTerms::new(model, forces, (faces, ratio))?;
+        inclusions::add(model, forces, ratio.min(INCLUSION_RATIO), &mut boundary)?;
         let n = forces.n_columns();
         let prescribed = model.prescribed_dofs();
         let held = held_displacements(model, forces, &prescribed)?;
@@ -98,12 +113,12 @@ impl Correction {
         Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, free_displacement, solved })
     }
 
-    /// The matrix as the displacement of the mesh where the forces act, which is not symmetric and of half the order.
+    /// The same as the displacement of the mesh where `at` act, by each force: not symmetric, and of half the order.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
-    pub(super) fn direct(&self, model: &FeModel, forces: &Forces) -> Result<Columns> {
-        at_forces(model, forces, &self.fields)
+    pub fn direct(&self, model: &FeModel, at: &Forces) -> Result<Columns> {
+        at_forces(model, at, &self.fields)
     }
 }
 
@@ -160,11 +175,11 @@ fn spread(model: &FeModel, prescribed: &[usize], (free, held): (&Columns, &Colum
 /// Displacement of the mesh where the forces act, in the axes of the patch.
 fn at_forces(model: &FeModel, forces: &Forces, fields: &Columns) -> Result<Columns> {
     let n = forces.n_columns();
-    let mut at = Columns::zeros(n, n)?;
+    let mut at = Columns::zeros(n, fields.n_columns())?;
     let locator = Locator::new(model.mesh(), &forces.patch);
     for (i, point) in forces.points.iter().enumerate() {
         let weights = locator.weights(*point)?;
-        for column in 0..n {
+        for column in 0..fields.n_columns() {
             let values = fields.column(column);
             let sum = |c: usize| weights.iter().map(|&(node, weight)| weight * values[3 * node + c]).sum();
             let local = forces.patch.axes.to_local(&Point::from([0, 1, 2].map(sum)));
@@ -172,86 +187,4 @@ fn at_forces(model: &FeModel, forces: &Forces, fields: &Columns) -> Result<Colum
         }
     }
     Ok(at)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Patch;
-    use super::super::sources::Chebyshev;
-    use super::*;
-    use crate::bem::half_space::{PointForceField, Side};
-    use crate::fem::{FeSpec, HexFormulation, Support};
-    use crate::geometry::Triad;
-    use crate::material::{Orientation, Placed, Placement, Stiffness};
-    use crate::mesh::structured::GradedBlock;
-
-    /// A block of half-width and depth `w`, held at its base.
-    fn block(stiffness: &Stiffness, w: f64, cells: usize) -> FeModel {
-        let mesh = GradedBlock::uniform([w; 2], w, [cells; 3]).mesh().unwrap();
-        let spec = FeSpec {
-            name: "block".into(),
-            mesh: mesh.into(),
-            regions: vec![(
-                None,
-                Placement::Single(Box::new(Placed {
-                    name: "m".into(),
-                    stiffness: stiffness.clone(),
-                    orientation: Orientation::Uniform(nalgebra::Matrix3::identity()),
-                })),
-            )],
-            formulation: HexFormulation::Standard,
-            supports: vec![Support {
-                group: "base".into(),
-                components: [true; 3],
-                value: [0.0; 3],
-                gradient: [[0.0; 3]; 3],
-            }],
-            foundations: vec![],
-            pressures: vec![],
-            tractions: vec![],
-            body_force: [0.0; 3],
-        };
-        FeModel::new(spec).unwrap()
-    }
-
-    /// Truth: a force on z = 0 beside the body makes a field that is regular in it, so that u_c = -u_hs.
-    #[test]
-    fn forces_beside_the_body() {
-        let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
-        let field = PointForceField::new(&stiffness).unwrap();
-        let nodes = Chebyshev::new(4, 1.2);
-        let mut points: Vec<[f64; 2]> =
-            nodes.nodes().iter().flat_map(|&x| nodes.nodes().iter().map(move |&y| [x, y])).collect();
-        points.push([5.0, 1.0]);
-        let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [1.2; 2]);
-        let forces = Forces { patch, stiffness: &stiffness, field: &field, points };
-        for cells in [6, 12] {
-            let model = block(&stiffness, 3.0, cells);
-            let found = Correction::of_terms(
-                &model,
-                &forces,
-                BoundaryTerms::new(&model, &forces, 1.0).unwrap(),
-                &MemoryLimit::of_machine(),
-            )
-            .unwrap();
-            let mut sums = [0.0, 0.0];
-            for i in 0..16 {
-                let from = Point::new(forces.points[i][0] - 5.0, forces.points[i][1] - 1.0, 0.0);
-                let exact = -field.at(&from).value;
-                for c in 0..9 {
-                    let (a, b) = (c % 3, c / 3);
-                    sums[0] += (found.matrix.at(3 * i + a, 48 + b) - exact[(a, b)]).powi(2);
-                    sums[1] += exact[(a, b)].powi(2);
-                }
-            }
-            println!(
-                "{cells} {:.2e} balance {:.1e} asym {:.1e} {:?}",
-                (sums[0] / sums[1]).sqrt(),
-                found.imbalance,
-                found.asymmetry,
-                found.solved
-            );
-        }
-        panic!();
-    }
 }

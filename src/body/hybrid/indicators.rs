@@ -22,7 +22,7 @@ pub const MOST_ASYMMETRY: f64 = 1e-3;
 /// Of the mean displacement.
 pub const MOST_DIFFERENCE: f64 = 0.05;
 /// Share of the highest polynomials in the operator.
-pub const MOST_TAIL: f64 = 1e-3;
+pub const MOST_TAIL: f64 = 2e-3;
 
 /// How good a correction is, all without anything to compare it with.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

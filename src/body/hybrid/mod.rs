@@ -7,6 +7,7 @@ pub mod correction;
 mod distribution;
 mod faces;
 pub mod far_field;
+mod inclusions;
 pub mod indicators;
 mod locate;
 pub mod operator;
@@ -15,6 +16,7 @@ mod site;
 mod sources;
 
 pub use body::HybridBody;
+pub use boundary::Forces;
 pub use correction::Correction;
 pub use far_field::FarField;
 pub use indicators::Indicators;

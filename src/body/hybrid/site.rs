@@ -1,7 +1,11 @@
 //! Whether a body has a place for a half-space under the frame, and what half-space that is.
 
 use super::boundary::{IN_PLANE, in_plane};
+use super::inclusions::same;
 use super::patch::Patch;
+use nalgebra::Matrix6;
+
+use crate::bem::half_space::SurfaceGreen;
 use crate::error::Result;
 use crate::fem::{FeSpec, Regions, free_motions};
 use crate::frame::{ContactFrame, Side};
@@ -13,9 +17,6 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// Distance from the patch to what bounds the body otherwise, over the shorter of half its sides, at least: nearer than that the
 /// correction has a peak at the rim that a few polynomials do not have.
 pub const LEAST_DISTANCE: f64 = 0.3;
-
-/// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
-const SAME: f64 = 1e-9;
 
 /// The half-space under the frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,12 +81,16 @@ impl Site {
         if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
         }
-        let distance = distance(spec, &patch)?;
+        let regions = Regions::new(spec)?;
+        let own = regions.element(under[0].owner).unwrap_or(0);
+        let stiffness = regions.stiffness(own);
+        let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
+        let distance = distance(spec, &patch)?.min(to_others);
         let least = LEAST_DISTANCE * half_width[0].min(half_width[1]);
         if distance < least {
             return Ok(Err(Unsuited(format!(
-                "an edge of the body, or a support, is {} from the frame; at least {LEAST_DISTANCE} of half its side, {}, are \
-                 needed",
+                "{} is {} from the frame; at least {LEAST_DISTANCE} of half its side, {}, are needed",
+                if to_others == distance { "another material" } else { "an edge of the body, or a support," },
                 number(distance),
                 number(least)
             ))));
@@ -93,16 +98,12 @@ impl Site {
         if let Some(why) = supports(spec, &patch)? {
             return unsuited(why);
         }
-        let regions = Regions::new(spec)?;
-        let owner = under[0].owner;
-        let own = regions.element(owner).map_or(0, |element| element);
-        let stiffness = regions.stiffness(own);
-        let differs = |i: usize| (regions.stiffness(i) - stiffness).amax() > SAME * stiffness.amax();
-        if (0..regions.n_elements()).any(differs) {
-            return unsuited("its material is not the same everywhere");
-        }
         let stiffness = Stiffness::from_voigt(stiffness)?;
         let isotropic = is_isotropic(&stiffness);
+        let local = stiffness.rotated(&patch.axes.0.transpose());
+        if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
+            return unsuited(error.message());
+        }
         Ok(Ok(Self { patch, stiffness, isotropic, distance }))
     }
 }
@@ -138,6 +139,13 @@ fn distance(spec: &FeSpec, patch: &Patch) -> Result<f64> {
     Ok(least)
 }
 
+/// Distance from the patch to elements of another material than that under it; infinite if there are none.
+fn distance_to_others(regions: &Regions, own: &Matrix6<f64>, mesh: &Mesh, patch: &Patch) -> f64 {
+    let others = (0..regions.n_elements()).filter(|&i| !same(&regions.stiffness(i), own));
+    let nodes = others.flat_map(|i| mesh.cell_nodes(regions.cells()[i]));
+    nodes.map(|&node| patch.distance(&patch.local(&mesh.points[node].into()))).fold(f64::INFINITY, f64::min)
+}
+
 /// What is wrong with the supports.
 fn supports(spec: &FeSpec, patch: &Patch) -> Result<Option<&'static str>> {
     let mesh = &spec.mesh;
@@ -163,5 +171,5 @@ fn is_isotropic(stiffness: &Stiffness) -> bool {
         let axial = if i < 3 && j < 3 { lambda } else { 0.0 };
         axial + if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }
     });
-    (c - wanted).amax() <= SAME * c.amax()
+    same(&wanted, c)
 }

@@ -1,0 +1,202 @@
+//! Parts of a body whose material is not that of the half-space: what their stress beyond the half-space's does.
+
+use nalgebra::{Matrix3, Matrix6, Vector6};
+use rayon::prelude::*;
+
+use super::boundary::{BoundaryTerms, Forces};
+use crate::element::ElementKind;
+use crate::error::Result;
+use crate::fem::FeModel;
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::columns::Columns;
+use crate::material::VOIGT;
+use crate::quadrature::gauss_legendre;
+
+/// Elements computed side by side before they are added up.
+const BATCH: usize = 64;
+
+/// Gauss points along each side of a part of an element.
+const POINTS: usize = 3;
+
+/// Divisions of an element, one after the other, at most.
+const MOST_DIVISIONS: usize = 6;
+
+/// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
+const SAME: f64 = 1e-9;
+
+/// Whether two stiffnesses are the same.
+pub(super) fn same(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
+    (a - b).amax() <= SAME * b.amax()
+}
+
+/// A point of the reference cell, and its derivatives by the sides of the unit cube that is collapsed to it.
+fn reference(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
+    match kind.n_corners() {
+        4 => {
+            let (p, q) = (1.0 - u, 1.0 - v);
+            ([u, v * p, w * p * q], p * p * q)
+        }
+        5 => {
+            let side = 1.0 - w;
+            ([(2.0 * u - 1.0) * side, (2.0 * v - 1.0) * side, w], 4.0 * side * side)
+        }
+        6 => ([u, v * (1.0 - u), 2.0 * w - 1.0], 2.0 * (1.0 - u)),
+        _ => ([2.0 * u - 1.0, 2.0 * v - 1.0, 2.0 * w - 1.0], 8.0),
+    }
+}
+
+/// An element of another material.
+struct Element<'a> {
+    kind: ElementKind,
+    nodes: &'a [usize],
+    points: Vec<Point>,
+    /// C - C0, global axes.
+    excess: Matrix6<f64>,
+}
+
+/// A quadrature point in it.
+struct VolumePoint {
+    at: Point,
+    volume: f64,
+    /// Derivatives of the shape functions, global axes.
+    gradients: Vec<Point>,
+}
+
+impl Element<'_> {
+    fn position(&self, xi: [f64; 3]) -> Point {
+        self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
+    }
+
+    /// Points for a field that varies over distances of `distance(x)`.
+    fn quadrature(&self, distance: &dyn Fn(&Point) -> f64, ratio: f64) -> Vec<VolumePoint> {
+        let line: Vec<(f64, f64)> =
+            gauss_legendre(POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
+        let mut points = Vec::new();
+        self.divide([0.0; 3], 1.0, (distance, ratio, &line), MOST_DIVISIONS, &mut points);
+        points
+    }
+
+    fn divide(
+        &self,
+        first: [f64; 3],
+        side: f64,
+        rule: (&dyn Fn(&Point) -> f64, f64, &[(f64, f64)]),
+        divisions: usize,
+        points: &mut Vec<VolumePoint>,
+    ) {
+        let corner = |k: usize| {
+            let at = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { side } else { 0.0 });
+            self.position(reference(self.kind, at).0)
+        };
+        let (distance, ratio, line) = rule;
+        let size = (0..4).map(|k| (corner(k) - corner(7 - k)).norm()).fold(0.0, f64::max);
+        let middle = self.position(reference(self.kind, first.map(|x| x + 0.5 * side)).0);
+        if size > ratio * distance(&middle) && divisions > 0 {
+            let half = 0.5 * side;
+            for k in 0..8 {
+                let first = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { half } else { 0.0 });
+                self.divide(first, half, rule, divisions - 1, points);
+            }
+            return;
+        }
+        for k in 0..line.len().pow(3) {
+            let pick = [k % line.len(), k / line.len() % line.len(), k / line.len().pow(2)];
+            let (xi, stretch) =
+                reference(self.kind, [0, 1, 2].map(|axis| first[axis] + side * line[pick[axis]].0));
+            let weight: f64 = pick.iter().map(|&i| line[i].1).product();
+            points.extend(self.point(xi, weight * stretch * side.powi(3)));
+        }
+    }
+
+    fn point(&self, xi: [f64; 3], weight: f64) -> Option<VolumePoint> {
+        let gradients = self.kind.shape_gradients(xi);
+        let mut jacobian = Matrix3::zeros();
+        for (x, g) in self.points.iter().zip(&gradients) {
+            jacobian += x * Point::from(*g).transpose();
+        }
+        let inverse = jacobian.try_inverse()?.transpose();
+        Some(VolumePoint {
+            at: self.position(xi),
+            volume: weight * jacobian.determinant(),
+            gradients: gradients.iter().map(|g| inverse * Point::from(*g)).collect(),
+        })
+    }
+}
+
+/// What one element adds.
+struct Share {
+    /// `[n_columns][3 n_nodes]`.
+    loads: Vec<f64>,
+    work: Columns,
+}
+
+/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material.
+///
+/// # Errors
+/// If memory does not suffice.
+pub(super) fn add(model: &FeModel, forces: &Forces, ratio: f64, terms: &mut BoundaryTerms) -> Result<()> {
+    let axes = forces.patch.axes.0;
+    let own = *forces.stiffness.rotated(&axes).voigt();
+    let (mesh, regions) = (model.mesh(), model.regions());
+    let others: Vec<usize> =
+        (0..regions.n_elements()).filter(|&i| !same(&regions.stiffness(i), &own)).collect();
+    for batch in others.chunks(BATCH) {
+        interrupt::check()?;
+        let shares: Vec<Result<(usize, Share)>> = batch
+            .par_iter()
+            .map(|&i| {
+                let cell = regions.cells()[i];
+                let nodes = mesh.cell_nodes(cell);
+                let points = nodes.iter().map(|&node| mesh.points[node].into()).collect();
+                let excess = regions.stiffness(i) - own;
+                let element = Element { kind: mesh.kind(cell), nodes, points, excess };
+                Ok((i, Share::new(&element, forces, ratio)?))
+            })
+            .collect();
+        for share in shares {
+            let (i, share) = share?;
+            terms.add_share(mesh.cell_nodes(regions.cells()[i]), &share.loads, &share.work);
+        }
+    }
+    Ok(())
+}
+
+impl Share {
+    fn new(element: &Element, forces: &Forces, ratio: f64) -> Result<Self> {
+        let points = element.quadrature(&|x| forces.distance(x), ratio);
+        let (n, n_nodes) = (forces.n_columns(), element.nodes.len());
+        let axes = forces.patch.axes.0;
+        let mut strains = Columns::zeros(6 * points.len(), n)?;
+        let mut stresses = Columns::zeros(6 * points.len(), n)?;
+        let mut loads = vec![0.0; n * 3 * n_nodes];
+        for (p, point) in points.iter().enumerate() {
+            let local = forces.patch.local(&point.at);
+            for i in 0..forces.points.len() {
+                let field = forces.field.at(&forces.from(i, &local));
+                for column in 0..3 {
+                    let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
+                    let gradient = axes * own * axes.transpose();
+                    let strain = Vector6::from(VOIGT.map(|(a, b)| {
+                        if a == b { gradient[(a, b)] } else { gradient[(a, b)] + gradient[(b, a)] }
+                    }));
+                    let stress = element.excess * strain * point.volume;
+                    let j = 3 * i + column;
+                    let rows = j * 6 * points.len() + 6 * p;
+                    strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
+                    stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
+                    let [xx, yy, zz, yz, xz, xy] = stress.into();
+                    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                    let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
+                    for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
+                        let force = tensor * gradient;
+                        (0..3).for_each(|c| load[c] -= force[c]);
+                    }
+                }
+            }
+        }
+        let mut work = Columns::zeros(n, n)?;
+        work.add_transposed_product(-1.0, &strains, &stresses);
+        Ok(Self { loads, work })
+    }
+}

@@ -1,0 +1,61 @@
+//! Blocks for the near field of a half-space: half-width and depth `w`, clamped at the base, cells smaller towards the edges.
+
+use orthowear::body::HybridBody;
+use orthowear::body::hybrid::Site;
+use orthowear::element::ElementKind;
+use orthowear::fem::{FeSpec, HexFormulation};
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::linalg::memory::MemoryLimit;
+use orthowear::material::Stiffness;
+use orthowear::mesh::Mesh;
+
+use crate::common::im7;
+use crate::fem_bodies::{clamp, spec};
+use crate::fem_meshes::block;
+
+/// Half-width of the frame.
+pub const FRAME: f64 = 1.2;
+
+/// CFRP of the trial, transversely isotropic, its fibre out of the surface by 30 degrees.
+pub fn cfrp() -> Stiffness {
+    im7(30.0)
+}
+
+/// Position in (0, 1) of cells that become `ratio` times smaller from the first to the last, `n` of them in all.
+fn shrinking(t: f64, n: usize, ratio: f64) -> f64 {
+    if n < 2 || ratio == 1.0 {
+        return t;
+    }
+    // Nodes at k / n go to sums of a geometric series; those in between halve their cells.
+    let q = ratio.powf(-1.0 / (n as f64 - 1.0));
+    let ends = |k: f64| (1.0 - q.powf(k)) / (1.0 - q.powf(n as f64));
+    let first = (t * n as f64).floor().min(n as f64 - 1.0);
+    let share = t * n as f64 - first;
+    ends(first) + share * (ends(first + 1.0) - ends(first))
+}
+
+/// A block under z = 0 of `n` cells along each edge, those in the middle and at the top `ratio` times larger than at the edges of
+/// the base.
+pub fn mesh(kind: ElementKind, w: f64, n: usize, ratio: f64) -> Mesh {
+    let across = |x: f64| {
+        let from_middle = 2.0 * x - 1.0;
+        w * from_middle.signum() * shrinking(from_middle.abs(), n / 2, ratio)
+    };
+    block(kind, [n; 3], [1.0; 3], |[x, y, z]| [across(x), across(y), -w * shrinking(1.0 - z, n, ratio)])
+}
+
+/// The same as a body of one material.
+pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> FeSpec {
+    spec(mesh(kind, w, n, ratio), stiffness.clone(), HexFormulation::Enhanced, vec![clamp("z0")])
+}
+
+/// The body with the near field of a half-space under a frame about the middle of its top.
+pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
+    let site = Site::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
+    HybridBody::new(spec, (contact, side), frame, &site, &MemoryLimit::of_machine()).unwrap()
+}
+
+/// A frame of `cells` x `cells` cells.
+pub fn frame(cells: usize) -> ContactFrame {
+    ContactFrame::grid([FRAME; 2], [cells; 2], [0.0; 2], 0.0).unwrap()
+}

@@ -1,0 +1,60 @@
+//! The correction matrix: exact where the answer is known, convergence, symmetry.
+
+use nalgebra::Vector3;
+use orthowear::bem::half_space::PointForceField;
+use orthowear::body::hybrid::{Correction, Forces, Patch};
+use orthowear::element::ElementKind::{self, Hex8, Hex27};
+use orthowear::fem::{FeModel, FeSpec, HexFormulation};
+use orthowear::frame::Side;
+use orthowear::geometry::{Point, Triad};
+use orthowear::linalg::memory::MemoryLimit;
+use orthowear::material::Stiffness;
+
+use super::blocks::{FRAME, body, cfrp};
+use crate::common::steel;
+
+/// Places on the patch, four along each side, and one beside the body.
+fn places() -> Vec<[f64; 2]> {
+    let line: Vec<f64> = (0..4).map(|k| FRAME * f64::from(2 * k - 3) / 4.0).collect();
+    let mut places: Vec<[f64; 2]> = line.iter().flat_map(|&x| line.iter().map(move |&y| [x, y])).collect();
+    places.push([5.0, 1.0]);
+    places
+}
+
+/// Relative error on the patch of the field of a force beside a body of half-width 3, by Betti's theorem and at the nodes.
+fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
+    let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
+    let model = FeModel::new(spec).unwrap();
+    let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
+    let forces = Forces { patch, stiffness, field, points: places() };
+    let found = Correction::unsymmetric(&model, &forces, 0.2, &MemoryLimit::of_machine()).unwrap();
+    let on_patch = Forces { points: places()[..16].to_vec(), ..forces };
+    let direct = found.direct(&model, &on_patch).unwrap();
+    let (mut off, mut size) = ([0.0, 0.0], 0.0);
+    for (i, place) in on_patch.points.iter().enumerate() {
+        // The field of the force is regular in the body: what is held or free of tractions there is -u_hs.
+        let exact = -field.at(&Vector3::new(place[0] - 5.0, place[1] - 1.0, 0.0)).value;
+        for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
+            let values = [found.matrix.at(3 * i + a, 48 + b), direct.at(3 * i + a, 48 + b)];
+            (0..2).for_each(|k| off[k] += (values[k] - exact[(a, b)]).powi(2));
+            size += exact[(a, b)].powi(2);
+        }
+    }
+    off.map(|sum| (sum / size).sqrt())
+}
+
+/// Truth: u_c = -u_hs exactly for a force on the plane of the contact beside the body; Betti's evaluation has twice the order of the
+/// energy, 2 for trilinear and 4 for triquadratic elements.
+#[test]
+fn forces_beside_the_body() {
+    for stiffness in [steel(), cfrp()] {
+        let field = PointForceField::new(&stiffness).unwrap();
+        let orders = |kind, cells: usize| {
+            let [coarse, fine] = [cells, 2 * cells].map(|n| beside(kind, n, &stiffness, &field));
+            [0, 1].map(|k| (coarse[k] / fine[k]).log2())
+        };
+        let [linear, quadratic] = [orders(Hex8, 12), orders(Hex27, 6)];
+        assert!(linear[0] > 1.9 && linear[1] > 1.9, "{linear:?}");
+        assert!(quadratic[0] > 3.8 && quadratic[1] > 2.8, "{quadratic:?}");
+    }
+}

@@ -1,0 +1,67 @@
+//! Loads of a rigid sphere on finite blocks against an independent program.
+
+use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
+use orthowear::body::{ElasticBody, RigidBody};
+use orthowear::contact::SolverOptions;
+use orthowear::coupling::{Coupling, couple};
+use orthowear::element::ElementKind::{self, Hex8, Hex27};
+use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
+use orthowear::friction::FrictionLaw;
+use orthowear::history::{Model, run};
+use orthowear::material::Stiffness;
+use orthowear::wear::WearLaw;
+
+use super::blocks::{body, cfrp, frame, hybrid};
+use crate::common::{Silent, indent, steel};
+
+/// A rigid sphere of 50 mm over or under a body.
+pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -> Model {
+    let mut rigid = RigidBody;
+    let distance = InitialGap::from(GapShape::Sphere { radius: 50.0 }).evaluate(frame).unwrap();
+    let coupled = match side {
+        Side::Lower => couple(body, &mut rigid, frame, Coupling::Schur, SkipVanishing),
+        Side::Upper => couple(&mut rigid, body, frame, Coupling::Schur, SkipVanishing),
+    };
+    let coupled = coupled.unwrap();
+    let initial_gap = coupled.initial_gap(&distance);
+    Model {
+        frame: frame.clone(),
+        flexibility: coupled.flexibility,
+        initial_gap,
+        floating: Vec::new(),
+        friction: FrictionLaw::None,
+        wear: WearLaw::None,
+        wear_share: 1.0,
+    }
+}
+
+/// Load at an approach of 0.02 mm without friction, on 64 x 64 cells; and unknowns.
+fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
+    let frame = frame(64);
+    let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
+    assert_eq!(body.indicators().objection(), None, "{:?}", body.indicators());
+    let model = sphere_on(&mut body, Side::Lower, &frame);
+    let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).unwrap();
+    assert!(result.records[0].converged);
+    (result.records[0].normal_force, body.n_free())
+}
+
+/// Truth: loads of an independent program (half-space with a far field of hex27 14³, extrapolated in the frame; certain to 1e-4 of
+/// steel and 1e-3 of CFRP); an infinite half-space bears 6154 N and 372 N. 64 cells add 1e-4.
+#[test]
+fn loads_of_blocks() {
+    let (steel, cfrp) = (steel(), cfrp());
+    let few = [(&steel, 3.0, 8414.4), (&steel, 6.0, 7138.7), (&steel, 12.0, 6609.7)];
+    for (stiffness, w, wanted) in few {
+        let (coarse, n) = load(Hex8, (w, 4, 1.0), stiffness);
+        assert!(n <= 300 && (coarse / wanted - 1.0).abs() < 1e-2, "{w}: {coarse} with {n}");
+        let (fine, n) = load(Hex27, (w, 6, 4.0), stiffness);
+        assert!(n <= 6084 && (fine / wanted - 1.0).abs() < 1e-3, "{w}: {fine} with {n}");
+    }
+    for (w, wanted) in [(3.0, 462.29), (6.0, 411.69)] {
+        let (coarse, n) = load(Hex27, (w, 4, 4.0), &cfrp);
+        assert!(n <= 1944 && (coarse / wanted - 1.0).abs() < 1e-2, "{w}: {coarse} with {n}");
+        let (fine, n) = load(Hex27, (w, 8, 3.0), &cfrp);
+        assert!(n <= 13_872 && (fine / wanted - 1.0).abs() < 1e-3, "{w}: {fine} with {n}");
+    }
+}
