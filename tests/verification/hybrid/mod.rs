@@ -2,5 +2,7 @@
 
 mod blocks;
 mod correction;
+mod fields;
+mod friction;
 mod hertz;
 mod operator;
