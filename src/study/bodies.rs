@@ -7,7 +7,7 @@ use super::memory;
 use super::near_field::Near;
 use super::prepare::cross;
 use super::skips::needs_solves;
-use crate::body::hybrid::Indicators;
+use crate::body::hybrid::{Indicators, Site};
 use crate::body::{ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
@@ -109,27 +109,27 @@ impl Made {
         Self { body: Box::new(body), held_bytes, near_field: None }
     }
 
-    fn with_near_field(
-        self,
-        index: usize,
-        near_field: &'static str,
-        (reason, indicators): (Option<String>, Option<Indicators>),
-    ) -> Self {
-        let record = NearFieldRecord { body: index + 1, near_field, reason, indicators };
+    fn with_near_field(self, record: NearFieldRecord) -> Self {
         Self { near_field: Some(record), ..self }
     }
 }
 
+/// The half-space of a body that must not be used: why, and its indicators.
+pub(super) struct GivenUp {
+    pub reason: String,
+    pub indicators: Indicators,
+}
+
 /// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
-/// memory `left` for it.
+/// memory `left` for it; or why its half-space must not be used.
 pub(super) fn body(
     plan: &Plan,
     (index, worn): (usize, Option<Arc<Mesh>>),
     (frame, near): (&ContactFrame, &Near),
     left: MemoryLimit,
-) -> Result<Made, Failure> {
+) -> Result<Result<Made, GivenUp>, Failure> {
     let key = KEYS[index];
-    Ok(match &plan.bodies[index] {
+    Ok(Ok(match &plan.bodies[index] {
         BodySpec::Rigid => Made::new(RigidBody, 0),
         BodySpec::HalfSpace(elastic) => {
             let body = half_space_of(plan, elastic, index, frame)?.with_memory(left);
@@ -140,26 +140,8 @@ pub(super) fn body(
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            let mut reason = match near {
-                Near::Mesh(why) => Some(why.clone()),
-                Near::Own | Near::HalfSpace(_) => None,
-            };
-            let mut indicators = None;
             if let Some(site) = near.site() {
-                let contact = (fe.contact.as_str(), SIDES[index]);
-                let body = HybridBody::new(fe.inputs(key), contact, frame, site, &left).at(key)?;
-                let body = body.with_limits(plan.limits.clone());
-                let found = *body.indicators();
-                reason = found.objection();
-                if reason.is_none() {
-                    let held = body.held_bytes();
-                    return Ok(Made::new(body, held).with_near_field(
-                        index,
-                        "half-space",
-                        (None, Some(found)),
-                    ));
-                }
-                indicators = Some(found);
+                return half_space_under(plan, fe, (index, frame, site), &left);
             }
             let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
@@ -167,9 +149,38 @@ pub(super) fn body(
             let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::held(&body);
             let body = body.with_limits(plan.limits.clone());
-            Made::new(body, held).with_near_field(index, "mesh", (reason, indicators))
+            let reason = if let Near::Mesh(why) = near { Some(why.clone()) } else { None };
+            Made::new(body, held).with_near_field(NearFieldRecord {
+                body: index + 1,
+                near_field: "mesh",
+                reason,
+                indicators: None,
+            })
         }
-    })
+    }))
+}
+
+/// Body `index` as the half-space of `site`, corrected by its mesh.
+fn half_space_under(
+    plan: &Plan,
+    fe: &FeSpec,
+    (index, frame, site): (usize, &ContactFrame, &Site),
+    left: &MemoryLimit,
+) -> Result<Result<Made, GivenUp>, Failure> {
+    let key = KEYS[index];
+    let contact = (fe.contact.as_str(), SIDES[index]);
+    let body = HybridBody::new(fe.inputs(key), contact, frame, site, left).at(key)?;
+    let indicators = *body.indicators();
+    if let Some(reason) = indicators.objection() {
+        return Ok(Err(GivenUp { reason, indicators }));
+    }
+    let held = body.held_bytes();
+    Ok(Ok(Made::new(body.with_limits(plan.limits.clone()), held).with_near_field(NearFieldRecord {
+        body: index + 1,
+        near_field: "half-space",
+        reason: None,
+        indicators: Some(indicators),
+    })))
 }
 
 /// Body `index` of `elastic` as a half-space with the settings of a plan.

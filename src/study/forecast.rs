@@ -5,8 +5,10 @@ use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::memory::{self, compresses, of_frame, of_half_space};
-use super::near_field::choose;
+use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
+use crate::body::HybridBody;
+use crate::body::hybrid::Site;
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
@@ -37,6 +39,10 @@ const BANDWIDTH: f64 = 6e9;
 
 /// Seconds per point of the zero-padded grid and application of a half-space operator.
 const PER_POINT: f64 = 4.0e-8;
+
+/// Seconds per unknown and column of a far field, and of the table of an anisotropic material.
+const PER_VALUE: f64 = 1.5e-6;
+const TABLE: f64 = 1.0;
 
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
@@ -100,8 +106,9 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
     refuse_impossible_controls(plan, &frame)?;
     let near = choose(plan, &frame)?;
     let frame = with_candidates(plan, frame, &near)?;
-    let first = body(plan, 0, &frame, memory::left(plan, &frame, 0))?;
-    let second = body(plan, 1, &frame, memory::left(plan, &frame, first.held_bytes))?;
+    let first = body(plan, 0, (&frame, &near[0]), memory::left(plan, &frame, 0))?;
+    let left = memory::left(plan, &frame, first.held_bytes);
+    let second = body(plan, 1, (&frame, &near[1]), left)?;
     let bodies = [first, second];
     if plan.bodies.iter().all(|body| matches!(body, BodySpec::Rigid)) {
         let error = crate::error::Error::input(
@@ -146,7 +153,12 @@ fn solves(step: &Step) -> usize {
     }
 }
 
-fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> Result<BodyForecast, Failure> {
+fn body(
+    plan: &Plan,
+    index: usize,
+    (frame, near): (&ContactFrame, &Near),
+    left: MemoryLimit,
+) -> Result<BodyForecast, Failure> {
     let n = frame.n_cells() as f64;
     Ok(match &plan.bodies[index] {
         BodySpec::Rigid => BodyForecast {
@@ -186,7 +198,51 @@ fn body(plan: &Plan, index: usize, frame: &ContactFrame, left: MemoryLimit) -> R
                 cached: Cached::Nothing,
             }
         }
-        BodySpec::Fe(fe) => finite_elements(plan, fe, index, (frame, left))?,
+        BodySpec::Fe(fe) => match near.site() {
+            Some(site) => far_field(fe, index, (frame, site), &left)?,
+            None => finite_elements(plan, fe, index, (frame, left))?,
+        },
+    })
+}
+
+/// A meshed body that carries what the half-space of `site` lacks.
+fn far_field(
+    fe: &FeSpec,
+    index: usize,
+    (frame, site): (&ContactFrame, &Site),
+    left: &MemoryLimit,
+) -> Result<BodyForecast, Failure> {
+    let key = KEYS[index];
+    let model = FeModel::within(fe.inputs(key), left).at(key)?;
+    let analysis = model.analyse(&[]).at(key)?;
+    let method = analysis.method(&model, left).context(|| key.to_owned()).at(key)?;
+    let (how, solving) = how(&model, &analysis, method);
+    let nodes = site.first_nodes();
+    let columns = 3 * nodes[0] * nodes[1];
+    let [peak, _] = analysis.bytes_by(&model, method);
+    let n = frame.n_cells() as f64;
+    let columns_bytes = HybridBody::columns_bytes(&model, columns);
+    let held_bytes = model.memory_bytes() + columns_bytes / 4 + memory::of_grid(frame);
+    let n_free = model.n_free() as f64;
+    let values = n_free * columns as f64;
+    Ok(BodyForecast {
+        what: format!(
+            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials; {how}",
+            fe.elastic.name,
+            fe.mesh.volume_cells().count(),
+            model.n_free(),
+            nodes[0],
+            nodes[1]
+        ),
+        memory_bytes: (peak + columns_bytes).max(held_bytes) as f64,
+        held_bytes,
+        note: None,
+        seconds: solving
+            + (PER_UNKNOWN + ASSEMBLY) * n_free
+            + PER_VALUE * values
+            + if site.isotropic { 0.1 } else { TABLE },
+        application: 4.2 * n * PER_POINT,
+        cached: Cached::Nothing,
     })
 }
 

@@ -43,11 +43,16 @@ pub(super) fn compresses(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan))
 }
 
+/// Bytes of the operator of a half-space on the whole grid of `frame`; 0 if that is none.
+pub(super) fn of_grid(frame: &ContactFrame) -> usize {
+    frame.grid.map_or(0, |grid| 4 * 8 * 16 * grid.cells[0] * grid.cells[1])
+}
+
 /// Bytes of the operator of a half-space on `frame`.
 pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
     match frame.grid {
         // Of the whole grid, of which the body may have a part.
-        Some(grid) => 4 * 8 * 16 * grid.cells[0] * grid.cells[1],
+        Some(_) => of_grid(frame),
         None if compresses(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),
     }

@@ -2,14 +2,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::bodies::{KEYS, body, frame};
+use super::bodies::{GivenUp, KEYS, body, frame};
 use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
 use super::grow::{self, Outgrown};
 use super::memory;
 use super::moving::{self, Meshes};
-use super::near_field::choose;
+use super::near_field::{Near, choose};
 use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
@@ -87,7 +87,7 @@ pub fn prepare_worn<'p>(
     progress("frame", 0.0);
     let frame = timings.measure("frame", || given.map_or_else(|| frame(plan), |given| Ok(given.clone())))?;
     refuse_impossible_controls(plan, &frame)?;
-    let near = choose(plan, &frame)?;
+    let mut near = choose(plan, &frame)?;
     let mut notes = super::fit::check(plan, &frame, &near)?;
     let frame = timings.measure("frame", || with_candidates(plan, frame, &near))?;
     let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
@@ -97,12 +97,29 @@ pub fn prepare_worn<'p>(
         }
         progress(key, 0.0);
         let left = memory::left(plan, &frame, held);
-        let made = timings.measure(key, || body(plan, (index, worn), (&frame, &near[index]), left))?;
+        let half_space =
+            timings.measure(key, || body(plan, (index, worn.clone()), (&frame, &near[index]), left))?;
+        let mut made = match half_space {
+            Ok(made) => made,
+            Err(given_up) => {
+                let why = given_up_note(key, &given_up);
+                near[index] = Near::Mesh(given_up.reason.clone());
+                let fits = super::fit::check(plan, &frame, &near);
+                let fits =
+                    fits.map_err(|failure| Failure { error: failure.error.context(&why), ..failure })?;
+                notes.extend(fits.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
+                notes.push(why);
+                let meshed =
+                    timings.measure(key, || body(plan, (index, worn), (&frame, &near[index]), left))?;
+                let mut made = meshed.unwrap_or_else(|_| unreachable!("a mesh is not given up"));
+                if let Some(record) = &mut made.near_field {
+                    record.indicators = Some(given_up.indicators);
+                }
+                made
+            }
+        };
         held += made.held_bytes;
-        if let Some(record) = made.near_field {
-            notes.extend(given_up(key, &record));
-            near_fields.push(record);
-        }
+        near_fields.extend(made.near_field.take());
         bodies.push(made.body);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =
@@ -159,13 +176,13 @@ pub fn prepare_worn<'p>(
     }))
 }
 
-/// A note if a half-space was tried for the near field of body `key` and given up.
-fn given_up(key: &str, record: &NearFieldRecord) -> Option<String> {
-    let reason = record.reason.as_ref().filter(|_| record.indicators.is_some())?;
-    Some(format!(
-        "the near field of {key} is that of its mesh and not of a half-space: {reason}; a finer mesh, above all towards the edges \
-         of what is held, may mend it"
-    ))
+/// That the half-space of body `key` was tried for its near field and given up.
+fn given_up_note(key: &str, given_up: &GivenUp) -> String {
+    format!(
+        "the near field of {key} is that of its mesh and not of a half-space: {}; a finer mesh, above all towards the edges of what \
+         is held, may mend it",
+        given_up.reason
+    )
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.

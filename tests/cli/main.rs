@@ -12,6 +12,7 @@ mod limits;
 mod loads;
 mod materials;
 mod moved;
+mod near_field;
 mod outputs;
 mod refine;
 mod repeated;

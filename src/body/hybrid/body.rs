@@ -9,7 +9,7 @@ use super::boundary::{Forces, IN_PLANE};
 use super::correction::Correction;
 use super::distribution::Distribution;
 use super::far_field::FarField;
-use super::indicators::{Indicators, MOST_TAIL};
+use super::indicators::{Indicators, WANTED_TAIL};
 use super::operator::corrected;
 use super::patch::Patch;
 use super::site::Site;
@@ -85,14 +85,16 @@ impl HybridBody {
         let local = site.stiffness.rotated(&site.patch.axes.0.transpose());
         let field = PointForceField::new(&local)?;
         let own = SurfaceGreen::new(&local, Side::Lower)?;
-        let mut m = [0, 1].map(|axis| first_nodes(site, axis));
+        let mut m = site.first_nodes();
         let (correction, indicators) = loop {
+            let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
+            memory.ensure(Self::columns_bytes(&model, 3 * m[0] * m[1]) as u128, what, mend)?;
             let points = points(site, m);
             let forces = Forces { patch: site.patch, stiffness: &local, field: &field, points };
             let correction = Correction::new(&model, &forces, memory)?;
             let direct = correction.direct(&model, &forces)?;
             let indicators = Indicators::new(&correction, &direct, (&site.patch, m), &own)?;
-            if indicators.tail <= MOST_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
+            if indicators.tail <= WANTED_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
                 break (correction, indicators);
             }
             m = m.map(|m| (m + 2).min(MOST_NODES));
@@ -194,27 +196,21 @@ impl HybridBody {
         self.stiffness.voigt() * Vector6::from(strain)
     }
 
+    /// Bytes that `columns` fields of a model take at the peak, of which it keeps a quarter.
+    pub fn columns_bytes(model: &FeModel, columns: usize) -> usize {
+        4 * 8 * 3 * model.mesh().n_points() * columns
+    }
+
     /// Bytes that it keeps.
     pub fn held_bytes(&self) -> usize {
-        8 * self.correction.fields.values().len() + 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1]
+        let operator = 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1];
+        self.model.memory_bytes() + 8 * self.correction.fields.values().len() + operator
     }
 
     /// Number of unknowns of its finite elements.
     pub fn n_free(&self) -> usize {
         self.model.n_free()
     }
-}
-
-/// Nodes to begin with along an axis: as many as a body of such a distance needs.
-fn first_nodes(site: &Site, axis: usize) -> usize {
-    let distance = site.distance / site.patch.half_width[axis];
-    let nodes = match distance {
-        d if d >= 4.0 => 4,
-        d if d >= 2.0 => 5,
-        d if d >= 1.0 => 6,
-        _ => 7,
-    };
-    if site.isotropic { nodes } else { nodes + 1 }
 }
 
 /// The nodes of the patch, those along y one after the other.

@@ -20,9 +20,11 @@ pub const MOST_IMBALANCE: f64 = 1e-4;
 /// Of the terms of the boundary.
 pub const MOST_ASYMMETRY: f64 = 1e-3;
 /// Of the mean displacement.
-pub const MOST_DIFFERENCE: f64 = 0.05;
+pub const MOST_DIFFERENCE: f64 = 0.1;
 /// Share of the highest polynomials in the operator.
-pub const MOST_TAIL: f64 = 2e-3;
+pub const MOST_TAIL: f64 = 1e-2;
+/// The same, above which more nodes are taken.
+pub const WANTED_TAIL: f64 = 2e-3;
 
 /// How good a correction is, all without anything to compare it with.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

@@ -108,6 +108,21 @@ impl Site {
     }
 }
 
+impl Site {
+    /// Nodes along x and y of the patch to begin with: as many as a body of such a distance usually needs.
+    pub fn first_nodes(&self) -> [usize; 2] {
+        self.patch.half_width.map(|half| {
+            let nodes = match self.distance / half {
+                distance if distance >= 4.0 => 4,
+                distance if distance >= 2.0 => 5,
+                distance if distance >= 1.0 => 6,
+                _ => 7,
+            };
+            if self.isotropic { nodes } else { nodes + 1 }
+        })
+    }
+}
+
 /// Whether some part of a face may lie under the rectangle.
 fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
     (0..2).all(|axis| {
