@@ -113,7 +113,10 @@ fn no_place_for_a_half_space() {
             "an edge of the body, or a support, is 0.1 from the frame",
         ),
         (&["frame={kind=\"mesh\", body=1}"], "faces or nodes of a mesh"),
-        (&["body1.fixed=[{group=\"base\", components=[\"z\"]}]"], "floats"),
+        (
+            &["body1.fixed=[{group=\"base\", components=[\"z\"]}]", "steps.1={name=\"hold\", approach=0.02}"],
+            "floats",
+        ),
         (&["solver.coupling=\"block\"", "frame.cells=[4, 4]"], "the block system"),
     ];
     for (sets, why) in cases {

@@ -90,10 +90,16 @@ impl HybridBody {
             let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
             memory.ensure(Self::columns_bytes(&model, 3 * m[0] * m[1]) as u128, what, mend)?;
             let points = points(site, m);
-            let forces = Forces { patch: site.patch, stiffness: &local, field: &field, points };
+            let forces = Forces {
+                patch: site.patch,
+                stiffness: &local,
+                field: &field,
+                points,
+                surface: &site.surface,
+            };
             let correction = Correction::new(&model, &forces, memory)?;
             let direct = correction.direct(&model, &forces)?;
-            let indicators = Indicators::new(&correction, &direct, (&site.patch, m), &own)?;
+            let indicators = Indicators::new(&correction, &direct, (site, m), &own)?;
             if indicators.tail <= WANTED_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
                 break (correction, indicators);
             }

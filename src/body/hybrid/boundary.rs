@@ -1,6 +1,6 @@
 //! Loads and work of the half-space's tractions on the boundary of a body.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -33,6 +33,8 @@ pub struct Forces<'a> {
     pub field: &'a PointForceField,
     /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
     pub points: Vec<[f64; 2]>,
+    /// Faces off the plane that stand for it: a curved contact surface about the patch.
+    pub surface: &'a [FaceRef],
 }
 
 impl Forces<'_> {
@@ -83,6 +85,9 @@ fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut Columns) {
     }
 }
 
+/// A face of a mesh: its solid, and its index among the faces of that.
+pub type FaceRef = (CellRef, usize);
+
 /// A face off the plane of the patch.
 struct BoundaryFace {
     face: SurfaceFace,
@@ -114,11 +119,15 @@ pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
 pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
 
 impl BoundaryFaces {
-    pub fn new(model: &FeModel, patch: &Patch) -> Self {
+    pub fn new(model: &FeModel, forces: &Forces) -> Self {
         let mesh = model.mesh();
-        let bedded: HashMap<(CellRef, usize), Bedding> =
+        let surface: HashSet<FaceRef> = forces.surface.iter().copied().collect();
+        let bedded: HashMap<FaceRef, Bedding> =
             model.bedded_faces().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
-        let outer = outer_faces(mesh).into_iter().filter(|face| !in_plane(mesh, face, patch));
+        let elsewhere = |face: &SurfaceFace| {
+            !in_plane(mesh, face, &forces.patch) && !surface.contains(&(face.owner, face.local_face))
+        };
+        let outer = outer_faces(mesh).into_iter().filter(elsewhere);
         let faces = outer.map(|face| {
             let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed(node, c).is_some()));
             let bedding = bedded.get(&(face.owner, face.local_face)).copied();

@@ -24,6 +24,12 @@ pub const BALANCE: f64 = 1e-4;
 /// Parts of faces against their distance from the forces: at first, and at last.
 const RATIOS: [f64; 2] = [1.0, 1.0 / 16.0];
 
+/// From one to the next.
+const STEP: f64 = 0.7;
+
+/// On bodies with a curved contact.
+const CURVED_RATIO: f64 = 0.35;
+
 /// Parts of elements of other materials against their distance from the forces, at most.
 const INCLUSION_RATIO: f64 = 0.5;
 
@@ -50,12 +56,17 @@ impl Correction {
     /// # Errors
     /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
     pub fn new(model: &FeModel, forces: &Forces, memory: &MemoryLimit) -> Result<Self> {
-        let faces = BoundaryFaces::new(model, &forces.patch);
+        let faces = BoundaryFaces::new(model, forces);
         let mut ratio = RATIOS[0];
         // The outermost forces are the nearest to the boundary.
         let outermost = forces.outermost();
-        while faces.imbalance(model.mesh(), &outermost, ratio) > BALANCE && ratio > RATIOS[1] {
-            ratio *= 0.5;
+        if !forces.surface.is_empty() {
+            // What leaves through the curved surface is missing from the balance.
+            ratio = CURVED_RATIO;
+        } else {
+            while faces.imbalance(model.mesh(), &outermost, ratio) > BALANCE && ratio > RATIOS[1] {
+                ratio *= STEP;
+            }
         }
         let mut found = Self::of_faces(model, forces, (&faces, ratio), memory)?;
         let transposed = found.matrix.transposed();
@@ -71,7 +82,7 @@ impl Correction {
     /// # Errors
     /// As [`Self::new`].
     pub fn unsymmetric(model: &FeModel, forces: &Forces, ratio: f64, memory: &MemoryLimit) -> Result<Self> {
-        Self::of_faces(model, forces, (&BoundaryFaces::new(model, &forces.patch), ratio), memory)
+        Self::of_faces(model, forces, (&BoundaryFaces::new(model, forces), ratio), memory)
     }
 
     fn of_faces(
@@ -176,7 +187,7 @@ fn spread(model: &FeModel, prescribed: &[usize], (free, held): (&Columns, &Colum
 fn at_forces(model: &FeModel, forces: &Forces, fields: &Columns) -> Result<Columns> {
     let n = forces.n_columns();
     let mut at = Columns::zeros(n, fields.n_columns())?;
-    let locator = Locator::new(model.mesh(), &forces.patch);
+    let locator = Locator::new(model.mesh(), forces);
     for (i, point) in forces.points.iter().enumerate() {
         let weights = locator.weights(*point)?;
         for column in 0..fields.n_columns() {

@@ -1,6 +1,8 @@
 //! The face of the patch under a point, and its shape functions there.
 
-use super::boundary::in_plane;
+use std::collections::HashSet;
+
+use super::boundary::{FaceRef, Forces, in_plane};
 use super::patch::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, number};
@@ -13,7 +15,7 @@ const MOST_STEPS: usize = 30;
 /// How far outside of a face in reference coordinates a point still lies on it.
 const BORDER: f64 = 1e-7;
 
-/// The faces in the plane of a patch.
+/// The faces of the surface that a patch lies on.
 pub(super) struct Locator<'a> {
     mesh: &'a Mesh,
     patch: &'a Patch,
@@ -21,9 +23,13 @@ pub(super) struct Locator<'a> {
 }
 
 impl<'a> Locator<'a> {
-    pub fn new(mesh: &'a Mesh, patch: &'a Patch) -> Self {
-        let faces = outer_faces(mesh).into_iter().filter(|face| in_plane(mesh, face, patch)).collect();
-        Self { mesh, patch, faces }
+    pub fn new(mesh: &'a Mesh, forces: &'a Forces) -> Self {
+        let patch = &forces.patch;
+        let surface: HashSet<FaceRef> = forces.surface.iter().copied().collect();
+        let on_surface = |face: &SurfaceFace| {
+            in_plane(mesh, face, patch) || surface.contains(&(face.owner, face.local_face))
+        };
+        Self { mesh, patch, faces: outer_faces(mesh).into_iter().filter(on_surface).collect() }
     }
 
     /// Nodes and weights of the displacement at a point of the patch.

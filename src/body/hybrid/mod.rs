@@ -16,7 +16,7 @@ mod site;
 mod sources;
 
 pub use body::HybridBody;
-pub use boundary::Forces;
+pub use boundary::{FaceRef, Forces};
 pub use correction::Correction;
 pub use far_field::FarField;
 pub use indicators::Indicators;

@@ -25,6 +25,11 @@ impl Patch {
         Self { axes: Triad(axes), middle, half_width }
     }
 
+    /// Of two heights along the global z the one further out of the body.
+    pub fn outermost(&self, low: f64, high: f64) -> f64 {
+        if self.axes.normal().z > 0.0 { high } else { low }
+    }
+
     /// Coordinates in the axes of the patch, from its middle.
     pub fn local(&self, x: &Point) -> Point {
         self.axes.to_local(&(x - self.middle))

@@ -1,6 +1,8 @@
 //! Whether a body has a place for a half-space under the frame, and what half-space that is.
 
-use super::boundary::{IN_PLANE, in_plane};
+use std::collections::HashSet;
+
+use super::boundary::{FaceRef, IN_PLANE, in_plane};
 use super::inclusions::same;
 use super::patch::Patch;
 use nalgebra::Matrix6;
@@ -18,6 +20,9 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// correction has a peak at the rim that a few polynomials do not have.
 pub const LEAST_DISTANCE: f64 = 0.3;
 
+/// Rise of a curved surface under the frame over the longer of half its sides, at most.
+pub const MOST_RISE: f64 = 0.05;
+
 /// The half-space under the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
@@ -29,6 +34,10 @@ pub struct Site {
     pub isotropic: bool,
     /// Distance from the patch to the rest of the boundary, mm.
     pub distance: f64,
+    /// Height of the surface under the frame, over the longer of half its sides; 0 for a plane.
+    pub rise: f64,
+    /// The faces of a curved surface about the patch, which stand for its tangent plane.
+    pub surface: Vec<FaceRef>,
 }
 
 /// Why a body has none.
@@ -71,13 +80,17 @@ impl Site {
         if !low.is_finite() {
             return unsuited("no face of the contact group lies under the frame");
         }
-        if high - low > tolerance {
+        let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
+        if rise > MOST_RISE {
             return Ok(Err(Unsuited(format!(
-                "its surface is not plane under the frame (heights differ by {})",
+                "its surface is not plane under the frame: heights differ by {}, at most {MOST_RISE} of half its side are allowed",
                 number(high - low)
             ))));
         }
-        let patch = Patch { middle: Point::new(middle.x, middle.y, 0.5 * (low + high)), ..level };
+        // The tangent plane of a curved surface.
+        let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outermost(low, high) };
+        let patch = Patch { middle: Point::new(middle.x, middle.y, height), ..level };
+        let surface = if rise == 0.0 { Vec::new() } else { about(mesh, &faces, &patch) };
         if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
         }
@@ -85,7 +98,7 @@ impl Site {
         let own = regions.element(under[0].owner).unwrap_or(0);
         let stiffness = regions.stiffness(own);
         let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
-        let distance = distance(spec, &patch)?.min(to_others);
+        let distance = distance(spec, &patch, &surface)?.min(to_others);
         let least = LEAST_DISTANCE * half_width[0].min(half_width[1]);
         if distance < least {
             return Ok(Err(Unsuited(format!(
@@ -104,7 +117,7 @@ impl Site {
         if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
             return unsuited(error.message());
         }
-        Ok(Ok(Self { patch, stiffness, isotropic, distance }))
+        Ok(Ok(Self { patch, stiffness, isotropic, distance, rise, surface }))
     }
 }
 
@@ -133,12 +146,26 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
     })
 }
 
+/// The faces of a contact surface within half a side about the patch.
+fn about(mesh: &Mesh, faces: &[SurfaceFace], patch: &Patch) -> Vec<FaceRef> {
+    let near = |face: &&SurfaceFace| {
+        let locals = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into()));
+        let level = |x: Point| patch.distance(&Point::new(x.x, x.y, 0.0));
+        locals.map(level).fold(f64::INFINITY, f64::min) <= patch.size()
+    };
+    faces.iter().filter(near).map(|face| (face.owner, face.local_face)).collect()
+}
+
 /// Distance from the patch to the faces out of its plane and to the nodes that are held.
-fn distance(spec: &FeSpec, patch: &Patch) -> Result<f64> {
+fn distance(spec: &FeSpec, patch: &Patch, surface: &[FaceRef]) -> Result<f64> {
     let mesh = &spec.mesh;
+    let surface: HashSet<FaceRef> = surface.iter().copied().collect();
+    let elsewhere = |face: &&SurfaceFace| {
+        !in_plane(mesh, face, patch) && !surface.contains(&(face.owner, face.local_face))
+    };
     let mut least = f64::INFINITY;
     let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
-    for face in outer_faces(mesh).iter().filter(|face| !in_plane(mesh, face, patch)) {
+    for face in outer_faces(mesh).iter().filter(elsewhere) {
         let n = face.kind.n_corners();
         for i in 0..n {
             let [a, b] = [i, (i + 1) % n].map(|corner| Point::from(mesh.points[face.nodes[corner]]));

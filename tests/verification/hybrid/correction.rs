@@ -26,7 +26,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();
     let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
-    let forces = Forces { patch, stiffness, field, points: places() };
+    let forces = Forces { patch, stiffness, field, points: places(), surface: &[] };
     let found = Correction::unsymmetric(&model, &forces, 0.2, &MemoryLimit::of_machine()).unwrap();
     let on_patch = Forces { points: places()[..16].to_vec(), ..forces };
     let direct = found.direct(&model, &on_patch).unwrap();

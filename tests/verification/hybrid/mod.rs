@@ -2,6 +2,7 @@
 
 mod blocks;
 mod correction;
+mod curved;
 mod fields;
 mod friction;
 mod hertz;
