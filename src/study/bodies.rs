@@ -102,11 +102,13 @@ pub(super) struct Made {
     pub held_bytes: usize,
     /// Where its near field is computed, if it has a mesh.
     pub near_field: Option<NearFieldRecord>,
+    /// What the user should know of how it was made.
+    pub note: Option<String>,
 }
 
 impl Made {
     fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
-        Self { body: Box::new(body), held_bytes, near_field: None }
+        Self { body: Box::new(body), held_bytes, near_field: None, note: None }
     }
 
     fn with_near_field(self, record: NearFieldRecord) -> Self {
@@ -141,7 +143,7 @@ pub(super) fn body(
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
             if let Some(site) = near.site() {
-                return half_space_under(plan, fe, (index, frame, site), &left);
+                return half_space_under(plan, fe, (index, frame, site), left);
             }
             let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
             let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
@@ -165,17 +167,19 @@ fn half_space_under(
     plan: &Plan,
     fe: &FeSpec,
     (index, frame, site): (usize, &ContactFrame, &Site),
-    left: &MemoryLimit,
+    left: MemoryLimit,
 ) -> Result<Result<Made, GivenUp>, Failure> {
     let key = KEYS[index];
+    let resources = Resources { cache: plan.cache.as_ref(), keep: Keep::Flexibility, memory: left };
     let contact = (fe.contact.as_str(), SIDES[index]);
-    let body = HybridBody::new(fe.inputs(key), contact, frame, site, left).at(key)?;
+    let body = HybridBody::new(fe.inputs(key), contact, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
     if let Some(reason) = indicators.objection() {
         return Ok(Err(GivenUp { reason, indicators }));
     }
-    let held = body.held_bytes();
-    Ok(Ok(Made::new(body.with_limits(plan.limits.clone()), held).with_near_field(NearFieldRecord {
+    let (held, note) = (body.held_bytes(), body.note().map(str::to_owned));
+    let body = body.with_limits(plan.limits.clone());
+    Ok(Ok(Made { note, ..Made::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
         near_field: "half-space",
         reason: None,

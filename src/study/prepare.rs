@@ -120,6 +120,7 @@ pub fn prepare_worn<'p>(
         };
         held += made.held_bytes;
         near_fields.extend(made.near_field.take());
+        notes.extend(made.note.take());
         bodies.push(made.body);
     }
     let [mut body1, mut body2]: [Box<dyn ElasticBody>; 2] =

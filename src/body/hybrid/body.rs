@@ -17,10 +17,9 @@ use super::sources::Chebyshev;
 use crate::bem::half_space::{CrossBlocks, PointForceField, SurfaceGreen};
 use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::error::{Context, Error, Result};
-use crate::fem::{FeModel, FeSpec, StressRecovery, contact_points};
+use crate::fem::{FeModel, FeSpec, Resources, StressRecovery, contact_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
-use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::Flexibility;
 use crate::material::strength::Limit;
 use crate::material::{Stiffness, VOIGT};
@@ -43,6 +42,8 @@ pub struct HybridBody {
     /// Of the half-space, global axes.
     stiffness: Stiffness,
     field: PointForceField,
+    /// What the user should know of the cache.
+    note: Option<String>,
     model: FeModel,
     limits: BTreeMap<String, Limit>,
     faces: Vec<SurfaceFace>,
@@ -61,10 +62,10 @@ impl HybridBody {
         (contact, side): (&str, Side),
         frame: &ContactFrame,
         site: &Site,
-        memory: &MemoryLimit,
+        resources: &Resources,
     ) -> Result<Self> {
         let name = spec.name.clone();
-        Self::build(spec, (contact, side), frame, site, memory).context(|| name)
+        Self::build(spec, (contact, side), frame, site, resources).context(|| name)
     }
 
     fn build(
@@ -72,8 +73,9 @@ impl HybridBody {
         (contact, side): (&str, Side),
         frame: &ContactFrame,
         site: &Site,
-        memory: &MemoryLimit,
+        resources: &Resources,
     ) -> Result<Self> {
+        let memory = &resources.memory;
         let grid = frame.grid.ok_or_else(|| Error::input("a half-space under a mesh needs a grid frame"))?;
         let mesh = spec.mesh.clone();
         let faces = group_faces(&mesh, contact)?;
@@ -83,7 +85,7 @@ impl HybridBody {
         let green = SurfaceGreen::new(&in_frame, side)?;
         let model = FeModel::within(spec, memory)?;
         let local = site.stiffness.rotated(&site.patch.axes.0.transpose());
-        let field = PointForceField::new(&local)?;
+        let (field, note) = PointForceField::cached(&local, resources.cache)?;
         let own = SurfaceGreen::new(&local, Side::Lower)?;
         let mut m = site.first_nodes();
         let (correction, indicators) = loop {
@@ -99,7 +101,7 @@ impl HybridBody {
             };
             let correction = Correction::new(&model, &forces, memory)?;
             let direct = correction.direct(&model, &forces)?;
-            let indicators = Indicators::new(&correction, &direct, (site, m), &own)?;
+            let indicators = Indicators::new(&correction, &direct, (site, m), (&own, field.error()))?;
             if indicators.tail <= WANTED_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
                 break (correction, indicators);
             }
@@ -124,6 +126,7 @@ impl HybridBody {
             patch: site.patch,
             stiffness: site.stiffness.clone(),
             field,
+            note,
             model,
             limits: BTreeMap::new(),
             faces,
@@ -136,6 +139,11 @@ impl HybridBody {
     /// How good its correction is.
     pub fn indicators(&self) -> &Indicators {
         &self.indicators
+    }
+
+    /// What the user should know of the cache of its field.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Its correction.

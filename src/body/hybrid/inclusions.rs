@@ -55,6 +55,15 @@ struct Element<'a> {
     excess: Matrix6<f64>,
 }
 
+/// How an element is divided and integrated.
+struct Rule<'a> {
+    distance: &'a dyn Fn(&Point) -> f64,
+    /// Parts of elements against their distance from the forces.
+    ratio: f64,
+    /// Gauss points on [0, 1].
+    line: Vec<(f64, f64)>,
+}
+
 /// A quadrature point in it.
 struct VolumePoint {
     at: Point,
@@ -70,18 +79,19 @@ impl Element<'_> {
 
     /// Points for a field that varies over distances of `distance(x)`.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64, ratio: f64) -> Vec<VolumePoint> {
-        let line: Vec<(f64, f64)> =
+        let line =
             gauss_legendre(POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
         let mut points = Vec::new();
-        self.divide([0.0; 3], 1.0, (distance, ratio, &line), MOST_DIVISIONS, &mut points);
+        self.divide([0.0; 3], 1.0, &Rule { distance, ratio, line }, MOST_DIVISIONS, &mut points);
         points
     }
 
+    /// Points in the part of the unit cube from `first` on.
     fn divide(
         &self,
         first: [f64; 3],
         side: f64,
-        rule: (&dyn Fn(&Point) -> f64, f64, &[(f64, f64)]),
+        rule: &Rule,
         divisions: usize,
         points: &mut Vec<VolumePoint>,
     ) {
@@ -89,7 +99,7 @@ impl Element<'_> {
             let at = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { side } else { 0.0 });
             self.position(reference(self.kind, at).0)
         };
-        let (distance, ratio, line) = rule;
+        let Rule { distance, ratio, line } = rule;
         let size = (0..4).map(|k| (corner(k) - corner(7 - k)).norm()).fold(0.0, f64::max);
         let middle = self.position(reference(self.kind, first.map(|x| x + 0.5 * side)).0);
         if size > ratio * distance(&middle) && divisions > 0 {
@@ -102,8 +112,8 @@ impl Element<'_> {
         }
         for k in 0..line.len().pow(3) {
             let pick = [k % line.len(), k / line.len() % line.len(), k / line.len().pow(2)];
-            let (xi, stretch) =
-                reference(self.kind, [0, 1, 2].map(|axis| first[axis] + side * line[pick[axis]].0));
+            let at = [0, 1, 2].map(|axis| first[axis] + side * line[pick[axis]].0);
+            let (xi, stretch) = reference(self.kind, at);
             let weight: f64 = pick.iter().map(|&i| line[i].1).product();
             points.extend(self.point(xi, weight * stretch * side.powi(3)));
         }
@@ -198,5 +208,46 @@ impl Share {
         let mut work = Columns::zeros(n, n)?;
         work.add_transposed_product(-1.0, &strains, &stresses);
         Ok(Self { loads, work })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the volumes of cells with straight edges, and the integral of the gradient of a linear field; undivided and divided towards
+    /// a point.
+    #[test]
+    fn volumes_of_all_kinds() {
+        let volumes = [
+            (ElementKind::Hex8, 8.0),
+            (ElementKind::Hex27, 8.0),
+            (ElementKind::Tet4, 1.0 / 6.0),
+            (ElementKind::Tet10, 1.0 / 6.0),
+            (ElementKind::Wedge6, 1.0),
+            (ElementKind::Wedge15, 1.0),
+            (ElementKind::Pyramid5, 4.0 / 3.0),
+            (ElementKind::Pyramid13, 4.0 / 3.0),
+        ];
+        let stretch = Matrix3::new(2.0, 0.3, 0.0, 0.0, 1.5, 0.2, 0.1, 0.0, 0.7);
+        for (kind, volume) in volumes {
+            let points: Vec<Point> =
+                kind.reference_nodes().into_iter().map(|xi| stretch * Point::from(xi)).collect();
+            let volume = volume * stretch.determinant();
+            let element = Element { kind, nodes: &[], points, excess: Matrix6::zeros() };
+            let corner = element.points[0];
+            for ratio in [100.0, 0.8] {
+                let found = element.quadrature(&|x| (x - corner).norm(), ratio);
+                let sum: f64 = found.iter().map(|point| point.volume).sum();
+                assert!((sum / volume - 1.0).abs() < 1e-10, "{}: {sum} {volume}", kind.name());
+                let linear = |x: &Point| 3.0 * x.x - x.y + 0.5 * x.z;
+                let slope = found.iter().map(|point| {
+                    let nodes = element.points.iter().zip(&point.gradients);
+                    nodes.map(|(x, g)| g * linear(x)).sum::<Point>() * point.volume
+                });
+                let slope: Point = slope.sum::<Point>() / volume;
+                assert!((slope - Point::new(3.0, -1.0, 0.5)).norm() < 1e-9, "{}: {slope}", kind.name());
+            }
+        }
     }
 }

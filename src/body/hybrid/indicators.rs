@@ -24,6 +24,8 @@ pub const MOST_ASYMMETRY: f64 = 1e-3;
 pub const CURVED: f64 = 5.0;
 /// Of the mean displacement.
 pub const MOST_DIFFERENCE: f64 = 0.1;
+/// Of the table of point forces.
+pub const MOST_FIELD_ERROR: f64 = 1e-3;
 /// Share of the highest polynomials in the operator.
 pub const MOST_TAIL: f64 = 1e-2;
 /// The same, above which more nodes are taken.
@@ -36,6 +38,8 @@ pub struct Indicators {
     pub nodes: [usize; 2],
     /// Height of the contact surface under the frame, over the longer of half its sides; 0 for a plane.
     pub rise: f64,
+    /// Error of the derivatives of the table of point forces; 0 for isotropic bodies.
+    pub field_error: f64,
     /// Defect of the balance of the half-space's tractions on the boundary and the unit force.
     pub imbalance: f64,
     /// Asymmetry of the terms of the boundary.
@@ -56,7 +60,7 @@ impl Indicators {
         correction: &Correction,
         direct: &Columns,
         (site, m): (&Site, [usize; 2]),
-        green: &SurfaceGreen,
+        (green, field_error): (&SurfaceGreen, f64),
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
@@ -79,6 +83,7 @@ impl Indicators {
         Ok(Self {
             nodes: m,
             rise: site.rise,
+            field_error,
             imbalance: correction.imbalance,
             asymmetry: correction.asymmetry,
             direct_difference: differences.fold(0.0, f64::max),
@@ -90,30 +95,31 @@ impl Indicators {
 
     /// Why the correction must not be used; `None` if nothing speaks against it.
     pub fn objection(&self) -> Option<String> {
-        let above = |what: &str, value: f64, most: f64| {
-            // What is no number is above anything.
-            (!(value <= most)).then(|| format!("{what} is {value:.1e}, at most {most:.0e} is allowed"))
-        };
         let curved = CURVED * self.rise;
-        let balance = MOST_IMBALANCE + curved;
-        above("the imbalance of the half-space's tractions on the boundary", self.imbalance, balance)
-            .or_else(|| above("the asymmetry of the correction", self.asymmetry, MOST_ASYMMETRY + curved))
-            .or_else(|| {
-                above(
-                    "the difference of the two evaluations of the correction",
-                    self.direct_difference,
-                    MOST_DIFFERENCE,
-                )
-            })
-            .or_else(|| above("the share of the highest polynomials", self.tail, MOST_TAIL))
-            .or_else(|| {
-                (!(self.least_eigenvalue > 0.0)).then(|| {
-                    format!(
-                        "the operator is not positive definite (least eigenvalue {:.1e})",
-                        self.least_eigenvalue
-                    )
-                })
-            })
+        let limits = [
+            ("the error of the table of point forces", self.field_error, MOST_FIELD_ERROR),
+            (
+                "the imbalance of the half-space's tractions on the boundary",
+                self.imbalance,
+                MOST_IMBALANCE + curved,
+            ),
+            ("the asymmetry of the correction", self.asymmetry, MOST_ASYMMETRY + curved),
+            (
+                "the difference of the two evaluations of the correction",
+                self.direct_difference,
+                MOST_DIFFERENCE,
+            ),
+            ("the share of the highest polynomials", self.tail, MOST_TAIL),
+        ];
+        let exceeded = limits.iter().find(|(_, value, most)| value.is_nan() || value > most);
+        let told = exceeded
+            .map(|(what, value, most)| format!("{what} is {value:.1e}, at most {most:.0e} is allowed"));
+        let least = self.least_eigenvalue;
+        let indefinite = least.is_nan() || least <= 0.0;
+        told.or_else(|| {
+            indefinite
+                .then(|| format!("the operator is not positive definite (least eigenvalue {least:.1e})"))
+        })
     }
 }
 

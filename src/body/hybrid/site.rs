@@ -74,7 +74,7 @@ impl Site {
         let middle = Point::new(grid.center[0], grid.center[1], 0.0);
         let level = Patch::under(&triad, side, middle, half_width);
         let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
-        let heights = under.iter().flat_map(|face| face.nodes.iter().map(|&node| mesh.points[node][2]));
+        let heights = under.iter().flat_map(|face| heights_under(mesh, face, &level));
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
         let tolerance = IN_PLANE * level.size();
         if !low.is_finite() {
@@ -144,6 +144,26 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
         let border = 1e-9 * patch.half_width[axis];
         low < patch.half_width[axis] - border && high > border - patch.half_width[axis]
     })
+}
+
+/// Heights along the global z of points of a face under the rectangle.
+fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
+    const STEPS: usize = 8;
+    let triangle = face.kind.n_corners() == 3;
+    let part = |k: usize| k as f64 / STEPS as f64;
+    let pairs = (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j)));
+    let points = pairs.filter(|(i, j)| !triangle || i + j <= STEPS).map(|(i, j)| {
+        let xi = [part(i), part(j)].map(|x| if triangle { x } else { 2.0 * x - 1.0 });
+        let values = face.kind.face_values(xi);
+        let sum: Point =
+            face.nodes.iter().zip(values).map(|(&node, value)| Point::from(mesh.points[node]) * value).sum();
+        sum
+    });
+    let under = |x: &Point| {
+        let local = patch.local(x);
+        (0..2).all(|axis| local[axis].abs() <= patch.half_width[axis] * (1.0 + 1e-9))
+    };
+    points.filter(under).map(|x| x.z).collect()
 }
 
 /// The faces of a contact surface within half a side about the patch.

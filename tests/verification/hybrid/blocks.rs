@@ -3,9 +3,8 @@
 use orthowear::body::HybridBody;
 use orthowear::body::hybrid::Site;
 use orthowear::element::ElementKind;
-use orthowear::fem::{FeSpec, HexFormulation};
+use orthowear::fem::{FeSpec, HexFormulation, Resources};
 use orthowear::frame::{ContactFrame, Side};
-use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 
@@ -52,7 +51,7 @@ pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Sti
 /// The body with the near field of a half-space under a frame about the middle of its top.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
     let site = Site::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
-    HybridBody::new(spec, (contact, side), frame, &site, &MemoryLimit::of_machine()).unwrap()
+    HybridBody::new(spec, (contact, side), frame, &site, &Resources::default()).unwrap()
 }
 
 /// A frame of `cells` x `cells` cells.
