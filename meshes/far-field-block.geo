@@ -15,7 +15,10 @@ DefineConstant[
 
 // Relative positions of the ends of the cells from a large one to one that is `ratio` times smaller.
 Macro Shrink
-  q = (shrink_cells > 1) ? ratio ^ (-1 / (shrink_cells - 1)) : 1;
+  q = 1;
+  If (shrink_cells > 1)
+    q = ratio ^ (-1 / (shrink_cells - 1));
+  EndIf
   sum = 0;
   size = 1;
   For i In {1:shrink_cells}
@@ -37,11 +40,12 @@ shrink_cells = half;
 Call Shrink;
 across[] = {};
 ones[] = {};
-For i In {1:half}
-  across[] += (i == half) ? 0.5 : 0.5 - 0.5 * ends[half - 1 - i];
+For i In {2:half}
+  across[] += 0.5 - 0.5 * ends[half - i];
 EndFor
+across[] += 0.5;
 For i In {1:half}
-  across[] += (i == half) ? 1 : 0.5 + 0.5 * ends[i - 1];
+  across[] += 0.5 + 0.5 * ends[i - 1];
 EndFor
 For i In {1:cells}
   ones[] += 1;

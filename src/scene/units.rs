@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use super::keys::body::NearField;
 use super::plan::{BodySpec, FeSpec, FrameSpec, Plan};
 use crate::frame::GapShape;
 use crate::history::step::{Normal, Tangential};
@@ -249,7 +250,7 @@ fn meshes(plan: &Plan, notes: &mut Vec<String>) {
                 notes.push(format!(
                     "the contact surface of {key} is only {side:.4e} wide, the frame's half-width is {half:.4e}"
                 ));
-            } else if face > 100.0 * cell {
+            } else if face > 100.0 * cell && fe.near_field == NearField::Mesh {
                 notes.push(format!(
                     "the contact faces of {key} are about {face:.1e} wide, the cells of the frame {cell:.4e}"
                 ));

@@ -188,3 +188,18 @@ fn supports_that_move() {
         assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-7 * a[0]), "{a:?} {b:?}");
     }
 }
+
+/// Truth: docs/refine.md: the elements carry what the half-space lacks, whose stress is singular at the edges of the base.
+#[test]
+fn refinement_at_held_edges() {
+    let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
+    let mut program = crate::tools::orthowear();
+    program.arg("refine").arg(place.path().join("scene.toml")).args(["--error", "0.02", "--out"]);
+    let output = program.arg(place.path().join("size.pos")).output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let line = text.lines().find(|line| line.contains("largest at (")).unwrap();
+    let at = line.split("largest at (").nth(1).unwrap().split(')').next().unwrap();
+    let at: Vec<f64> = at.split(", ").map(|number| number.parse().unwrap()).collect();
+    assert!(at[2] < -3.0 && at[0].abs().max(at[1].abs()) > 3.0, "{line}");
+}

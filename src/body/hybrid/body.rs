@@ -162,6 +162,17 @@ impl HybridBody {
         self
     }
 
+    /// Root of twice the strain energy under tractions on body 2.
+    fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
+        let cells = (&self.grid, self.places.as_deref());
+        let operator = corrected(&self.green, vec![self.far.clone()], cells, CrossBlocks::Keep)?;
+        let mut gap = vec![0.0; tractions.len()];
+        operator.apply(tractions, &mut gap);
+        let area = self.grid.spacing[0] * self.grid.spacing[1];
+        let work: f64 = tractions.iter().zip(&gap).map(|(traction, gap)| traction * gap).sum();
+        Ok((area * work).max(0.0).sqrt())
+    }
+
     /// Displacement of all nodes by its own loads and by what the half-space lacks for tractions on body 2.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
@@ -290,7 +301,12 @@ impl ElasticBody for HybridBody {
         let correction = self.corrections(tractions);
         let mut stress = recovery.stress(&self.model, &correction)?;
         let error = match estimate {
-            Estimate::Wanted => Some(recovery.estimate(&self.model, &correction, &stress)?),
+            Estimate::Wanted => {
+                let mut error = recovery.estimate(&self.model, &correction, &stress)?;
+                // Of the stress of the whole body, not of the correction's.
+                error.norm = error.norm.max(self.energy_norm(tractions)?);
+                Some(error)
+            }
             Estimate::Skipped => None,
         };
         let distribution = self.distribution(tractions);
