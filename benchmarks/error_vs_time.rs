@@ -88,7 +88,12 @@ fn block(out: &Path) -> Outcome<()> {
     for (patch, outer, depth) in [(8, 3, 5), (12, 4, 7), (16, 5, 9), (24, 7, 12), (32, 9, 16), (40, 11, 19)] {
         let mesh = folder.join(format!("block-{patch}.msh"));
         make_block(&mesh, patch, outer, depth)?;
-        let overrides = [format!("body1.mesh=\"{}\"", mesh.display())];
+        let overrides = [
+            format!("body1.mesh=\"{}\"", mesh.display()),
+            // What is measured are elements under the contact.
+            "body1.near_field=\"mesh\"".to_owned(),
+            "frame.cells=[28, 28]".to_owned(),
+        ];
         samples.push(fastest(patch, &scene, &overrides)?);
     }
     fs::remove_dir_all(&folder)?;

@@ -139,6 +139,8 @@ fn run(folder: &Path, element: &str, cells: usize, unknowns: usize) -> Outcome<S
         "output.fields=[]".to_owned(),
         format!("body1.mesh=\"{}\"", folder.join("block.msh").display()),
         format!("body1.element=\"{element}\""),
+        // What is compared are elements under a contact.
+        "body1.near_field=\"mesh\"".to_owned(),
         format!("frame.cells=[{cells}, {cells}]"),
     ] {
         program.args(["--set", &setting]);

@@ -102,6 +102,20 @@ fn a_half_space_where_it_is_valid() {
     );
 }
 
+/// Truth: the load that an approach gives brings the approach back.
+#[test]
+fn held_by_a_load() {
+    let place = place([4.0, 4.0], 4.0, [6, 6, 6]);
+    let approached = run(place.path(), &[]);
+    let load = force(&approached, 0)[0];
+    let loaded = run(place.path(), &[&format!("steps.0={{name=\"press\", normal_force={load}}}")]);
+    let approach = loaded["steps"][0]["approach"].as_f64().unwrap();
+    assert!((approach / 0.02 - 1.0).abs() < 1e-7, "{approach}");
+    // The pull then goes from the same state.
+    let (a, b) = (force(&approached, 1), force(&loaded, 1));
+    assert!((a[1] / b[1] - 1.0).abs() < 0.05 && b[0] == load, "{a:?} {b:?}");
+}
+
 /// Truths: docs/scene.md: where there is no place for a half-space "auto" takes the mesh and says why, "half-space" is refused with
 /// the same reason, at its key.
 #[test]
