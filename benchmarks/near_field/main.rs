@@ -2,9 +2,9 @@
 //! sphere pressed into them. Runs the program as a user does; meshes by gmsh.
 //!
 //!     cargo build --release
-//!     cargo run --release --example near_field -- [--out DIR] [--repeats N]
+//!     cargo run --release --example near_field -- [--out DIR] [--repeats N] [--products]
 //!
-//! DIR is docs/benchmarks by default.
+//! DIR is docs/benchmarks by default; `--products` leaves out the loads.
 
 #[path = "../im7.rs"]
 mod material;
@@ -19,6 +19,7 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
+use material::im7;
 use orthowear::bem::half_space::CrossBlocks;
 use orthowear::body::hybrid::Site;
 use orthowear::body::{ElasticBody, HalfSpaceBody, HybridBody};
@@ -26,7 +27,6 @@ use orthowear::fem::{FeSpec, HexFormulation, Resources, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
-use material::im7;
 use serde_json::Value;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -96,14 +96,22 @@ struct Sample {
 
 fn main() -> Outcome<()> {
     let mut out = root().join("docs/benchmarks");
-    let mut repeats = 3;
+    let (mut repeats, mut loads) = (3, true);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
+        if argument == "--products" {
+            loads = false;
+            continue;
+        }
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--out" => out = value()?.into(),
             "--repeats" => repeats = value()?.parse()?,
-            other => return Err(format!("unknown argument {other}; allowed: --out DIR, --repeats N").into()),
+            other => {
+                return Err(
+                    format!("unknown argument {other}; allowed: --out DIR, --repeats N, --products").into()
+                );
+            }
         }
     }
     // Products are measured in one thread.
@@ -111,6 +119,17 @@ fn main() -> Outcome<()> {
     fs::create_dir_all(&out)?;
     let folder = std::env::temp_dir().join(format!("orthowear-near-field-{}", std::process::id()));
     fs::create_dir_all(&folder)?;
+    if loads {
+        write_loads(&folder, &out, repeats)?;
+    }
+    let products = products(&folder)?;
+    fs::remove_dir_all(&folder)?;
+    fs::write(out.join("near-field-products.csv"), products)?;
+    Ok(())
+}
+
+/// Errors and seconds of the loads.
+fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(
         text,
@@ -121,7 +140,7 @@ fn main() -> Outcome<()> {
         fs::write(folder.join("scene.toml"), format!("{material}{SCENE}"))?;
         let mut series = Vec::new();
         for (near_field, samples) in
-            [("half-space", far_field(&folder, half, repeats)?), ("mesh", condensed(&folder, half, repeats)?)]
+            [("half-space", far_field(folder, half, repeats)?), ("mesh", condensed(folder, half, repeats)?)]
         {
             for sample in &samples {
                 let error = sample.load / truth - 1.0;
@@ -143,14 +162,11 @@ fn main() -> Outcome<()> {
         fs::write(out.join(format!("near-field-{}.svg", name.replace(' ', "-"))), chart.svg())?;
     }
     fs::write(out.join("near-field.csv"), text)?;
-    let applied = applications(&folder)?;
-    fs::remove_dir_all(&folder)?;
-    fs::write(out.join("near-field-application.csv"), applied)?;
     Ok(())
 }
 
 /// Seconds of a product with the half-space's operator and with the far field on top, in turn.
-fn applications(folder: &Path) -> Outcome<String> {
+fn products(folder: &Path) -> Outcome<String> {
     mesh(folder, "far-field-block", &[("half_size", 3.0), ("depth", 3.0), ("cells", 8.0)])?;
     let mut text = machine::comment();
     writeln!(

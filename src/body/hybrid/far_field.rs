@@ -4,6 +4,7 @@ use super::patch::Patch;
 use super::sources::Chebyshev;
 use crate::geometry::Side;
 use crate::linalg::columns::Columns;
+use crate::linalg::wide::wide;
 use crate::quadrature::gauss_legendre;
 
 /// Gap by tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
@@ -177,12 +178,7 @@ impl OnGrid {
     /// Forces at the nodes of the tractions of one component.
     fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
         let [mx, my] = self.m;
-        let ny = self.cells[1];
-        for (row, sums) in plane.chunks_exact(ny).zip(rows.chunks_exact_mut(my)) {
-            for (sum, y) in sums.iter_mut().zip(self.y.chunks_exact(ny)) {
-                *sum = dot(row, y);
-            }
-        }
+        wide!(sum_rows(plane => plane: &[f64], &self.y => y: &[f64], my => m: usize, rows => rows: &mut [f64]));
         forces.fill(0.0);
         for (sums, x) in rows.chunks_exact(my).zip(self.x.chunks_exact(mx)) {
             for (forces, x) in forces.chunks_exact_mut(my).zip(x) {
@@ -194,18 +190,13 @@ impl OnGrid {
     /// Adds the gaps at the nodes to those of the cells of one component.
     fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.m;
-        let ny = self.cells[1];
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
             row.fill(0.0);
             for (gaps, x) in gaps.chunks_exact(my).zip(x) {
                 row.iter_mut().zip(gaps).for_each(|(value, gap)| *value += x * gap);
             }
         }
-        for (row, plane) in rows.chunks_exact(my).zip(plane.chunks_exact_mut(ny)) {
-            for (value, y) in row.iter().zip(self.y.chunks_exact(ny)) {
-                plane.iter_mut().zip(y).for_each(|(gap, y)| *gap += value * y);
-            }
-        }
+        wide!(add_rows(rows => rows: &[f64], &self.y => y: &[f64], my => m: usize, plane => plane: &mut [f64]));
     }
 
     /// Means of the polynomials over a cell, node by node, `[m_x m_y]`.
@@ -253,14 +244,35 @@ impl OnGrid {
     }
 }
 
-/// Σ a b in eight lanes, which are added in a fixed order.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; 8];
-    let (whole, rest) = (a.chunks_exact(8), a.chunks_exact(8).remainder());
-    for (a, b) in whole.zip(b.chunks_exact(8)) {
-        (0..8).for_each(|k| lanes[k] += a[k] * b[k]);
+/// Sums of the rows of `plane` times each of the `m` rows of `y`, `[n_rows, m]`; in eight lanes, which are added in a fixed order.
+#[inline(always)]
+fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
+    const LANES: usize = 8;
+    let n = y.len() / m;
+    for (row, sums) in plane.chunks_exact(n).zip(sums.chunks_exact_mut(m)) {
+        for (sum, y) in sums.iter_mut().zip(y.chunks_exact(n)) {
+            let mut lanes = [0.0; LANES];
+            for (a, b) in row.chunks_exact(LANES).zip(y.chunks_exact(LANES)) {
+                (0..LANES).for_each(|k| lanes[k] += a[k] * b[k]);
+            }
+            let rest = n - n % LANES;
+            let rest: f64 = row[rest..].iter().zip(&y[rest..]).map(|(a, b)| a * b).sum();
+            *sum = lanes.iter().sum::<f64>() + rest;
+        }
     }
-    let tail = &b[b.len() - rest.len()..];
-    let rest: f64 = rest.iter().zip(tail).map(|(a, b)| a * b).sum();
-    lanes.iter().sum::<f64>() + rest
+}
+
+/// Adds the `m` rows of `y` times the weights in `weights`, `[n_rows, m]`, to each row of `plane`.
+#[inline(always)]
+fn add_rows(weights: &[f64], y: &[f64], m: usize, plane: &mut [f64]) {
+    const BLOCK: usize = 64;
+    let n = y.len() / m;
+    for (weights, row) in weights.chunks_exact(m).zip(plane.chunks_exact_mut(n)) {
+        for (k, part) in row.chunks_mut(BLOCK).enumerate() {
+            for (weight, y) in weights.iter().zip(y.chunks_exact(n)) {
+                let y = &y[k * BLOCK..][..part.len()];
+                part.iter_mut().zip(y).for_each(|(sum, y)| *sum += weight * y);
+            }
+        }
+    }
 }
