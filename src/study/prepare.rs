@@ -12,10 +12,11 @@ use super::moving::{self, Meshes};
 use super::near_field::{Near, choose};
 use super::skips::{cached, compression, needs_solves, skipped_fields};
 use crate::bem::half_space::CrossBlocks;
+use crate::body::hybrid::indicators::DOUBTFUL_MESH_ERROR;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, couple, surface_distance};
-use crate::error::Result;
+use crate::error::{Error, Result, doubtful};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::geometry::Side;
@@ -27,6 +28,7 @@ use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
+use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
 
@@ -103,12 +105,16 @@ pub fn prepare_worn<'p>(
             Ok(made) => made,
             Err(given_up) => {
                 let why = given_up_note(key, &given_up);
+                if plan.bodies[index].fe().is_some_and(|fe| fe.near_field == NearField::HalfSpace) {
+                    let error = Error::input(format!("{why}; or take \"auto\" or \"mesh\""));
+                    return Err(Failure { error, key: format!("{key}.near_field") });
+                }
                 near[index] = Near::Mesh(given_up.reason.clone());
                 let fits = super::fit::check(plan, &frame, &near);
                 let fits =
                     fits.map_err(|failure| Failure { error: failure.error.context(&why), ..failure })?;
                 notes.extend(fits.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
-                notes.push(why);
+                notes.push(doubtful(&why));
                 let meshed =
                     timings.measure(key, || body(plan, (index, worn), (&frame, &near[index]), left))?;
                 let mut made = meshed.unwrap_or_else(|_| unreachable!("a mesh is not given up"));
@@ -119,7 +125,10 @@ pub fn prepare_worn<'p>(
             }
         };
         held += made.held_bytes;
-        near_fields.extend(made.near_field.take());
+        if let Some(record) = made.near_field.take() {
+            notes.extend(too_stiff(key, &record));
+            near_fields.push(record);
+        }
         notes.extend(made.note.take());
         bodies.push(made.body);
     }
@@ -181,9 +190,21 @@ pub fn prepare_worn<'p>(
 fn given_up_note(key: &str, given_up: &GivenUp) -> String {
     format!(
         "the near field of {key} is that of its mesh and not of a half-space: {}; a finer mesh, above all towards the edges of what \
-         is held, may mend it",
+         is held, elements that bend better, or a smaller frame may mend it",
         given_up.reason
     )
+}
+
+/// A note if the finite elements that carry a far field are estimated to err by more than they should.
+fn too_stiff(key: &str, record: &NearFieldRecord) -> Option<String> {
+    let error = record.indicators.filter(|_| record.reason.is_none())?.mesh_error;
+    (error > DOUBTFUL_MESH_ERROR).then(|| {
+        doubtful(&format!(
+            "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: take a finer \
+             mesh where `orthowear refine` says, or elements that bend better (of second order, \"hex8-eas\")",
+            100.0 * error
+        ))
+    })
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.

@@ -9,6 +9,7 @@ use super::boundary::{Forces, IN_PLANE};
 use super::correction::Correction;
 use super::distribution::Distribution;
 use super::far_field::FarField;
+use super::inclusions::strain;
 use super::indicators::{Indicators, WANTED_TAIL};
 use super::operator::corrected;
 use super::patch::Patch;
@@ -21,8 +22,8 @@ use crate::fem::{FeModel, FeSpec, Resources, StressRecovery, contact_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
+use crate::material::Stiffness;
 use crate::material::strength::Limit;
-use crate::material::{Stiffness, VOIGT};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// Most nodes along a side.
@@ -45,6 +46,7 @@ pub struct HybridBody {
     /// What the user should know of the cache.
     note: Option<String>,
     model: FeModel,
+    recovery: StressRecovery,
     limits: BTreeMap<String, Limit>,
     faces: Vec<SurfaceFace>,
     heights: Vec<f64>,
@@ -87,6 +89,7 @@ impl HybridBody {
         let local = site.stiffness.rotated(&site.patch.axes.0.transpose());
         let (field, note) = PointForceField::cached(&local, resources.cache)?;
         let own = SurfaceGreen::new(&local, Side::Lower)?;
+        let recovery = StressRecovery::new(&model)?;
         let mut m = site.first_nodes();
         let (correction, indicators) = loop {
             let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
@@ -101,11 +104,17 @@ impl HybridBody {
             };
             let correction = Correction::new(&model, &forces, memory)?;
             let direct = correction.direct(&model, &forces)?;
-            let indicators = Indicators::new(&correction, &direct, (site, m), (&own, field.error()))?;
+            let mesh_error = |uniform: &[f64]| uniform_error(&model, &recovery, &correction, uniform);
+            let indicators =
+                Indicators::new(&correction, &direct, (site, m), (&own, field.error()), &mesh_error)?;
             if indicators.tail <= WANTED_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
                 break (correction, indicators);
             }
-            m = m.map(|m| (m + 2).min(MOST_NODES));
+            let more = m.map(|m| (m + 2).min(MOST_NODES));
+            if !memory.allows(Self::columns_bytes(&model, 3 * more[0] * more[1]) as u128) {
+                break (correction, indicators);
+            }
+            m = more;
         };
         let far = FarField::new(&correction.matrix, m, &site.patch, side);
         let free_gap = correction.free_displacement.as_ref().map(|free| {
@@ -127,6 +136,7 @@ impl HybridBody {
             stiffness: site.stiffness.clone(),
             field,
             note,
+            recovery,
             model,
             limits: BTreeMap::new(),
             faces,
@@ -179,11 +189,8 @@ impl HybridBody {
         let mut displacement =
             self.correction.free_displacement.clone().unwrap_or_else(|| vec![[0.0; 3]; n_points]);
         let forces = self.far.forces(&self.grid, self.places.as_deref(), tractions);
-        for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
-            let force = force * self.side.gap_sign();
-            let field = self.correction.fields.column(column);
-            displacement.as_flattened_mut().iter_mut().zip(field).for_each(|(u, f)| *u += force * f);
-        }
+        let own: Vec<f64> = forces.iter().map(|force| force * self.side.gap_sign()).collect();
+        self.correction.add_fields(&own, &mut displacement);
         displacement
     }
 
@@ -216,9 +223,7 @@ impl HybridBody {
 
     /// Stress by a gradient of displacement, both in global axes.
     fn stress(&self, gradient: &Matrix3<f64>) -> Vector6<f64> {
-        let strain =
-            VOIGT.map(|(i, j)| if i == j { gradient[(i, j)] } else { gradient[(i, j)] + gradient[(j, i)] });
-        self.stiffness.voigt() * Vector6::from(strain)
+        self.stiffness.voigt() * strain(gradient)
     }
 
     /// Bytes that `columns` fields of a model take at the peak, of which it keeps a quarter.
@@ -236,6 +241,19 @@ impl HybridBody {
     pub fn n_free(&self) -> usize {
         self.model.n_free()
     }
+}
+
+/// Square of the estimated error of the correction's stress, in the energy norm, under forces `[3 n]` at the nodes of the patch.
+fn uniform_error(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    correction: &Correction,
+    forces: &[f64],
+) -> Result<f64> {
+    let mut displacement = vec![[0.0; 3]; model.mesh().n_points()];
+    correction.add_fields(forces, &mut displacement);
+    let stress = recovery.stress(model, &displacement)?;
+    Ok(recovery.estimate(model, &displacement, &stress)?.total().powi(2))
 }
 
 /// The nodes of the patch, those along y one after the other.
@@ -297,7 +315,7 @@ impl ElasticBody for HybridBody {
         displacement: &[[f64; 3]],
         estimate: Estimate,
     ) -> Result<Option<StressField>> {
-        let recovery = StressRecovery::new(&self.model)?;
+        let recovery = &self.recovery;
         let correction = self.corrections(tractions);
         let mut stress = recovery.stress(&self.model, &correction)?;
         let error = match estimate {

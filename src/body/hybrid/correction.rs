@@ -27,6 +27,9 @@ const RATIOS: [f64; 2] = [1.0, 1.0 / 16.0];
 /// From one to the next.
 const STEP: f64 = 0.7;
 
+/// Share of the defect that the outermost forces may have.
+const MARGIN: f64 = 0.3;
+
 /// On bodies with a curved contact.
 const CURVED_RATIO: f64 = 0.35;
 
@@ -58,17 +61,23 @@ impl Correction {
     pub fn new(model: &FeModel, forces: &Forces, memory: &MemoryLimit) -> Result<Self> {
         let faces = BoundaryFaces::new(model, forces);
         let mut ratio = RATIOS[0];
-        // The outermost forces are the nearest to the boundary.
-        let outermost = forces.outermost();
-        if !forces.surface.is_empty() {
-            // What leaves through the curved surface is missing from the balance.
+        // What leaves through a curved surface is missing from the balance.
+        let curved = !forces.surface.is_empty();
+        if curved {
             ratio = CURVED_RATIO;
         } else {
-            while faces.imbalance(model.mesh(), &outermost, ratio) > BALANCE && ratio > RATIOS[1] {
+            // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
+            let outermost = forces.outermost();
+            while faces.imbalance(model.mesh(), &outermost, ratio) > MARGIN * BALANCE && ratio > RATIOS[1] {
                 ratio *= STEP;
             }
         }
-        let mut found = Self::of_faces(model, forces, (&faces, ratio), memory)?;
+        let mut boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+        while boundary.imbalance > BALANCE && ratio > RATIOS[1] && !curved {
+            ratio *= STEP;
+            boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+        }
+        let mut found = Self::of_terms(model, forces, (boundary, ratio), memory)?;
         let transposed = found.matrix.transposed();
         found.matrix.add(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -82,16 +91,16 @@ impl Correction {
     /// # Errors
     /// As [`Self::new`].
     pub fn unsymmetric(model: &FeModel, forces: &Forces, ratio: f64, memory: &MemoryLimit) -> Result<Self> {
-        Self::of_faces(model, forces, (&BoundaryFaces::new(model, forces), ratio), memory)
+        let boundary = BoundaryTerms::new(model, forces, (&BoundaryFaces::new(model, forces), ratio))?;
+        Self::of_terms(model, forces, (boundary, ratio), memory)
     }
 
-    fn of_faces(
+    fn of_terms(
         model: &FeModel,
         forces: &Forces,
-        (faces, ratio): (&BoundaryFaces, f64),
+        (mut boundary, ratio): (BoundaryTerms, f64),
         memory: &MemoryLimit,
     ) -> Result<Self> {
-        let mut boundary = BoundaryTerms::new(model, forces, (faces, ratio))?;
         inclusions::add(model, forces, ratio.min(INCLUSION_RATIO), &mut boundary)?;
         let n = forces.n_columns();
         let prescribed = model.prescribed_dofs();
@@ -122,6 +131,14 @@ impl Correction {
         let asymmetry = defect / matrix.norm();
         let fields = spread(model, &prescribed, (&displacement, &held))?;
         Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, free_displacement, solved })
+    }
+
+    /// Adds u_c by forces `[3 n]` to the displacement of all nodes.
+    pub(super) fn add_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
+        for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            let field = self.fields.column(column);
+            displacement.as_flattened_mut().iter_mut().zip(field).for_each(|(u, f)| *u += force * f);
+        }
     }
 
     /// The same as the displacement of the mesh where `at` act, by each force: not symmetric, and of half the order.

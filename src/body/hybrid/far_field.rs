@@ -178,7 +178,7 @@ impl OnGrid {
     /// Forces at the nodes of the tractions of one component.
     fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
         let [mx, my] = self.m;
-        wide!(sum_rows(plane => plane: &[f64], &self.y => y: &[f64], my => m: usize, rows => rows: &mut [f64]));
+        sum_rows(plane, &self.y, my, rows);
         forces.fill(0.0);
         for (sums, x) in rows.chunks_exact(my).zip(self.x.chunks_exact(mx)) {
             for (forces, x) in forces.chunks_exact_mut(my).zip(x) {
@@ -196,7 +196,7 @@ impl OnGrid {
                 row.iter_mut().zip(gaps).for_each(|(value, gap)| *value += x * gap);
             }
         }
-        wide!(add_rows(rows => rows: &[f64], &self.y => y: &[f64], my => m: usize, plane => plane: &mut [f64]));
+        add_rows(rows, &self.y, my, plane);
     }
 
     /// Means of the polynomials over a cell, node by node, `[m_x m_y]`.
@@ -244,9 +244,14 @@ impl OnGrid {
     }
 }
 
-/// Sums of the rows of `plane` times each of the `m` rows of `y`, `[n_rows, m]`; in eight lanes, which are added in a fixed order.
-#[inline(always)]
+/// Sums of the rows of `plane` times each of the `m` rows of `y`, `[n_rows, m]`.
 fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
+    wide!(sum_rows_in(plane => plane: &[f64], y => y: &[f64], m => m: usize, sums => sums: &mut [f64]));
+}
+
+/// The same in eight lanes, which are added in a fixed order.
+#[inline(always)]
+fn sum_rows_in(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
     const LANES: usize = 8;
     let n = y.len() / m;
     for (row, sums) in plane.chunks_exact(n).zip(sums.chunks_exact_mut(m)) {
@@ -263,8 +268,12 @@ fn sum_rows(plane: &[f64], y: &[f64], m: usize, sums: &mut [f64]) {
 }
 
 /// Adds the `m` rows of `y` times the weights in `weights`, `[n_rows, m]`, to each row of `plane`.
-#[inline(always)]
 fn add_rows(weights: &[f64], y: &[f64], m: usize, plane: &mut [f64]) {
+    wide!(add_rows_in(weights => weights: &[f64], y => y: &[f64], m => m: usize, plane => plane: &mut [f64]));
+}
+
+#[inline(always)]
+fn add_rows_in(weights: &[f64], y: &[f64], m: usize, plane: &mut [f64]) {
     const BLOCK: usize = 64;
     let n = y.len() / m;
     for (weights, row) in weights.chunks_exact(m).zip(plane.chunks_exact_mut(n)) {

@@ -19,6 +19,9 @@ const BATCH: usize = 64;
 /// Gauss points along each side of a part of an element.
 const POINTS: usize = 3;
 
+/// Points whose strains are held at a time.
+const POINT_BATCH: usize = 64;
+
 /// Divisions of an element, one after the other, at most.
 const MOST_DIVISIONS: usize = 6;
 
@@ -141,6 +144,15 @@ struct Share {
     work: Columns,
 }
 
+/// Strain of a gradient of displacement, Voigt order.
+pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
+    Vector6::from(VOIGT.map(
+        |(i, j)| {
+            if i == j { gradient[(i, j)] } else { gradient[(i, j)] + gradient[(j, i)] }
+        },
+    ))
+}
+
 /// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material.
 ///
 /// # Errors
@@ -177,36 +189,35 @@ impl Share {
         let points = element.quadrature(&|x| forces.distance(x), ratio);
         let (n, n_nodes) = (forces.n_columns(), element.nodes.len());
         let axes = forces.patch.axes.0;
-        let mut strains = Columns::zeros(6 * points.len(), n)?;
-        let mut stresses = Columns::zeros(6 * points.len(), n)?;
         let mut loads = vec![0.0; n * 3 * n_nodes];
-        for (p, point) in points.iter().enumerate() {
-            let local = forces.patch.local(&point.at);
-            for i in 0..forces.points.len() {
-                let field = forces.field.at(&forces.from(i, &local));
-                for column in 0..3 {
-                    let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
-                    let gradient = axes * own * axes.transpose();
-                    let strain = Vector6::from(VOIGT.map(|(a, b)| {
-                        if a == b { gradient[(a, b)] } else { gradient[(a, b)] + gradient[(b, a)] }
-                    }));
-                    let stress = element.excess * strain * point.volume;
-                    let j = 3 * i + column;
-                    let rows = j * 6 * points.len() + 6 * p;
-                    strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
-                    stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
-                    let [xx, yy, zz, yz, xz, xy] = stress.into();
-                    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-                    let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
-                    for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
-                        let force = tensor * gradient;
-                        (0..3).for_each(|c| load[c] -= force[c]);
+        let mut work = Columns::zeros(n, n)?;
+        for points in points.chunks(POINT_BATCH) {
+            let mut strains = Columns::zeros(6 * points.len(), n)?;
+            let mut stresses = Columns::zeros(6 * points.len(), n)?;
+            for (p, point) in points.iter().enumerate() {
+                let local = forces.patch.local(&point.at);
+                for i in 0..forces.points.len() {
+                    let field = forces.field.at(&forces.from(i, &local));
+                    for column in 0..3 {
+                        let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
+                        let strain = strain(&(axes * own * axes.transpose()));
+                        let stress = element.excess * strain * point.volume;
+                        let j = 3 * i + column;
+                        let rows = j * 6 * points.len() + 6 * p;
+                        strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
+                        stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
+                        let [xx, yy, zz, yz, xz, xy] = stress.into();
+                        let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                        let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
+                        for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
+                            let force = tensor * gradient;
+                            (0..3).for_each(|c| load[c] -= force[c]);
+                        }
                     }
                 }
             }
+            work.add_transposed_product(-1.0, &strains, &stresses);
         }
-        let mut work = Columns::zeros(n, n)?;
-        work.add_transposed_product(-1.0, &strains, &stresses);
         Ok(Self { loads, work })
     }
 }

@@ -24,6 +24,10 @@ pub const MOST_ASYMMETRY: f64 = 1e-3;
 pub const CURVED: f64 = 5.0;
 /// Of the mean displacement.
 pub const MOST_DIFFERENCE: f64 = 0.1;
+/// Estimated, of the mean displacement.
+pub const MOST_MESH_ERROR: f64 = 0.1;
+/// The same, from which on there is a warning.
+pub const DOUBTFUL_MESH_ERROR: f64 = 0.02;
 /// Of the table of point forces.
 pub const MOST_FIELD_ERROR: f64 = 1e-3;
 /// Share of the highest polynomials in the operator.
@@ -47,6 +51,9 @@ pub struct Indicators {
     /// Change of the mean displacement under uniform tractions, between Betti's evaluation and that at the nodes of the mesh:
     /// the size of the error of the latter.
     pub direct_difference: f64,
+    /// Estimated error of the mean displacement under uniform tractions, by the stress of the finite elements against the recovered
+    /// one.
+    pub mesh_error: f64,
     /// Share of the polynomials of highest degree in the operator.
     pub tail: f64,
     /// Norm of the correction over that of the half-space's operator.
@@ -61,6 +68,7 @@ impl Indicators {
         direct: &Columns,
         (site, m): (&Site, [usize; 2]),
         (green, field_error): (&SurfaceGreen, f64),
+        squared_error: &dyn Fn(&[f64]) -> Result<f64>,
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
@@ -80,6 +88,14 @@ impl Indicators {
         let energy = |matrix: &DMatrix<f64>, c: usize| uniform(c).dot(&(matrix * uniform(c)));
         let differences = (0..3).map(|c| (energy(&change, c) / energy(&sum, c)).abs());
         let share = far.norm() / near.norm();
+        let mut mesh_error: f64 = 0.0;
+        for c in 0..3 {
+            // Forces of a uniform traction at the nodes; the error of the work is the square of that in the energy norm.
+            let at_nodes = &mass * uniform(c);
+            let nodes = n / 3;
+            let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
+            mesh_error = mesh_error.max(squared_error(&forces)? / energy(&sum, c).abs());
+        }
         Ok(Self {
             nodes: m,
             rise: site.rise,
@@ -87,6 +103,7 @@ impl Indicators {
             imbalance: correction.imbalance,
             asymmetry: correction.asymmetry,
             direct_difference: differences.fold(0.0, f64::max),
+            mesh_error,
             tail: share * tail(&dual, m),
             share,
             least_eigenvalue: least_eigenvalue(near, &far),
@@ -109,6 +126,7 @@ impl Indicators {
                 self.direct_difference,
                 MOST_DIFFERENCE,
             ),
+            ("the estimated error of the finite elements", self.mesh_error, MOST_MESH_ERROR),
             ("the share of the highest polynomials", self.tail, MOST_TAIL),
         ];
         let exceeded = limits.iter().find(|(_, value, most)| value.is_nan() || value > most);

@@ -146,8 +146,8 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
     })
 }
 
-/// Heights along the global z of points of a face under the rectangle.
-fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
+/// Points spread over a face, its edges included.
+fn points_of(mesh: &Mesh, face: &SurfaceFace) -> Vec<Point> {
     const STEPS: usize = 8;
     let triangle = face.kind.n_corners() == 3;
     let part = |k: usize| k as f64 / STEPS as f64;
@@ -155,15 +155,18 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
     let points = pairs.filter(|(i, j)| !triangle || i + j <= STEPS).map(|(i, j)| {
         let xi = [part(i), part(j)].map(|x| if triangle { x } else { 2.0 * x - 1.0 });
         let values = face.kind.face_values(xi);
-        let sum: Point =
-            face.nodes.iter().zip(values).map(|(&node, value)| Point::from(mesh.points[node]) * value).sum();
-        sum
+        face.nodes.iter().zip(values).map(|(&node, value)| Point::from(mesh.points[node]) * value).sum()
     });
+    points.collect()
+}
+
+/// Heights along the global z of points of a face under the rectangle.
+fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
     let under = |x: &Point| {
         let local = patch.local(x);
         (0..2).all(|axis| local[axis].abs() <= patch.half_width[axis] * (1.0 + 1e-9))
     };
-    points.filter(under).map(|x| x.z).collect()
+    points_of(mesh, face).into_iter().filter(under).map(|x| x.z).collect()
 }
 
 /// The faces of a contact surface within half a side about the patch.
@@ -186,12 +189,7 @@ fn distance(spec: &FeSpec, patch: &Patch, surface: &[FaceRef]) -> Result<f64> {
     let mut least = f64::INFINITY;
     let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
     for face in outer_faces(mesh).iter().filter(elsewhere) {
-        let n = face.kind.n_corners();
-        for i in 0..n {
-            let [a, b] = [i, (i + 1) % n].map(|corner| Point::from(mesh.points[face.nodes[corner]]));
-            // Along each edge.
-            (0..=8).for_each(|k| look(&a.lerp(&b, f64::from(k) / 8.0)));
-        }
+        points_of(mesh, face).iter().for_each(&mut look);
     }
     for support in &spec.supports {
         for node in mesh.group_nodes(&support.group)? {
@@ -204,8 +202,19 @@ fn distance(spec: &FeSpec, patch: &Patch, surface: &[FaceRef]) -> Result<f64> {
 /// Distance from the patch to elements of another material than that under it; infinite if there are none.
 fn distance_to_others(regions: &Regions, own: &Matrix6<f64>, mesh: &Mesh, patch: &Patch) -> f64 {
     let others = (0..regions.n_elements()).filter(|&i| !same(&regions.stiffness(i), own));
-    let nodes = others.flat_map(|i| mesh.cell_nodes(regions.cells()[i]));
-    nodes.map(|&node| patch.distance(&patch.local(&mesh.points[node].into()))).fold(f64::INFINITY, f64::min)
+    // The box around an element, in the axes of the patch.
+    let distance = |i: usize| {
+        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for &node in mesh.cell_nodes(regions.cells()[i]) {
+            let local = patch.local(&mesh.points[node].into());
+            for (range, x) in bounds.iter_mut().zip(local.iter()) {
+                *range = [range[0].min(*x), range[1].max(*x)];
+            }
+        }
+        let nearest = |axis: usize| 0.0_f64.clamp(bounds[axis][0], bounds[axis][1]);
+        patch.distance(&Point::new(nearest(0), nearest(1), bounds[2][1].min(0.0)))
+    };
+    others.map(distance).fold(f64::INFINITY, f64::min)
 }
 
 /// What is wrong with the supports.
