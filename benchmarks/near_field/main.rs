@@ -150,8 +150,18 @@ fn write_loads(folder: &Path, out: &Path, repeats: usize) -> Outcome<()> {
                 println!("{line}");
                 writeln!(text, "{line}")?;
             }
-            let points = samples.iter().map(|s| [s.seconds, (s.load / truth - 1.0).abs()]).collect();
-            series.push(Series { name: near_field.to_owned(), points });
+            for order in ["order 1", "order 2", "patch"] {
+                let own = samples.iter().filter(|sample| sample.what.ends_with(order));
+                let points: Vec<_> = own.map(|s| [s.seconds, (s.load / truth - 1.0).abs()]).collect();
+                if !points.is_empty() {
+                    let name = if order == "patch" {
+                        near_field.to_owned()
+                    } else {
+                        format!("{near_field}, {order}")
+                    };
+                    series.push(Series { name, points });
+                }
+            }
         }
         let chart = Chart {
             title: format!("Rigid sphere on a block: {name} mm"),
