@@ -44,5 +44,5 @@ pub(crate) use recovery::{contact_points, exposures};
 pub use regions::{Finding, Regions, check_materials};
 pub use rigid::{FreeMotions, free_motions};
 pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
-pub use superposition::{Solved, SupportForces};
+pub use superposition::{ColumnSolver, Solved, SupportForces};
 pub use symmetry::symmetry_component;

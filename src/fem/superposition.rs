@@ -15,13 +15,63 @@ use crate::mesh::CellRef;
 /// Right-hand sides that are solved together.
 const BATCH: usize = 32;
 
-/// How columns were solved.
+/// How columns are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
     /// By what.
     pub method: Method,
     /// Relative residual of the check of a factorisation; 0 for conjugate gradients, whose columns each have theirs.
     pub residual: f64,
+}
+
+/// Solves the equations of a model for any number of columns, by one factorisation or, where that does not fit into memory, by
+/// conjugate gradients.
+pub struct ColumnSolver {
+    solver: Box<dyn SymmetricFactor>,
+    n_free: usize,
+    solved: Solved,
+}
+
+impl ColumnSolver {
+    /// Of a model, within `memory`.
+    ///
+    /// # Errors
+    /// As [`FeModel::condense_with`].
+    pub fn new(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
+        Self::build(model, memory).context(|| model.name().to_owned())
+    }
+
+    fn build(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
+        let analysis = model.analyse(&[])?;
+        let method = analysis.method(model, memory)?;
+        let (solver, residual): (Box<dyn SymmetricFactor>, f64) = match method {
+            Method::Factorisation => {
+                let factor = analysis.factorise(model)?;
+                let residual = factor.residual();
+                (Box::new(factor), residual)
+            }
+            Method::ConjugateGradients(_) => {
+                (Box::new(TwoLevelSolver::new(model.stiffness(), &model.unknowns())?), 0.0)
+            }
+        };
+        Ok(Self { solver, n_free: model.n_free(), solved: Solved { method, residual } })
+    }
+
+    /// How it solves.
+    pub fn solved(&self) -> Solved {
+        self.solved
+    }
+
+    /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place.
+    ///
+    /// # Errors
+    /// If the solution does not converge, or memory does not suffice.
+    pub fn solve(&self, columns: &mut [f64]) -> Result<()> {
+        for batch in columns.chunks_mut(BATCH * self.n_free) {
+            self.solver.solve_in_place(batch, batch.len() / self.n_free)?;
+        }
+        Ok(())
+    }
 }
 
 /// Forces that displacements of the prescribed dofs alone exert, column by column.
@@ -87,33 +137,5 @@ impl FeModel {
         }
         self.foundations().iter().for_each(|face| add(&face.nodes, &face.packed));
         Ok(forces)
-    }
-
-    /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place, by a factorisation or, where that does
-    /// not fit into `memory`, by conjugate gradients.
-    ///
-    /// # Errors
-    /// As [`FeModel::condense_with`].
-    pub fn solve_columns(&self, columns: &mut [f64], memory: &MemoryLimit) -> Result<Solved> {
-        self.solved(columns, memory).context(|| self.name().to_owned())
-    }
-
-    fn solved(&self, columns: &mut [f64], memory: &MemoryLimit) -> Result<Solved> {
-        let analysis = self.analyse(&[])?;
-        let method = analysis.method(self, memory)?;
-        let (solver, residual): (Box<dyn SymmetricFactor>, f64) = match method {
-            Method::Factorisation => {
-                let factor = analysis.factorise(self)?;
-                let residual = factor.residual();
-                (Box::new(factor), residual)
-            }
-            Method::ConjugateGradients(_) => {
-                (Box::new(TwoLevelSolver::new(self.stiffness(), &self.unknowns())?), 0.0)
-            }
-        };
-        for batch in columns.chunks_mut(BATCH * self.n_free()) {
-            solver.solve_in_place(batch, batch.len() / self.n_free())?;
-        }
-        Ok(Solved { method, residual })
     }
 }

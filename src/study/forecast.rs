@@ -7,8 +7,7 @@ use super::failure::{AtKey, Failure};
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
-use crate::body::HybridBody;
-use crate::body::hybrid::Site;
+use crate::body::hybrid::{Correction, Site};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
@@ -221,7 +220,7 @@ fn far_field(
     let columns = 3 * nodes[0] * nodes[1];
     let [peak, _] = analysis.bytes_by(&model, method);
     let n = frame.n_cells() as f64;
-    let columns_bytes = HybridBody::columns_bytes(&model, columns);
+    let columns_bytes = Correction::bytes(&model, columns);
     let held_bytes = model.memory_bytes() + columns_bytes / 4 + memory::of_grid(frame);
     let n_free = model.n_free() as f64;
     let values = n_free * columns as f64;

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
 
-use super::boundary::{Forces, IN_PLANE};
+use super::adaptive::{self, NearField};
 use super::correction::Correction;
 use super::distribution::Distribution;
 use super::far_field::FarField;
+use super::forces::IN_PLANE;
 use super::inclusions::strain;
-use super::indicators::{Indicators, WANTED_TAIL};
+use super::indicators::Indicators;
 use super::operator::corrected;
 use super::patch::Patch;
 use super::site::Site;
-use super::sources::Chebyshev;
 use crate::bem::half_space::{CrossBlocks, PointForceField, SurfaceGreen};
 use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::error::{Context, Error, Result};
@@ -25,9 +25,6 @@ use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
 use crate::material::strength::Limit;
 use crate::mesh::faces::{SurfaceFace, group_faces};
-
-/// Most nodes along a side.
-const MOST_NODES: usize = 10;
 
 /// A finite-element body with the near field of a half-space.
 pub struct HybridBody {
@@ -86,37 +83,13 @@ impl HybridBody {
         let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
         let green = SurfaceGreen::new(&in_frame, side)?;
         let model = FeModel::within(spec, memory)?;
-        let local = site.stiffness.rotated(&site.patch.axes.0.transpose());
-        let (field, note) = PointForceField::cached(&local, resources.cache)?;
-        let own = SurfaceGreen::new(&local, Side::Lower)?;
         let recovery = StressRecovery::new(&model)?;
-        let mut m = site.first_nodes();
-        let (correction, indicators) = loop {
-            let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
-            memory.ensure(Self::columns_bytes(&model, 3 * m[0] * m[1]) as u128, what, mend)?;
-            let points = points(site, m);
-            let forces = Forces {
-                patch: site.patch,
-                stiffness: &local,
-                field: &field,
-                points,
-                surface: &site.surface,
-            };
-            let correction = Correction::new(&model, &forces, memory)?;
-            let direct = correction.direct(&model, &forces)?;
-            let mesh_error = |uniform: &[f64]| uniform_error(&model, &recovery, &correction, uniform);
-            let indicators =
-                Indicators::new(&correction, &direct, (site, m), (&own, field.error()), &mesh_error)?;
-            if indicators.tail <= WANTED_TAIL || m.iter().any(|&m| m >= MOST_NODES) {
-                break (correction, indicators);
-            }
-            let more = m.map(|m| (m + 2).min(MOST_NODES));
-            if !memory.allows(Self::columns_bytes(&model, 3 * more[0] * more[1]) as u128) {
-                break (correction, indicators);
-            }
-            m = more;
-        };
-        let far = FarField::new(&correction.matrix, m, &site.patch, side);
+        let (near, note) = NearField::new(site, resources)?;
+        let (correction, judged) =
+            adaptive::correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
+        let [indicators] = judged[..] else { return Err(Error::numerical("one patch has one correction")) };
+        let field = near.field;
+        let far = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
         let free_gap = correction.free_displacement.as_ref().map(|free| {
             let nodal: Vec<f64> = map.nodes().iter().flat_map(|&node| free[node]).collect();
             let mut gap = vec![0.0; 3 * map.n_cells()];
@@ -226,11 +199,6 @@ impl HybridBody {
         self.stiffness.voigt() * strain(gradient)
     }
 
-    /// Bytes that `columns` fields of a model take at the peak, of which it keeps a quarter.
-    pub fn columns_bytes(model: &FeModel, columns: usize) -> usize {
-        4 * 8 * 3 * model.mesh().n_points() * columns
-    }
-
     /// Bytes that it keeps.
     pub fn held_bytes(&self) -> usize {
         let operator = 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1];
@@ -241,25 +209,6 @@ impl HybridBody {
     pub fn n_free(&self) -> usize {
         self.model.n_free()
     }
-}
-
-/// Square of the estimated error of the correction's stress, in the energy norm, under forces `[3 n]` at the nodes of the patch.
-fn uniform_error(
-    model: &FeModel,
-    recovery: &StressRecovery,
-    correction: &Correction,
-    forces: &[f64],
-) -> Result<f64> {
-    let mut displacement = vec![[0.0; 3]; model.mesh().n_points()];
-    correction.add_fields(forces, &mut displacement);
-    let stress = recovery.stress(model, &displacement)?;
-    Ok(recovery.estimate(model, &displacement, &stress)?.total().powi(2))
-}
-
-/// The nodes of the patch, those along y one after the other.
-fn points(site: &Site, m: [usize; 2]) -> Vec<[f64; 2]> {
-    let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], site.patch.half_width[axis]));
-    x.nodes().iter().flat_map(|&x| y.nodes().iter().map(move |&y| [x, y])).collect()
 }
 
 impl ElasticBody for HybridBody {

@@ -1,99 +1,40 @@
 //! Loads and work of the half-space's tractions on the boundary of a body.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::faces::FaceRules;
-use super::patch::Patch;
-use crate::bem::half_space::{PointForceField, TractionMap};
+use super::faces::{FacePoint, FaceRules};
+use super::forces::{FaceRef, Forces, Sources, put};
+use super::opposite;
+use crate::bem::half_space::TractionMap;
 use crate::error::Result;
 use crate::fem::{Bedding, FeModel};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
-use crate::material::Stiffness;
+use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
-use crate::mesh::{CellRef, Mesh};
 
 /// Faces computed side by side before they are added up: bounds the memory of their shares.
 const BATCH: usize = 64;
 
-/// Nodes nearer to the plane of the patch than this share of its size lie in it.
-pub(super) const IN_PLANE: f64 = 1e-6;
-
-/// Point forces on a patch, and the half-space that carries them.
-pub struct Forces<'a> {
-    /// The patch.
-    pub patch: Patch,
-    /// The half-space's material, in the axes of the patch.
-    pub stiffness: &'a Stiffness,
-    /// Its field of a point force.
-    pub field: &'a PointForceField,
-    /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
-    pub points: Vec<[f64; 2]>,
-    /// Faces off the plane that stand for it: a curved contact surface about the patch.
-    pub surface: &'a [FaceRef],
-}
-
-impl Forces<'_> {
-    /// Those at the corners and in the middle of the points.
-    pub(super) fn outermost(&self) -> Self {
-        let extreme = |sign: [f64; 2]| {
-            let along = |point: &&[f64; 2]| sign[0] * point[0] + sign[1] * point[1];
-            self.points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied()
-        };
-        let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-        let points = signs.into_iter().filter_map(extreme).chain([[0.0, 0.0]]).collect();
-        Self { points, ..*self }
-    }
-
-    /// Number of columns: three for each point.
-    pub fn n_columns(&self) -> usize {
-        3 * self.points.len()
-    }
-
-    /// Vector from force `i` to a point in the axes of the patch.
-    pub(super) fn from(&self, i: usize, local: &Point) -> Point {
-        let [x, y] = self.points[i];
-        Point::new(local.x - x, local.y - y, local.z)
-    }
-
-    /// Distance of a point from the nearest force.
-    pub(super) fn distance(&self, x: &Point) -> f64 {
-        let local = self.patch.local(x);
-        (0..self.points.len()).map(|i| self.from(i, &local).norm()).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
-    pub(super) fn displacements(&self, x: &Point, row: usize, out: &mut Columns) {
-        let local = self.patch.local(x);
-        for i in 0..self.points.len() {
-            let value = self.patch.axes.0 * self.field.at(&self.from(i, &local)).value;
-            put(&value, (row, i), out);
-        }
-    }
-}
-
-/// Writes a block of three rows and three columns.
-fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut Columns) {
-    let n = out.n_rows();
-    for k in 0..3 {
-        let first = (3 * force + k) * n + 3 * row;
-        out.values_mut()[first..first + 3].copy_from_slice(block.column(k).as_slice());
-    }
-}
-
-/// A face of a mesh: its solid, and its index among the faces of that.
-pub type FaceRef = (CellRef, usize);
-
-/// A face off the plane of the patch.
-struct BoundaryFace {
-    face: SurfaceFace,
+/// A face of the boundary.
+pub(super) struct BoundaryFace {
+    pub face: SurfaceFace,
+    /// Whether it is one of the surface of each patch's half-space.
+    pub own: Vec<bool>,
     /// Components that all of its nodes have prescribed.
-    held: [bool; 3],
+    pub held: [bool; 3],
     bedding: Option<Bedding>,
+}
+
+impl BoundaryFace {
+    /// Whether it is free of supports and foundations.
+    pub fn is_free(&self) -> bool {
+        self.held == [false; 3] && self.bedding.is_none()
+    }
 }
 
 /// What the tractions of the half-space do on the boundary.
@@ -109,38 +50,29 @@ pub(super) struct BoundaryTerms {
     pub n_points: usize,
 }
 
-/// Whether all nodes of a face lie in the plane of the patch.
-pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
-    let height = |node: &usize| patch.local(&mesh.points[*node].into()).z.abs();
-    face.nodes.iter().all(|node| height(node) <= IN_PLANE * patch.size())
-}
-
-/// The faces of the body that the half-space's tractions act on.
+/// The faces of the body that tractions of the half-spaces act on.
 pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
 
 impl BoundaryFaces {
-    pub fn new(model: &FeModel, forces: &Forces) -> Self {
+    pub fn new(model: &FeModel, sources: Sources) -> Self {
         let mesh = model.mesh();
-        let surface: HashSet<FaceRef> = forces.surface.iter().copied().collect();
         let bedded: HashMap<FaceRef, Bedding> =
             model.bedded_faces().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
-        let elsewhere = |face: &SurfaceFace| {
-            !in_plane(mesh, face, &forces.patch) && !surface.contains(&(face.owner, face.local_face))
-        };
-        let outer = outer_faces(mesh).into_iter().filter(elsewhere);
-        let faces = outer.map(|face| {
+        let own_faces: Vec<_> = sources.0.iter().map(|forces| forces.own_faces(mesh)).collect();
+        let faces = outer_faces(mesh).into_iter().map(|face| {
             let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed(node, c).is_some()));
             let bedding = bedded.get(&(face.owner, face.local_face)).copied();
-            BoundaryFace { face, held, bedding }
+            let own = own_faces.iter().map(|own| own(&face)).collect();
+            BoundaryFace { face, own, held, bedding }
         });
-        Self(faces.collect())
+        Self(faces.filter(|face| face.own.contains(&false)).collect())
     }
 
-    /// Largest defect of the balance of the tractions and each of the `forces`.
-    pub fn imbalance(&self, mesh: &Mesh, forces: &Forces, ratio: f64) -> f64 {
+    /// Largest defect of the balance of the tractions and each of the `forces` on one `patch`.
+    pub fn imbalance(&self, mesh: &Mesh, (patch, forces): (usize, &Forces), ratio: f64) -> f64 {
         let rules = FaceRules::new();
-        let fluxes: Vec<Vec<Matrix3<f64>>> = self
-            .0
+        let faces: Vec<&BoundaryFace> = self.0.iter().filter(|face| !face.own[patch]).collect();
+        let fluxes: Vec<Vec<Matrix3<f64>>> = faces
             .par_iter()
             .map(|face| {
                 let mut flux = vec![Matrix3::zeros(); forces.points.len()];
@@ -165,8 +97,8 @@ impl BoundaryTerms {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn new(model: &FeModel, forces: &Forces, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
-        let n = forces.n_columns();
+    pub fn new(model: &FeModel, sources: Sources, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
+        let n = sources.n_columns();
         let n_rows = 3 * model.mesh().n_points();
         let mut terms = Self {
             loads: Columns::zeros(n_rows, n)?,
@@ -174,19 +106,20 @@ impl BoundaryTerms {
             imbalance: 0.0,
             n_points: 0,
         };
-        let mut flux = vec![Matrix3::identity(); forces.points.len()];
+        let mut flux = vec![Matrix3::identity(); sources.n()];
         let rules = FaceRules::new();
         for batch in faces.0.chunks(BATCH) {
             interrupt::check()?;
             let shares: Vec<Result<Share>> = batch
                 .par_iter()
-                .map(|face| Share::new(model.mesh(), face, forces, (&rules, ratio)))
+                .map(|face| Share::new(model.mesh(), face, sources, (&rules, ratio)))
                 .collect();
             for (face, share) in batch.iter().zip(shares) {
                 terms.add(&face.face, &share?, &mut flux);
             }
         }
         terms.imbalance = flux.iter().map(Matrix3::amax).fold(0.0, f64::max);
+        opposite::add(model.mesh(), sources, &faces.0, &mut terms.work);
         Ok(terms)
     }
 
@@ -222,18 +155,60 @@ struct Share {
 impl Share {
     fn new(
         mesh: &Mesh,
-        BoundaryFace { face, held, bedding }: &BoundaryFace,
-        forces: &Forces,
+        boundary: &BoundaryFace,
+        sources: Sources,
         (rules, ratio): (&FaceRules, f64),
     ) -> Result<Self> {
-        let points = rules.points(mesh, face, &|x| forces.distance(x), ratio);
-        let (n, n_rows, n_nodes) = (forces.n_columns(), 3 * points.len(), face.nodes.len());
+        let face = &boundary.face;
+        let points = rules.points(mesh, face, &|x| boundary.distance(sources, x), ratio);
+        let n = sources.n_columns();
+        let mut fields = Fields {
+            displacements: Columns::zeros(3 * points.len(), n)?,
+            tractions: Columns::zeros(3 * points.len(), n)?,
+            loads: vec![0.0; n * 3 * face.nodes.len()],
+            flux: vec![Matrix3::zeros(); sources.n()],
+        };
+        for (patch, (first, forces)) in sources.patches().enumerate() {
+            match (boundary.own[patch], boundary.is_free()) {
+                (false, _) => fields.add_forces(boundary, &points, (first, forces)),
+                // Displacements are singular here: the terms of them and the others' tractions are integrated elsewhere.
+                (true, true) => {}
+                (true, false) => fields.add_displacements(&points, (first, forces)),
+            }
+        }
+        let work = fields.work(boundary.held)?;
+        Ok(Self { loads: fields.loads, work, flux: fields.flux, n_points: points.len() })
+    }
+}
+
+impl BoundaryFace {
+    /// Distance of a point from the nearest force whose field is integrated on this face.
+    fn distance(&self, sources: Sources, x: &Point) -> f64 {
+        let used = sources.0.iter().zip(&self.own).filter(|(_, own)| !**own || !self.is_free());
+        used.map(|(forces, _)| forces.distance(x)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Fields of the forces at the points of a face, and their loads.
+struct Fields {
+    /// Global rows, `[3 n_points, n_columns]`.
+    displacements: Columns,
+    /// The same times the weights.
+    tractions: Columns,
+    loads: Vec<f64>,
+    flux: Vec<Matrix3<f64>>,
+}
+
+impl Fields {
+    /// Adds those of the forces on one patch.
+    fn add_forces(
+        &mut self,
+        BoundaryFace { face, held, bedding, .. }: &BoundaryFace,
+        points: &[FacePoint],
+        (first, forces): (usize, &Forces),
+    ) {
+        let n_nodes = face.nodes.len();
         let axes = forces.patch.axes.0;
-        let mut displacements = Columns::zeros(n_rows, n)?;
-        // Times the weights.
-        let mut tractions = Columns::zeros(n_rows, n)?;
-        let mut flux = vec![Matrix3::zeros(); forces.points.len()];
-        let mut loads = vec![0.0; n * 3 * n_nodes];
         let flat = points.windows(2).all(|pair| pair[0].area.cross(&pair[1].area).norm() == 0.0);
         let map_of =
             |area: &Point| TractionMap::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
@@ -249,18 +224,18 @@ impl Share {
                     &own
                 }
             };
-            for (i, flux) in flux.iter_mut().enumerate() {
+            for i in 0..forces.points.len() {
                 let field = forces.field.at(&forces.from(i, &local));
                 let traction = map.of(&field) * weight;
-                *flux += traction;
+                self.flux[first + i] += traction;
                 let (value, mut traction) = (axes * field.value, axes * traction);
                 if let Some(bedding) = bedding {
                     traction += bed(*bedding, &point.area) * value;
                 }
-                put(&value, (p, i), &mut displacements);
-                put(&traction, (p, i), &mut tractions);
+                put(&value, (p, first + i), &mut self.displacements);
+                put(&traction, (p, first + i), &mut self.tractions);
                 for column in 0..3 {
-                    let load = &mut loads[(3 * i + column) * 3 * n_nodes..][..3 * n_nodes];
+                    let load = &mut self.loads[(3 * (first + i) + column) * 3 * n_nodes..][..3 * n_nodes];
                     for (load, value) in load.chunks_exact_mut(3).zip(&point.values) {
                         for c in (0..3).filter(|&c| !held[c]) {
                             load[c] -= value * traction[(c, column)];
@@ -269,9 +244,25 @@ impl Share {
                 }
             }
         }
+    }
+
+    /// Adds only the displacements.
+    fn add_displacements(&mut self, points: &[FacePoint], (first, forces): (usize, &Forces)) {
+        for (p, point) in points.iter().enumerate() {
+            let local = forces.patch.local(&point.at);
+            for i in 0..forces.points.len() {
+                let value = forces.patch.axes.0 * forces.field.at(&forces.from(i, &local)).value;
+                put(&value, (p, first + i), &mut self.displacements);
+            }
+        }
+    }
+
+    /// -∫ u·t over what is free + ∫ t·u over what is held.
+    fn work(&self, held: [bool; 3]) -> Result<Columns> {
+        let (n_rows, n) = (self.tractions.n_rows(), self.tractions.n_columns());
         let mut work = Columns::zeros(n, n)?;
         let part = |keep: bool| -> Columns {
-            let mut part = tractions.clone();
+            let mut part = self.tractions.clone();
             let dropped = |row: usize| held[row % 3] != keep;
             part.values_mut()
                 .iter_mut()
@@ -281,12 +272,12 @@ impl Share {
             part
         };
         if held.contains(&false) {
-            work.add_transposed_product(-1.0, &displacements, &part(false));
+            work.add_transposed_product(-1.0, &self.displacements, &part(false));
         }
         if held.contains(&true) {
-            work.add_transposed_product(1.0, &part(true), &displacements);
+            work.add_transposed_product(1.0, &part(true), &self.displacements);
         }
-        Ok(Self { loads, work, flux, n_points: points.len() })
+        Ok(work)
     }
 }
 

@@ -9,14 +9,14 @@
 //! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the held boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //! b = f_f - K_fb g: symmetric, and of twice the order of the displacements at the nodes.
 
-use super::boundary::{BoundaryFaces, BoundaryTerms, Forces};
+use super::boundary::{BoundaryFaces, BoundaryTerms};
+use super::forces::{Forces, Sources};
 use super::inclusions;
 use super::locate::Locator;
 use crate::error::Result;
-use crate::fem::{FeModel, Solved};
+use crate::fem::{ColumnSolver, FeModel, Solved};
 use crate::geometry::Point;
 use crate::linalg::columns::Columns;
-use crate::linalg::memory::MemoryLimit;
 
 /// Defect of the balance of tractions and force above which faces are divided further.
 pub const BALANCE: f64 = 1e-4;
@@ -38,7 +38,8 @@ const INCLUSION_RATIO: f64 = 0.5;
 
 /// The correction between point forces, and the fields that belong to it.
 pub struct Correction {
-    /// Ĉ by Betti's theorem, made symmetric, axes of the patch, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j.
+    /// Ĉ by Betti's theorem, made symmetric, axes of the patches, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j, the forces
+    /// of one patch after those of the other. Between different patches all of the displacement, with that of the half-space.
     pub matrix: Columns,
     /// u_c at all nodes, global axes, `[3 n_points, 3 n]`.
     pub fields: Columns,
@@ -54,30 +55,34 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Solves for `forces` on the body.
+    /// Solves for `forces` on patches of the body, whose material is the same under all of them.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
-    pub fn new(model: &FeModel, forces: &Forces, memory: &MemoryLimit) -> Result<Self> {
-        let faces = BoundaryFaces::new(model, forces);
+    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &[Forces]) -> Result<Self> {
+        let sources = Sources(forces);
+        let faces = BoundaryFaces::new(model, sources);
         let mut ratio = RATIOS[0];
         // What leaves through a curved surface is missing from the balance.
-        let curved = !forces.surface.is_empty();
+        let curved = forces.iter().any(|forces| !forces.surface.is_empty());
         if curved {
             ratio = CURVED_RATIO;
         } else {
             // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
-            let outermost = forces.outermost();
-            while faces.imbalance(model.mesh(), &outermost, ratio) > MARGIN * BALANCE && ratio > RATIOS[1] {
-                ratio *= STEP;
+            for (patch, forces) in forces.iter().enumerate() {
+                let outermost = (patch, &forces.outermost());
+                while faces.imbalance(model.mesh(), outermost, ratio) > MARGIN * BALANCE && ratio > RATIOS[1]
+                {
+                    ratio *= STEP;
+                }
             }
         }
-        let mut boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+        let mut boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
         while boundary.imbalance > BALANCE && ratio > RATIOS[1] && !curved {
             ratio *= STEP;
-            boundary = BoundaryTerms::new(model, forces, (&faces, ratio))?;
+            boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
         }
-        let mut found = Self::of_terms(model, forces, (boundary, ratio), memory)?;
+        let mut found = Self::of_terms((model, solver), sources, (boundary, ratio))?;
         let transposed = found.matrix.transposed();
         found.matrix.add(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -90,16 +95,21 @@ impl Correction {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn unsymmetric(model: &FeModel, forces: &Forces, ratio: f64, memory: &MemoryLimit) -> Result<Self> {
-        let boundary = BoundaryTerms::new(model, forces, (&BoundaryFaces::new(model, forces), ratio))?;
-        Self::of_terms(model, forces, (boundary, ratio), memory)
+    pub fn unsymmetric(
+        model: &FeModel,
+        solver: &ColumnSolver,
+        forces: &[Forces],
+        ratio: f64,
+    ) -> Result<Self> {
+        let sources = Sources(forces);
+        let boundary = BoundaryTerms::new(model, sources, (&BoundaryFaces::new(model, sources), ratio))?;
+        Self::of_terms((model, solver), sources, (boundary, ratio))
     }
 
     fn of_terms(
-        model: &FeModel,
-        forces: &Forces,
+        (model, solver): (&FeModel, &ColumnSolver),
+        forces: Sources,
         (mut boundary, ratio): (BoundaryTerms, f64),
-        memory: &MemoryLimit,
     ) -> Result<Self> {
         inclusions::add(model, forces, ratio.min(INCLUSION_RATIO), &mut boundary)?;
         let n = forces.n_columns();
@@ -114,7 +124,7 @@ impl Correction {
         if model.is_loaded() {
             columns.extend(model.load_vector());
         }
-        let solved = model.solve_columns(&mut columns, memory)?;
+        solver.solve(&mut columns)?;
         let free = columns.split_off(n * model.n_free());
         let free_displacement = (!free.is_empty()).then(|| model.expand(&free));
         let displacement = Columns::from_values(model.n_free(), n, columns);
@@ -130,10 +140,22 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
         let fields = spread(model, &prescribed, (&displacement, &held))?;
-        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, free_displacement, solved })
+        Ok(Self {
+            matrix,
+            fields,
+            imbalance: boundary.imbalance,
+            asymmetry,
+            free_displacement,
+            solved: solver.solved(),
+        })
     }
 
-    /// Adds u_c by forces `[3 n]` to the displacement of all nodes.
+    /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
+    pub fn bytes(model: &FeModel, columns: usize) -> usize {
+        4 * 8 * 3 * model.mesh().n_points() * columns
+    }
+
+    /// Adds u_c by forces `[3 n]`, or the first of them, to the displacement of all nodes.
     pub(super) fn add_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
         for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             let field = self.fields.column(column);
@@ -141,7 +163,8 @@ impl Correction {
         }
     }
 
-    /// The same as the displacement of the mesh where `at` act, by each force: not symmetric, and of half the order.
+    /// The same as the displacement of the mesh where `at` act, on one patch, by each force: not symmetric, and of half the order. The
+    /// displacement of other patches' half-spaces is not part of it.
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
@@ -151,7 +174,7 @@ impl Correction {
 }
 
 /// -u_hs at the prescribed dofs, `[n_prescribed, n_columns]`.
-fn held_displacements(model: &FeModel, forces: &Forces, prescribed: &[usize]) -> Result<Columns> {
+fn held_displacements(model: &FeModel, forces: Sources, prescribed: &[usize]) -> Result<Columns> {
     let mut held = Columns::zeros(prescribed.len(), forces.n_columns())?;
     let mut at_node = Columns::zeros(3, forces.n_columns())?;
     let mut node = usize::MAX;
@@ -202,7 +225,7 @@ fn spread(model: &FeModel, prescribed: &[usize], (free, held): (&Columns, &Colum
 
 /// Displacement of the mesh where the forces act, in the axes of the patch.
 fn at_forces(model: &FeModel, forces: &Forces, fields: &Columns) -> Result<Columns> {
-    let n = forces.n_columns();
+    let n = 3 * forces.points.len();
     let mut at = Columns::zeros(n, fields.n_columns())?;
     let locator = Locator::new(model.mesh(), forces);
     for (i, point) in forces.points.iter().enumerate() {

@@ -34,28 +34,18 @@ pub(super) struct OnGrid {
 
 /// Values at the nodes, and rows in between, of one product.
 pub(super) struct Work {
-    rows: Vec<f64>,
-    forces: Vec<f64>,
-    gaps: Vec<f64>,
+    pub rows: Vec<f64>,
+    pub forces: Vec<f64>,
+    pub gaps: Vec<f64>,
 }
 
 impl FarField {
     /// Of the correction `matrix` between forces at the nodes `[m_x, m_y]` of the patch on the body at `side` of the frame; force
     /// i = a m_y + b acts at node a along x and b along y.
     pub(super) fn new(matrix: &Columns, m: [usize; 2], patch: &Patch, side: Side) -> Self {
-        let turned = side == Side::Upper;
-        let sign = |c: usize| if turned && c > 0 { -1.0 } else { 1.0 };
-        let n = m[0] * m[1];
-        let mut planes = vec![0.0; 9 * n * n];
-        for column in 0..3 * n {
-            for row in 0..3 * n {
-                let at = |k: usize| (k % 3) * n + k / 3;
-                planes[at(row) * 3 * n + at(column)] =
-                    sign(row % 3) * sign(column % 3) * matrix.at(row, column);
-            }
-        }
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
-        Self { nodes, turned, matrix: planes }
+        let matrix = by_planes(matrix, [side; 2]);
+        Self { nodes, turned: side == Side::Upper, matrix }
     }
 
     /// Number of nodes along x and y.
@@ -130,6 +120,22 @@ impl FarField {
     }
 }
 
+/// The entries between forces on the bodies at the `sides` (rows, columns) of their frames, in the axes of these by planes, row by row.
+pub(super) fn by_planes(matrix: &Columns, sides: [Side; 2]) -> Vec<f64> {
+    // Body 2 sees the frame turned about x.
+    let sign = |side: Side, c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
+    let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
+    let mut planes = vec![0.0; n_rows * n_columns];
+    let at = |k: usize, n: usize| (k % 3) * (n / 3) + k / 3;
+    for column in 0..n_columns {
+        for row in 0..n_rows {
+            planes[at(row, n_rows) * n_columns + at(column, n_columns)] =
+                sign(sides[0], row % 3) * sign(sides[1], column % 3) * matrix.at(row, column);
+        }
+    }
+    planes
+}
+
 impl Chebyshev {
     /// Means of the Lagrange polynomials over cells in a row, `[cells, m]`; `turned`: of their values at -x.
     pub(super) fn means(&self, cells: usize, spacing: f64, first: f64, turned: bool) -> Vec<f64> {
@@ -156,6 +162,11 @@ impl Work {
 }
 
 impl OnGrid {
+    /// Number of nodes of the patch.
+    pub fn n_nodes(&self) -> usize {
+        self.m[0] * self.m[1]
+    }
+
     /// Adds the gaps by tractions, both by planes of the components `planes`.
     pub fn add_product(
         &self,
@@ -176,7 +187,7 @@ impl OnGrid {
     }
 
     /// Forces at the nodes of the tractions of one component.
-    fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
+    pub fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
         let [mx, my] = self.m;
         sum_rows(plane, &self.y, my, rows);
         forces.fill(0.0);
@@ -188,7 +199,7 @@ impl OnGrid {
     }
 
     /// Adds the gaps at the nodes to those of the cells of one component.
-    fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
+    pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
         let [mx, my] = self.m;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
             row.fill(0.0);

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
 
-use super::boundary::{BoundaryTerms, Forces};
+use super::boundary::BoundaryTerms;
+use super::forces::Sources;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::FeModel;
@@ -153,13 +154,14 @@ pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
     ))
 }
 
-/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material.
+/// Adds the loads -∫ ∇N : (C - C0) : ∇u and the work -∫ ∇u : (C - C0) : ∇u of the elements of another material than that under the
+/// patches, which is the same.
 ///
 /// # Errors
 /// If memory does not suffice.
-pub(super) fn add(model: &FeModel, forces: &Forces, ratio: f64, terms: &mut BoundaryTerms) -> Result<()> {
-    let axes = forces.patch.axes.0;
-    let own = *forces.stiffness.rotated(&axes).voigt();
+pub(super) fn add(model: &FeModel, sources: Sources, ratio: f64, terms: &mut BoundaryTerms) -> Result<()> {
+    let Some(forces) = sources.0.first() else { return Ok(()) };
+    let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     let (mesh, regions) = (model.mesh(), model.regions());
     let others: Vec<usize> =
         (0..regions.n_elements()).filter(|&i| !same(&regions.stiffness(i), &own)).collect();
@@ -173,7 +175,7 @@ pub(super) fn add(model: &FeModel, forces: &Forces, ratio: f64, terms: &mut Boun
                 let points = nodes.iter().map(|&node| mesh.points[node].into()).collect();
                 let excess = regions.stiffness(i) - own;
                 let element = Element { kind: mesh.kind(cell), nodes, points, excess };
-                Ok((i, Share::new(&element, forces, ratio)?))
+                Ok((i, Share::new(&element, sources, ratio)?))
             })
             .collect();
         for share in shares {
@@ -185,34 +187,26 @@ pub(super) fn add(model: &FeModel, forces: &Forces, ratio: f64, terms: &mut Boun
 }
 
 impl Share {
-    fn new(element: &Element, forces: &Forces, ratio: f64) -> Result<Self> {
-        let points = element.quadrature(&|x| forces.distance(x), ratio);
-        let (n, n_nodes) = (forces.n_columns(), element.nodes.len());
-        let axes = forces.patch.axes.0;
+    fn new(element: &Element, sources: Sources, ratio: f64) -> Result<Self> {
+        let points = element.quadrature(&|x| sources.distance(x), ratio);
+        let (n, n_nodes) = (sources.n_columns(), element.nodes.len());
         let mut loads = vec![0.0; n * 3 * n_nodes];
         let mut work = Columns::zeros(n, n)?;
         for points in points.chunks(POINT_BATCH) {
             let mut strains = Columns::zeros(6 * points.len(), n)?;
             let mut stresses = Columns::zeros(6 * points.len(), n)?;
             for (p, point) in points.iter().enumerate() {
-                let local = forces.patch.local(&point.at);
-                for i in 0..forces.points.len() {
-                    let field = forces.field.at(&forces.from(i, &local));
-                    for column in 0..3 {
-                        let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
-                        let strain = strain(&(axes * own * axes.transpose()));
-                        let stress = element.excess * strain * point.volume;
-                        let j = 3 * i + column;
-                        let rows = j * 6 * points.len() + 6 * p;
-                        strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
-                        stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
-                        let [xx, yy, zz, yz, xz, xy] = stress.into();
-                        let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-                        let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
-                        for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
-                            let force = tensor * gradient;
-                            (0..3).for_each(|c| load[c] -= force[c]);
-                        }
+                for (j, strain) in strains_at(sources, &point.at) {
+                    let stress = element.excess * strain * point.volume;
+                    let rows = j * 6 * points.len() + 6 * p;
+                    strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
+                    stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
+                    let [xx, yy, zz, yz, xz, xy] = stress.into();
+                    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+                    let load = &mut loads[j * 3 * n_nodes..][..3 * n_nodes];
+                    for (load, gradient) in load.chunks_exact_mut(3).zip(&point.gradients) {
+                        let force = tensor * gradient;
+                        (0..3).for_each(|c| load[c] -= force[c]);
                     }
                 }
             }
@@ -220,6 +214,22 @@ impl Share {
         }
         Ok(Self { loads, work })
     }
+}
+
+/// Strain at `x` by each column of forces, global axes.
+fn strains_at<'a>(sources: Sources<'a>, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> + use<'a> {
+    let x = *x;
+    sources.patches().flat_map(move |(first, forces)| {
+        let axes = forces.patch.axes.0;
+        let local = forces.patch.local(&x);
+        (0..forces.points.len()).flat_map(move |i| {
+            let field = forces.field.at(&forces.from(i, &local));
+            (0..3).map(move |column| {
+                let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
+                (3 * (first + i) + column, strain(&(axes * own * axes.transpose())))
+            })
+        })
+    })
 }
 
 #[cfg(test)]

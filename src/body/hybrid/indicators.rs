@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::correction::Correction;
 use super::far_field::FarField;
 use super::patch::Patch;
 use super::site::Site;
@@ -62,13 +61,27 @@ pub struct Indicators {
     pub least_eigenvalue: f64,
 }
 
+/// The correction of one patch, as far as it is judged.
+pub(super) struct Judged<'a> {
+    /// By Betti's theorem, and at the nodes of the mesh.
+    pub matrix: &'a Columns,
+    pub direct: &'a Columns,
+    /// Of [`super::Correction`].
+    pub imbalance: f64,
+    pub asymmetry: f64,
+    /// Square of the estimated error in the energy norm under forces on the patch.
+    pub squared_error: &'a dyn Fn(&[f64]) -> Result<f64>,
+}
+
 impl Indicators {
+    /// Of a patch with `m` nodes; `green` in its axes.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
     pub(super) fn new(
-        correction: &Correction,
-        direct: &Columns,
+        judged: Judged,
         (site, m): (&Site, [usize; 2]),
         (green, field_error): (&SurfaceGreen, f64),
-        squared_error: &dyn Fn(&[f64]) -> Result<f64>,
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
@@ -77,7 +90,7 @@ impl Indicators {
             let far = FarField::new(columns, m, patch, Side::Lower);
             DMatrix::from_row_slice(n, n, far.entries())
         };
-        let (dual, direct) = (dense(&correction.matrix), dense(direct));
+        let (dual, direct) = (dense(judged.matrix), dense(judged.direct));
         let spacing = patch.half_width.map(|half| 2.0 * half / CELLS as f64);
         let operator = FftFlexibility::new([CELLS; 2], spacing, green, CrossBlocks::Keep)?;
         let (near, mass) = on_polynomials(&operator, patch, m, spacing);
@@ -94,14 +107,14 @@ impl Indicators {
             let at_nodes = &mass * uniform(c);
             let nodes = n / 3;
             let forces: Vec<f64> = (0..n).map(|k| at_nodes[k % 3 * nodes + k / 3]).collect();
-            mesh_error = mesh_error.max(squared_error(&forces)? / energy(&sum, c).abs());
+            mesh_error = mesh_error.max((judged.squared_error)(&forces)? / energy(&sum, c).abs());
         }
         Ok(Self {
             nodes: m,
             rise: site.rise,
             field_error,
-            imbalance: correction.imbalance,
-            asymmetry: correction.asymmetry,
+            imbalance: judged.imbalance,
+            asymmetry: judged.asymmetry,
             direct_difference: differences.fold(0.0, f64::max),
             mesh_error,
             tail: share * tail(&dual, m),

@@ -1,8 +1,6 @@
 //! The face of the patch under a point, and its shape functions there.
 
-use std::collections::HashSet;
-
-use super::boundary::{FaceRef, Forces, in_plane};
+use super::forces::Forces;
 use super::patch::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::{Point, number};
@@ -24,12 +22,9 @@ pub(super) struct Locator<'a> {
 
 impl<'a> Locator<'a> {
     pub fn new(mesh: &'a Mesh, forces: &'a Forces) -> Self {
-        let patch = &forces.patch;
-        let surface: HashSet<FaceRef> = forces.surface.iter().copied().collect();
-        let on_surface = |face: &SurfaceFace| {
-            in_plane(mesh, face, patch) || surface.contains(&(face.owner, face.local_face))
-        };
-        Self { mesh, patch, faces: outer_faces(mesh).into_iter().filter(on_surface).collect() }
+        let own = forces.own_faces(mesh);
+        let faces = outer_faces(mesh).into_iter().filter(|face| own(face)).collect();
+        Self { mesh, patch: &forces.patch, faces }
     }
 
     /// Nodes and weights of the displacement at a point of the patch.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::boundary::{FaceRef, IN_PLANE, in_plane};
+use super::forces::{FaceRef, IN_PLANE, in_plane};
 use super::inclusions::same;
 use super::patch::Patch;
 use nalgebra::Matrix6;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use orthowear::bem::half_space::PointForceField;
 use orthowear::body::hybrid::{Correction, Forces, Patch};
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
-use orthowear::fem::{FeModel, FeSpec, HexFormulation};
+use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation};
 use orthowear::frame::Side;
 use orthowear::geometry::{Point, Triad};
 use orthowear::linalg::memory::MemoryLimit;
@@ -27,7 +27,8 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
     let model = FeModel::new(spec).unwrap();
     let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
     let forces = Forces { patch, stiffness, field, points: places(), surface: &[] };
-    let found = Correction::unsymmetric(&model, &forces, 0.2, &MemoryLimit::of_machine()).unwrap();
+    let solver = ColumnSolver::new(&model, &MemoryLimit::of_machine()).unwrap();
+    let found = Correction::unsymmetric(&model, &solver, std::slice::from_ref(&forces), 0.2).unwrap();
     let on_patch = Forces { points: places()[..16].to_vec(), ..forces };
     let direct = found.direct(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);

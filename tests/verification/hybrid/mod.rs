@@ -7,3 +7,4 @@ mod fields;
 mod friction;
 mod hertz;
 mod operator;
+mod patches;

@@ -1,0 +1,115 @@
+//! The correction with as many nodes on each patch as it needs.
+
+use super::correction::Correction;
+use super::forces::Forces;
+use super::indicators::{Indicators, Judged, WANTED_TAIL};
+use super::site::Site;
+use super::sources::Chebyshev;
+use crate::bem::half_space::{PointForceField, SurfaceGreen};
+use crate::error::Result;
+use crate::fem::{ColumnSolver, FeModel, Resources, StressRecovery};
+use crate::geometry::Side;
+use crate::linalg::memory::MemoryLimit;
+use crate::material::Stiffness;
+
+/// Most nodes along a side.
+const MOST_NODES: usize = 10;
+
+/// The half-space of a patch in its own axes.
+pub(super) struct NearField<'a> {
+    pub site: &'a Site,
+    stiffness: Stiffness,
+    /// Of a point force.
+    pub field: PointForceField,
+    green: SurfaceGreen,
+}
+
+impl<'a> NearField<'a> {
+    /// Of a site, and what the user should know of the cache of its field.
+    ///
+    /// # Errors
+    /// As [`PointForceField::cached`].
+    pub fn new(site: &'a Site, resources: &Resources) -> Result<(Self, Option<String>)> {
+        let stiffness = site.stiffness.rotated(&site.patch.axes.0.transpose());
+        let (field, note) = PointForceField::cached(&stiffness, resources.cache)?;
+        let green = SurfaceGreen::new(&stiffness, Side::Lower)?;
+        Ok((Self { site, stiffness, field, green }, note))
+    }
+
+    /// Forces at `m` nodes of the patch, those along y one after the other.
+    fn forces(&self, m: [usize; 2]) -> Forces<'_> {
+        let patch = self.site.patch;
+        let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
+        let points = x.nodes().iter().flat_map(|&x| y.nodes().iter().map(move |&y| [x, y])).collect();
+        Forces { patch, stiffness: &self.stiffness, field: &self.field, points, surface: &self.site.surface }
+    }
+}
+
+/// The correction between the patches of `nears`, and how good it is on each; nodes are added while the highest polynomials matter and
+/// memory allows it.
+///
+/// # Errors
+/// If memory does not suffice, or the body cannot be solved.
+pub(super) fn correction(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    nears: &[NearField],
+    memory: &MemoryLimit,
+) -> Result<(Correction, Vec<Indicators>)> {
+    let solver = ColumnSolver::new(model, memory)?;
+    let mut m: Vec<[usize; 2]> = nears.iter().map(|near| near.site.first_nodes()).collect();
+    let bytes = |m: &[[usize; 2]]| {
+        let columns: usize = m.iter().map(|m| 3 * m[0] * m[1]).sum();
+        Correction::bytes(model, columns) as u128
+    };
+    loop {
+        let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
+        memory.ensure(bytes(&m), what, mend)?;
+        let forces: Vec<Forces> = nears.iter().zip(&m).map(|(near, m)| near.forces(*m)).collect();
+        let correction = Correction::new(model, &solver, &forces)?;
+        let mut indicators = Vec::with_capacity(nears.len());
+        let mut first = 0;
+        for ((near, forces), m) in nears.iter().zip(&forces).zip(&m) {
+            let columns = first..first + 3 * forces.points.len();
+            let direct = correction.direct(model, forces)?;
+            let mesh_error =
+                |uniform: &[f64]| uniform_error(model, recovery, &correction, (columns.start, uniform));
+            let judged = Judged {
+                matrix: &correction.matrix.block(columns.clone(), columns.clone())?,
+                direct: &direct.block(0..columns.len(), columns.clone())?,
+                imbalance: correction.imbalance,
+                asymmetry: correction.asymmetry,
+                squared_error: &mesh_error,
+            };
+            indicators.push(Indicators::new(judged, (near.site, *m), (&near.green, near.field.error()))?);
+            first = columns.end;
+        }
+        let wanting = |(indicators, m): (&Indicators, &[usize; 2])| {
+            indicators.tail > WANTED_TAIL && m.iter().all(|&m| m < MOST_NODES)
+        };
+        let more: Vec<[usize; 2]> = indicators
+            .iter()
+            .zip(&m)
+            .map(|pair| if wanting(pair) { pair.1.map(|m| (m + 2).min(MOST_NODES)) } else { *pair.1 })
+            .collect();
+        if more == m || !memory.allows(bytes(&more)) {
+            return Ok((correction, indicators));
+        }
+        m = more;
+    }
+}
+
+/// Square of the estimated error of the correction's stress, in the energy norm, under forces from the column `first` on.
+fn uniform_error(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    correction: &Correction,
+    (first, forces): (usize, &[f64]),
+) -> Result<f64> {
+    let mut all = vec![0.0; first];
+    all.extend_from_slice(forces);
+    let mut displacement = vec![[0.0; 3]; model.mesh().n_points()];
+    correction.add_fields(&all, &mut displacement);
+    let stress = recovery.stress(model, &displacement)?;
+    Ok(recovery.estimate(model, &displacement, &stress)?.total().powi(2))
+}

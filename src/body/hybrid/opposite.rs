@@ -1,0 +1,195 @@
+//! Terms of the boundary between forces on different patches: on the surface of one half-space the displacement of its own forces is
+//! singular, and works against the tractions of the other's.
+//!
+//! The displacement by a force on its own surface is h(θ)/r. On a triangle from the force to an edge of that surface the area
+//! element takes the 1/r away, so that sums over the edges, with the sign of their turn about the force, are regular.
+
+use std::collections::HashMap;
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::boundary::BoundaryFace;
+use super::forces::{Forces, Sources};
+use crate::bem::half_space::TractionMap;
+use crate::geometry::Point;
+use crate::linalg::columns::Columns;
+use crate::mesh::Mesh;
+use crate::quadrature::gauss_legendre;
+
+/// Gauss points on each part of an edge and of a ray.
+const POINTS: usize = 6;
+
+/// Length of a part of an edge or of a ray over its distance from what varies along it.
+const RATIO: f64 = 0.7;
+
+/// Halvings of an edge or a ray, one after the other, at most.
+const MOST_HALVINGS: usize = 10;
+
+/// Adds, between forces y on one patch and x on another, the displacement at y by x in its half-space and -∫ u_y·t_x over the free surface of
+/// y's half-space; rows y, columns x.
+pub(super) fn add(mesh: &Mesh, sources: Sources, faces: &[BoundaryFace], work: &mut Columns) {
+    let patches: Vec<(usize, &Forces)> = sources.patches().collect();
+    let line: Vec<(f64, f64)> =
+        gauss_legendre(POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
+    for (p, &(first_y, by)) in patches.iter().enumerate() {
+        for (q, &(first_x, bx)) in patches.iter().enumerate().filter(|(q, _)| *q != p) {
+            let on_surface = faces.iter().filter(|face| face.own[p] && !face.own[q] && face.is_free());
+            let edges = rim(mesh, on_surface, by);
+            let pair = Pair { by, bx, edges: &edges, line: &line };
+            let rows: Vec<Vec<Matrix3<f64>>> =
+                (0..by.points.len()).into_par_iter().map(|y| pair.row(y)).collect();
+            for (y, row) in rows.iter().enumerate() {
+                for (x, block) in row.iter().enumerate() {
+                    let n_rows = work.n_rows();
+                    for column in 0..3 {
+                        let first = (3 * (first_x + x) + column) * n_rows + 3 * (first_y + y);
+                        let values = &mut work.values_mut()[first..first + 3];
+                        values.iter_mut().zip(block.column(column).iter()).for_each(|(w, b)| *w += b);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Edges that bound some faces, in their sense about the outward normal, in the plane of a patch (coordinates of its axes); curved edges by
+/// two parts.
+fn rim<'a>(
+    mesh: &Mesh,
+    faces: impl Iterator<Item = &'a BoundaryFace>,
+    forces: &Forces,
+) -> Vec<[[f64; 2]; 2]> {
+    let mut edges: HashMap<[usize; 2], [[f64; 2]; 3]> = HashMap::new();
+    for BoundaryFace { face, .. } in faces {
+        let n = face.kind.n_corners();
+        let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
+        let corners: &[[f64; 2]] = if n == 3 {
+            &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+        } else {
+            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        };
+        let at = |xi: [f64; 2]| -> [f64; 2] {
+            let x = face.kind.face_values(xi).iter().zip(&nodes).map(|(value, node)| node * *value).sum();
+            let local = forces.patch.local(&x);
+            [local.x, local.y]
+        };
+        for k in 0..n {
+            let (a, b) = (corners[k], corners[(k + 1) % n]);
+            let [from, to] = [face.nodes[k], face.nodes[(k + 1) % n]];
+            // The same edge from the other side takes it away.
+            if edges.remove(&[to, from]).is_none() {
+                let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
+                edges.insert([from, to], [at(a), at(middle), at(b)]);
+            }
+        }
+    }
+    let mut found: Vec<([usize; 2], [[f64; 2]; 3])> = edges.into_iter().collect();
+    found.sort_unstable_by_key(|(nodes, _)| *nodes);
+    let straight = |[a, middle, b]: &[[f64; 2]; 3]| {
+        let off = [0, 1].map(|c| middle[c] - 0.5 * (a[c] + b[c]));
+        off[0].hypot(off[1]) <= 1e-9 * (b[0] - a[0]).hypot(b[1] - a[1])
+    };
+    let parts = found.into_iter().map(|(_, edge)| {
+        let [a, middle, b] = edge;
+        if straight(&edge) { vec![[a, b]] } else { vec![[a, middle], [middle, b]] }
+    });
+    parts.flatten().collect()
+}
+
+/// Forces on two patches.
+struct Pair<'a> {
+    /// Those whose surface is integrated over.
+    by: &'a Forces<'a>,
+    bx: &'a Forces<'a>,
+    /// That bound the surface.
+    edges: &'a [[[f64; 2]; 2]],
+    /// Gauss points on [0, 1].
+    line: &'a [(f64, f64)],
+}
+
+impl Pair<'_> {
+    /// The blocks between force `y` and all of the other patch, rows in the axes of the patch of y.
+    fn row(&self, y: usize) -> Vec<Matrix3<f64>> {
+        let (by, bx) = (self.by, self.bx);
+        let turn = by.patch.axes.0.transpose() * bx.patch.axes.0;
+        let local = bx.patch.local(&by.place(y));
+        let mut row: Vec<Matrix3<f64>> =
+            (0..bx.points.len()).map(|x| turn * bx.field.at(&bx.from(x, &local)).value).collect();
+        if by.is_coplanar(bx) {
+            return row;
+        }
+        let normal = bx.patch.axes.to_local(&by.patch.axes.normal());
+        let map = TractionMap::new(bx.stiffness, &normal);
+        let origin = by.points[y];
+        for &[a, b] in self.edges {
+            let [a, b] = [a, b].map(|x| [x[0] - origin[0], x[1] - origin[1]]);
+            self.edge((a, b), &mut |ray: [f64; 2], double_area: f64| {
+                // u_y along the ray is that at its end over the share of its length.
+                let end = by.field.at(&Point::new(ray[0], ray[1], 0.0)).value * double_area;
+                self.ray(y, ray, &mut |at: &Point, weight: f64| {
+                    for (x, block) in row.iter_mut().enumerate() {
+                        let traction = turn * map.of(&bx.field.at(&bx.from(x, at)));
+                        *block -= end.transpose() * traction * weight;
+                    }
+                });
+            });
+        }
+        row
+    }
+
+    /// Calls `add` with points on the edge from `a` to `b` (from the force) and twice the area of the triangle that each stands for.
+    fn edge(&self, (a, b): ([f64; 2], [f64; 2]), add: &mut dyn FnMut([f64; 2], f64)) {
+        let cross = a[0] * b[1] - a[1] * b[0];
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        // A force on the line of an edge has no triangle with it.
+        if cross == 0.0 || length == 0.0 {
+            return;
+        }
+        let at = |t: f64| [0, 1].map(|c| a[c] + t * (b[c] - a[c]));
+        let along = -(a[0] * (b[0] - a[0]) + a[1] * (b[1] - a[1])) / (length * length);
+        let distance = |[t0, t1]: [f64; 2]| {
+            let nearest = at(along.clamp(t0, t1));
+            nearest[0].hypot(nearest[1])
+        };
+        halved(
+            [0.0, 1.0],
+            MOST_HALVINGS,
+            &|part| length * (part[1] - part[0]) <= RATIO * distance(part),
+            &mut |part| {
+                for &(t, weight) in self.line {
+                    let share = part[1] - part[0];
+                    add(at(part[0] + share * t), cross * share * weight);
+                }
+            },
+        );
+    }
+
+    /// Calls `add` with points on the ray from force `y` to its end at `ray`, coordinates in the other patch, and their weights, 1 in all.
+    fn ray(&self, y: usize, ray: [f64; 2], add: &mut dyn FnMut(&Point, f64)) {
+        let (by, bx) = (self.by, self.bx);
+        let origin = by.place(y);
+        let whole = by.patch.axes.to_global(&Point::new(ray[0], ray[1], 0.0));
+        let fine = |part: [f64; 2]| {
+            let middle = origin + whole * (0.5 * (part[0] + part[1]));
+            whole.norm() * (part[1] - part[0]) <= RATIO * bx.distance(&middle)
+        };
+        halved([0.0, 1.0], MOST_HALVINGS, &fine, &mut |part| {
+            for &(s, weight) in self.line {
+                let share = part[1] - part[0];
+                let at = bx.patch.local(&(origin + whole * (part[0] + share * s)));
+                add(&at, share * weight);
+            }
+        });
+    }
+}
+
+/// Calls `take` with parts of a range that are `fine`.
+fn halved(part: [f64; 2], halvings: usize, fine: &dyn Fn([f64; 2]) -> bool, take: &mut dyn FnMut([f64; 2])) {
+    if halvings == 0 || fine(part) {
+        return take(part);
+    }
+    let middle = 0.5 * (part[0] + part[1]);
+    halved([part[0], middle], halvings - 1, fine, take);
+    halved([middle, part[1]], halvings - 1, fine, take);
+}
