@@ -215,10 +215,10 @@ fn two_patches_on_one_face() {
     let first = [0, 20 * 8];
     let mut tractions = vec![0.0; 6 * n];
     let mut wanted = vec![0.0; 3 * all];
-    for k in 0..6 * n {
+    for (k, traction) in tractions.iter_mut().enumerate() {
         let (plane, frame, cell) = (k / (2 * n), k / n % 2, k % n);
-        tractions[k] = ((k * k % 89) as f64 / 89.0) - 0.3;
-        wanted[plane * all + first[frame] + cell] = tractions[k];
+        *traction = ((k * k % 89) as f64 / 89.0) - 0.3;
+        wanted[plane * all + first[frame] + cell] = *traction;
     }
     let (mut gap, mut by_all) = (vec![0.0; 6 * n], vec![0.0; 3 * all]);
     joint.apply(&tractions, &mut gap);
