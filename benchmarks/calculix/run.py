@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """One job for two programs: a steel cap pressed on a CFRP block with friction, on the same gmsh meshes.
 
-    cargo build --release && .venv/bin/python benchmarks/calculix/run.py [--out DIR] [CELLS ...] [--own CELLS ...]
+    cargo build --release
+    .venv/bin/python benchmarks/calculix/run.py [--out DIR] [CELLS ...] [--own CELLS ...] [--near-field CELLS ...]
 
 Needs gmsh, CalculiX (`ccx`, Debian package calculix-ccx) and the Python environment of scripts/setup. CELLS are the
 numbers of elements along the contact patch (default 10), those after --own (default 14 20) for this program only. Both
 programs get one thread; times are CPU seconds (user and system) of the whole run, the least of three for this program,
-one run for CalculiX. CalculiX enforces contact by a penalty: each stiffness is a row of its own. The error is that of
+one run for CalculiX. --near-field (default 4 6 8): numbers of elements along the edges of a block without refinement
+at the contact, and near fields of half-spaces (near-field.toml). CalculiX enforces contact by a penalty: each stiffness is a row of its own. The error is that of
 the normal force against REFERENCE.
 """
 
@@ -48,10 +50,21 @@ def meshes(cells, folder):
                         "-bin", *numbers, "-o", str(folder / f"{name}.msh")], check=True)
 
 
-def ours(folder):
+def coarse_meshes(cells, folder):
+    """The same bodies with `cells` elements along the edges of the block, for near fields of half-spaces."""
+    for script, name, own in [
+        ("far-field-block", "block", {"half_size": 12, "depth": 12, "cells": cells}),
+        ("steel-cap", "cap", {"patch_cells": 2, "outer_cells": cells // 2, "height_cells": cells // 2, "first_height": 2}),
+    ]:
+        numbers = [text for key, value in own.items() for text in ("-setnumber", key, str(value))]
+        subprocess.run(["gmsh", "-v", "1", "-3", "-nt", "1", str(ROOT / f"meshes/{script}.geo"), "-format", "msh22",
+                        "-bin", *numbers, "-o", str(folder / f"{name}.msh")], check=True)
+
+
+def ours(folder, scene="scene.toml"):
     seconds, summary = [], None
     for _ in range(3):
-        command = [PROGRAM, "run", HERE / "scene.toml", "--out", folder / "out", "--threads", "1", "--quiet",
+        command = [PROGRAM, "run", HERE / scene, "--out", folder / "out", "--threads", "1", "--quiet",
                    "--set", f'body1.mesh="{folder}/block.msh"', "--set", f'body2.mesh="{folder}/cap.msh"']
         if "--no-cache" in subprocess.run([PROGRAM, "run", "--help"], capture_output=True, text=True).stdout:
             command.append("--no-cache")
@@ -75,22 +88,26 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cells", nargs="*", type=int, default=[10])
     parser.add_argument("--own", nargs="*", type=int, default=[14, 20])
+    parser.add_argument("--near-field", nargs="*", type=int, default=[4, 6, 8])
     parser.add_argument("--out", type=Path, default=ROOT / "docs/benchmarks")
     parser.add_argument("--reference", type=float, default=REFERENCE)
     arguments = parser.parse_args()
-    rows = ["program,cells_along_patch,normal_force_N,relative_error,cpu_seconds,note"]
+    rows = ["program,cells,normal_force_N,relative_error,cpu_seconds,note"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        def row(program, cells, force, seconds, note):
+            error = force / arguments.reference - 1
+            rows.append(f"{program},{cells},{force:.3f},{error:.5f},{seconds:.2f},{note}")
+            print(rows[-1], flush=True)
+        for cells in arguments.near_field:
+            coarse_meshes(cells, folder)
+            row("orthowear", cells, *ours(folder, "near-field.toml"), "near fields of half-spaces; cells along the block")
         for cells in arguments.cells + arguments.own:
             meshes(cells, folder)
-            def row(program, force, seconds, note):
-                error = force / arguments.reference - 1
-                rows.append(f"{program},{cells},{force:.3f},{error:.5f},{seconds:.2f},{note}")
-                print(rows[-1], flush=True)
-            row("orthowear", *ours(folder), "one factorisation per body")
+            row("orthowear", cells, *ours(folder), "condensed meshes; cells along the patch")
             for stiffness in PENALTIES if cells in arguments.cells else []:
                 force, seconds, equations, iterations = calculix(folder, stiffness)
-                row("calculix", force, seconds,
+                row("calculix", cells, force, seconds,
                     f"{equations} equations; {iterations} iterations; penalty {stiffness:g} N/mm3")
     version = subprocess.run(["ccx", "-v"], capture_output=True, text=True, check=False).stdout.split()[-1]
     load = " ".join(f"{value:.1f}" for value in os.getloadavg())

@@ -23,6 +23,9 @@ pub const LEAST_DISTANCE: f64 = 0.3;
 /// Rise of a curved surface under the frame over the longer of half its sides, at most.
 pub const MOST_RISE: f64 = 0.05;
 
+/// Slope of a curved surface about the patch against that under it, at most, radians.
+const MOST_SLOPE: f64 = 0.2;
+
 /// The half-space under the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
@@ -90,7 +93,7 @@ impl Site {
         // The tangent plane of a curved surface.
         let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outermost(low, high) };
         let patch = Patch { middle: Point::new(middle.x, middle.y, height), ..level };
-        let surface = if rise == 0.0 { Vec::new() } else { about(mesh, &faces, &patch) };
+        let surface = if rise == 0.0 { Vec::new() } else { about(mesh, &faces, (&patch, rise)) };
         if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
             return unsuited("the body rises above the plane of its contact");
         }
@@ -169,14 +172,26 @@ fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
     points_of(mesh, face).into_iter().filter(under).map(|x| x.z).collect()
 }
 
-/// The faces of a contact surface within half a side about the patch.
-fn about(mesh: &Mesh, faces: &[SurfaceFace], patch: &Patch) -> Vec<FaceRef> {
+/// The faces of a curved surface within half a side about the patch: those of the contact group, and those that go on from them with
+/// the same curvature, whatever their group.
+fn about(mesh: &Mesh, faces: &[SurfaceFace], (patch, rise): (&Patch, f64)) -> Vec<FaceRef> {
+    let group: HashSet<FaceRef> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
+    // A parabola falls nine times as far over three times the length.
+    let deepest = -9.0 * rise * patch.size();
+    let goes_on = |face: &SurfaceFace| {
+        let area = face.area_vector(mesh);
+        let level = area.dot(&patch.axes.normal()) >= MOST_SLOPE.cos() * area.norm();
+        let depth = |&node: &usize| patch.local(&mesh.points[node].into()).z;
+        level && face.nodes.iter().all(|node| depth(node) >= deepest)
+    };
     let near = |face: &&SurfaceFace| {
         let locals = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into()));
         let level = |x: Point| patch.distance(&Point::new(x.x, x.y, 0.0));
         locals.map(level).fold(f64::INFINITY, f64::min) <= patch.size()
     };
-    faces.iter().filter(near).map(|face| (face.owner, face.local_face)).collect()
+    let on_surface = |face: &&SurfaceFace| group.contains(&(face.owner, face.local_face)) || goes_on(face);
+    let outer = outer_faces(mesh);
+    outer.iter().filter(near).filter(on_surface).map(|face| (face.owner, face.local_face)).collect()
 }
 
 /// Distance from the patch to the faces out of its plane and to the nodes that are held.
