@@ -28,6 +28,9 @@ use crate::mesh::faces::solid_faces;
 /// Corners whose distance exceeds the least by no more than this share are equally near.
 const TIE: f64 = 1e-6;
 
+/// Polynomials fitted side by side before their weights are put into the rows.
+const BATCH: usize = 1024;
+
 /// How the stress at the points of a body follows from that in its elements.
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
@@ -65,8 +68,7 @@ impl StressRecovery {
         let rules = SampleRules::new();
         let layout = Layout::new(elements, &dense, &rest, &rules)?;
         let builder = Builder { elements, points: &points, topology: &topology, layout: &layout };
-        let rows: Vec<Vec<(u32, f64)>> =
-            (0..points.n_points()).into_par_iter().map(|p| builder.row(p, &sources[p])).collect();
+        let rows = builder.rows(&sources);
         let mut recovery = Self {
             points: Arc::new(points),
             rules,
@@ -112,7 +114,7 @@ impl StressRecovery {
 }
 
 /// Where the value at a point comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     /// The polynomial over the elements around an inner vertex.
     Vertex(usize),
@@ -209,6 +211,18 @@ fn nearest(elements: Elements, points: &RecoveryPoints, p: usize, among: &[usize
     among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + TIE)).collect()
 }
 
+/// Adds one row to another.
+fn add(row: &mut Row, part: Row) {
+    row.extend(part);
+    row.sort_by_key(|entry| entry.0);
+    row.dedup_by(|next, kept| {
+        next.0 == kept.0 && {
+            kept.1 += next.1;
+            true
+        }
+    });
+}
+
 /// Makes the rows of the operator.
 struct Builder<'a> {
     elements: Elements<'a>,
@@ -217,25 +231,39 @@ struct Builder<'a> {
     layout: &'a Layout,
 }
 
+/// Samples and their weights, samples ascending.
+type Row = Vec<(u32, f64)>;
+
 impl Builder<'_> {
-    /// Samples and weights of a point, samples ascending.
-    fn row(&self, point: usize, sources: &[Source]) -> Vec<(u32, f64)> {
-        let x = self.elements.mesh.points[self.points.node[point]];
-        let share = 1.0 / sources.len() as f64;
-        let mut row: Vec<(u32, f64)> = Vec::new();
-        for source in sources {
-            let patch = self.patch(*source);
-            let weights = patch.weights_at(x);
-            row.extend(patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)));
-        }
-        row.sort_by_key(|entry| entry.0);
-        row.dedup_by(|next, kept| {
-            next.0 == kept.0 && {
-                kept.1 += next.1;
-                true
+    /// The rows of all points, from the sources of each; a polynomial is fitted once for all points that take it.
+    fn rows(&self, sources: &[Vec<Source>]) -> Vec<Row> {
+        let mut uses: Vec<(Source, usize)> = sources
+            .iter()
+            .enumerate()
+            .flat_map(|(p, of_point)| of_point.iter().map(move |&s| (s, p)))
+            .collect();
+        uses.sort_unstable();
+        let by_source: Vec<&[(Source, usize)]> = uses.chunk_by(|a, b| a.0 == b.0).collect();
+        let mut rows = vec![Row::new(); sources.len()];
+        for batch in by_source.chunks(BATCH) {
+            let parts: Vec<Vec<Row>> = batch.par_iter().map(|uses| self.parts(uses, sources)).collect();
+            for (&(_, point), part) in batch.iter().copied().flatten().zip(parts.into_iter().flatten()) {
+                add(&mut rows[point], part);
             }
-        });
-        row
+        }
+        rows
+    }
+
+    /// What one source adds to the points that use it.
+    fn parts(&self, uses: &[(Source, usize)], sources: &[Vec<Source>]) -> Vec<Row> {
+        let Some(&(source, _)) = uses.first() else { return Vec::new() };
+        let patch = self.patch(source);
+        let part = |&(_, point): &(Source, usize)| -> Row {
+            let weights = patch.weights_at(self.elements.mesh.points[self.points.node[point]]);
+            let share = 1.0 / sources[point].len() as f64;
+            patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)).collect()
+        };
+        uses.iter().map(part).collect()
     }
 
     fn patch(&self, source: Source) -> Patch {
