@@ -151,7 +151,10 @@ pub(super) fn body(
             let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::held(&body);
             let body = body.with_limits(plan.limits.clone());
-            let reason = if let Near::Mesh(why) = near { Some(why.clone()) } else { None };
+            let reason = match near {
+                Near::Mesh(why) | Near::GivenUp(why) => Some(why.clone()),
+                Near::Own | Near::HalfSpace(_) => None,
+            };
             Made::new(body, held).with_near_field(NearFieldRecord {
                 body: index + 1,
                 near_field: "mesh",

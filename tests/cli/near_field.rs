@@ -172,6 +172,13 @@ fn a_correction_that_is_not_used() {
         given_up["warnings"].to_string().contains(&format!("not of a half-space: {reason}")),
         "{given_up}"
     );
+    // Who asks for the half-space is refused, and not told of a mesh that is not taken.
+    let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
+    assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");
+    let words = format!(
+        "asks for the near field of a half-space, whose correction by the mesh is not good enough: {reason}"
+    );
+    assert!(text.contains(&words) && !text.contains("is that of its mesh"), "{text}");
     let meshed = run(place.path(), &[&sets[..], &["body1.near_field=\"mesh\""]].concat());
     assert_eq!(force(&given_up, 1), force(&meshed, 1));
     // Cells that only a half-space could have are refused with the reason.
