@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::bodies::{KEYS, distances, face_map};
 use super::failure::{AtKey, Failure};
+use super::flat_faces;
 use super::near_field::Near;
 use super::repetition;
 use crate::element::ElementKind;
@@ -68,7 +69,11 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
         heights[index] = Some(over_cells);
     }
     if plan.gap.shape == GapShape::Mesh && heights.iter().any(Option::is_some) {
-        distances(plan, frame, heights)?;
+        let gap = distances(plan, frame, heights, near)?;
+        if let Some(approach) = flat_faces::prescribed(plan) {
+            let bowed = near.each_ref().map(Near::is_bowed);
+            notes.extend(flat_faces::check(plan, frame, (&gap, approach), bowed)?);
+        }
     }
     notes.extend(cells_and_faces(plan, frame, near, per_node)?);
     Ok(notes)

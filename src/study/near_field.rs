@@ -32,6 +32,11 @@ impl Near {
         }
     }
 
+    /// Whether its flat faces are bowed in the gap: displacements of a half-space do not follow them.
+    pub fn is_bowed(&self) -> bool {
+        self.site().is_some()
+    }
+
     /// Whether the mesh is condensed to the nodes under the frame.
     pub fn is_condensed(&self) -> bool {
         matches!(self, Self::Mesh(_) | Self::GivenUp(_))

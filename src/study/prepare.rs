@@ -6,6 +6,7 @@ use super::bodies::{GivenUp, KEYS, body, frame};
 use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::flat_faces;
 use super::grow::{self, Outgrown};
 use super::memory;
 use super::moving::{self, Meshes};
@@ -278,7 +279,16 @@ impl Study<'_> {
             }
             None => None,
         };
-        history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)
+        let mut result =
+            history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
+        if let Some(depth) = flat_faces::reached(self.plan, &result.records) {
+            let frame = &self.model.frame;
+            let gap = &self.model.initial_gap[2 * frame.n_cells()..];
+            let bowed = [1, 2].map(|body| self.is_half_space(body));
+            let doubts = flat_faces::check(self.plan, frame, (gap, depth), bowed);
+            result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+        }
+        Ok(result)
     }
 
     /// Whether the near field of meshed body 1 or 2 is that of a half-space.
