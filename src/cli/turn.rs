@@ -77,6 +77,7 @@ impl Maker<'_> {
         let outgrown = study.outgrown(snapshot);
         let growths = stage.growths + 1;
         let frame = grow::frame(plan, growths)?;
+        outgrown.ensure_places(plan, &frame)?;
         let moves = stage.moves.clone();
         let moves = match outgrown.frame.grid.zip(frame.grid) {
             Some((before, now)) => moves.onto(&before.places_in(&now), frame.n_cells()),

@@ -185,7 +185,8 @@ pub fn skips(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Skipped> {
 
 /// Distance of the undeformed surfaces along n at each cell, `[N]`, mm, zero where they first touch.
 ///
-/// A shape "mesh" takes it from the bodies ([`mesh_distance`]).
+/// A shape "mesh" takes it from the bodies ([`mesh_distance`]). Flat faces are bowed as the curved surface they stand for where the
+/// near field is that of a half-space, whose displacements do not follow the faces.
 ///
 /// # Errors
 /// If the shape is not admissible, or is "mesh" and neither body has one or they overlap.
@@ -195,9 +196,14 @@ pub fn surface_distance(
     body1: &dyn ElasticBody,
     body2: &dyn ElasticBody,
 ) -> Result<Vec<f64>> {
-    let surfaces = [body1.surface(), body2.surface()];
+    let mut surfaces = [body1.surface(), body2.surface()];
     if gap.shape != GapShape::Mesh || surfaces.iter().all(Option::is_none) {
         return gap.evaluate(frame);
+    }
+    for (surface, body) in surfaces.iter_mut().zip([body1, body2]) {
+        if let (Some(surface), Hybrid(_)) = (surface, body.equations()) {
+            surface.heights = surface.bowed_heights(frame);
+        }
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))
 }

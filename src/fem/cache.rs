@@ -25,7 +25,7 @@ use crate::linalg::sparse::SymmetricSparse;
 
 const MAGIC: &[u8; 8] = b"ORTHOFLX";
 /// Raised whenever layout or arithmetic change.
-pub(super) const FORMAT: u64 = 2;
+const FORMAT: u64 = 2;
 const HEAD: usize = 48;
 const CHECKSUM: usize = 32;
 /// Names of entries end so.

@@ -1,4 +1,4 @@
-//! How far a curved surface lies outside its flat faces, from the nodes around.
+//! How far a curved surface lies outside its flat faces, from the nodes around, and the faces bowed by as much.
 //!
 //! Faces of first order have their nodes on the surface and cut off what bulges between them, h^2 / 8R along an edge of
 //! length h. A quadratic surface through the nodes around each node gives the curvature there; an edge is bowed by the
@@ -8,9 +8,14 @@
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use rayon::prelude::*;
 
+use super::ContactFrame;
+use super::cover::SpaceFaces;
 use super::faces::vector_area;
 use super::facets::is_quadratic;
+use super::touch::MeshedSurface;
+use crate::element::ElementKind::{self, Quad8, Tri6};
 use crate::geometry::{Point, Triad};
 use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
@@ -24,35 +29,122 @@ const ENOUGH: usize = 8;
 /// Layers of faces around a node that are looked at to find them.
 const LAYERS: usize = 3;
 
+/// An edge of a flat face, and what it cuts off of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Length of the edge, mm.
+    pub length: f64,
+    /// Height of the surface over its middle by the curvatures at its ends, outward, mm.
+    pub sags: [f64; 2],
+    /// Offset of its middle that is taken for the surface's, global, mm.
+    bow: Point,
+}
+
+impl Cut {
+    /// The larger height, mm.
+    pub fn sag(&self) -> f64 {
+        self.sags[0].abs().max(self.sags[1].abs())
+    }
+
+    /// The height by which it is bowed, mm.
+    pub fn bow(&self) -> f64 {
+        self.bow.norm()
+    }
+
+    /// What the ends do not agree on, mm: nothing where the curvature is the same at both.
+    pub fn left(&self) -> f64 {
+        self.sag() - self.bow()
+    }
+}
+
 /// The second derivatives of the surface at a node, over the plane of two unit vectors.
 struct Curvature {
     axes: Triad,
     second: Matrix2<f64>,
 }
 
-/// Offsets of the middles of the edges of `faces` from their chords, global, mm, one list per face in the order of its
-/// edges; zero for faces of second order, whose middle nodes say where they are.
-pub(super) fn edge_bows(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
+/// What the edges of `faces` cut off, one list per face in the order of its edges; nothing for faces of second order, whose
+/// middle nodes say where they are, and for edges between two creases.
+pub fn edge_cuts(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<Cut>; 4]> {
     let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
     let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
     flat.for_each(|(i, face)| face.nodes.iter().for_each(|&node| around.entry(node).or_default().push(i)));
     let curvatures: HashMap<usize, Curvature> =
         around.keys().filter_map(|&node| Some((node, curvature(mesh, faces, &around, node)?))).collect();
-    let bow = |a: usize, b: usize| {
+    let cut = |a: usize, b: usize| {
         let chord = Point::from(mesh.points[b]) - Point::from(mesh.points[a]);
-        let ends = [curvatures.get(&a)?, curvatures.get(&b)?];
-        let sags = ends.map(|end| end.along(&chord));
-        let least = if sags[0].abs() < sags[1].abs() { 0 } else { 1 };
-        (sags[0] * sags[1] > 0.0).then(|| -0.125 * sags[least] * ends[least].axes.normal())
+        let ends = [curvatures.get(&a), curvatures.get(&b)];
+        let sag = |end: &Curvature| -0.125 * end.along(&chord);
+        let bow = match ends {
+            [Some(start), Some(end)] if sag(start) * sag(end) > 0.0 => {
+                let least = if sag(start).abs() < sag(end).abs() { start } else { end };
+                sag(least) * least.axes.normal()
+            }
+            _ => Point::zeros(),
+        };
+        // A crease does not know the curvature beside it.
+        let known = ends[0].or(ends[1])?;
+        Some(Cut { length: chord.norm(), sags: ends.map(|end| sag(end.unwrap_or(known))), bow })
     };
     let of_face = |face: &SurfaceFace| {
         let n = face.kind.n_corners();
         std::array::from_fn(|i| {
             let edge = (i < n && !is_quadratic(face.kind)).then(|| [face.nodes[i], face.nodes[(i + 1) % n]]);
-            edge.and_then(|[a, b]| bow(a, b)).unwrap_or_else(Point::zeros)
+            edge.and_then(|[a, b]| cut(a, b))
         })
     };
     faces.iter().map(of_face).collect()
+}
+
+/// Offsets of the middles of the edges of `faces` from their chords, global, mm, likewise; zero where nothing is known to be cut
+/// off.
+pub(super) fn edge_bows(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
+    let bows = |cuts: [Option<Cut>; 4]| cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.bow));
+    edge_cuts(mesh, faces).into_iter().map(bows).collect()
+}
+
+/// The kind of face that a flat one is when its edges are bowed.
+pub(super) fn bowed_kind(flat: ElementKind) -> ElementKind {
+    if flat.n_corners() == 3 { Tri6 } else { Quad8 }
+}
+
+/// Height along `normal` over the middle of a chord of a surface that lies `bow` beyond it, across itself.
+fn rise(bow: &Point, normal: &Point) -> f64 {
+    let along = normal.dot(bow);
+    // Nearly edge-on the chord is not seen to be straight.
+    if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
+}
+
+impl MeshedSurface<'_> {
+    /// Its mean heights over the cells with the flat faces bowed as the surface they stand for, `[N]`, mm: the shape functions
+    /// of the middles of the edges times their offsets are added.
+    pub fn bowed_heights(&self, frame: &ContactFrame) -> Vec<f64> {
+        let bows = edge_bows(self.mesh, self.faces);
+        if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
+            return self.heights.clone();
+        }
+        let space = SpaceFaces::new(self.mesh, self.faces, self.side);
+        let bowed = |cell: usize| {
+            let normal = frame.triads[cell].normal();
+            let (mut added, mut covered) = (0.0, 0.0);
+            for hit in space.parts(frame, cell).0 {
+                covered += hit.area;
+                let index = space.face_of(&hit);
+                let flat = self.faces[index].kind;
+                if is_quadratic(flat) {
+                    continue;
+                }
+                let n = flat.n_corners();
+                let plane = hit.plane.of_kind(bowed_kind(flat));
+                let integrals = plane.integrate(&hit.common, frame.areas[cell]);
+                let offsets = bows[index].iter().map(|bow| rise(bow, &normal));
+                added +=
+                    integrals[n..2 * n].iter().zip(offsets).map(|(part, offset)| part * offset).sum::<f64>();
+            }
+            self.heights[cell] + added / if frame.grid.is_some() { frame.areas[cell] } else { covered }
+        };
+        (0..frame.n_cells()).into_par_iter().map(bowed).collect()
+    }
 }
 
 impl Curvature {

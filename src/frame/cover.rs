@@ -40,7 +40,7 @@ pub(super) struct Hit {
     facet: usize,
     pub(super) plane: PlaneFacet,
     pub(super) common: Polygon,
-    area: f64,
+    pub(super) area: f64,
     /// Height of the facet over the cell.
     height: f64,
 }

@@ -26,6 +26,7 @@ use crate::geometry::{Point, Triad};
 use crate::linalg::PerCell;
 
 pub use crate::geometry::Side;
+pub use bow::{Cut, edge_cuts};
 pub use gap::{GapShape, InitialGap};
 pub use map::FaceMap;
 pub use outline::Outline;

@@ -71,6 +71,11 @@ impl PlaneFacet {
         Self { kind, corners: all, n: corners.len(), map, reference }
     }
 
+    /// The same facet of a face of another kind over the same reference triangle or square.
+    pub(super) fn of_kind(self, kind: ElementKind) -> Self {
+        Self { kind, ..self }
+    }
+
     pub(super) fn corners(&self) -> &[[f64; 2]] {
         &self.corners[..self.n]
     }

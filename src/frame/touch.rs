@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::bow::edge_bows;
+use super::bow::{bowed_kind, edge_bows};
 use super::clip::{Polygon, area_and_centroid, cross, intersect};
 use super::cover::SpaceFaces;
 use super::facets::is_quadratic;
@@ -136,8 +136,7 @@ impl Piece {
             return height;
         }
         let n = self.kind.n_corners();
-        let bowed = if n == 3 { ElementKind::Tri6 } else { ElementKind::Quad8 };
-        height + sum(&self.bows[..n], &bowed.face_values(reference)[n..2 * n])
+        height + sum(&self.bows[..n], &bowed_kind(self.kind).face_values(reference)[n..2 * n])
     }
 }
 

@@ -129,6 +129,13 @@ impl Cache {
         self.limit_bytes
     }
 
+    /// Whether there is a whole list under a key, judged by head and size.
+    pub fn expects_list(&self, key: &CacheKey, ending: &str) -> bool {
+        let Ok(mut file) = File::open(self.path(key, ending)) else { return false };
+        let n = read_head(&mut file).ok().flatten();
+        n.is_some_and(|n| file.metadata().is_ok_and(|found| found.len() == list_bytes(n)))
+    }
+
     /// Reads the list under a key, and marks it as used.
     ///
     /// # Errors
@@ -227,7 +234,7 @@ fn is_named_by_key(path: &Path) -> bool {
 }
 
 /// Bytes of a list of `n` values; those of a wrong number are no file's.
-fn list_bytes(n: u64) -> u64 {
+pub(crate) fn list_bytes(n: u64) -> u64 {
     n.saturating_mul(8).saturating_add((HEAD + CHECKSUM) as u64)
 }
 

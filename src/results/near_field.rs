@@ -12,6 +12,9 @@ pub struct NearFieldRecord {
     /// Why it was the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// The most by which its flat faces are bowed in the gap of the meshes, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bow: Option<f64>,
     /// How good the correction of the half-space is, or was found not to be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::failure::{AtKey, Failure};
+use super::flat_faces;
 use super::memory;
 use super::near_field::Near;
 use super::prepare::cross;
@@ -151,11 +152,15 @@ pub(super) fn body(
             let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
             let held = memory::held(&body);
             let body = body.with_limits(plan.limits.clone());
-            let reason = if let Near::Mesh(why) = near { Some(why.clone()) } else { None };
+            let reason = match near {
+                Near::Mesh(why) | Near::GivenUp(why) => Some(why.clone()),
+                Near::Own | Near::HalfSpace(_) => None,
+            };
             Made::new(body, held).with_near_field(NearFieldRecord {
                 body: index + 1,
                 near_field: "mesh",
                 reason,
+                bow: None,
                 indicators: None,
             })
         }
@@ -183,6 +188,7 @@ fn half_space_under(
         body: index + 1,
         near_field: "half-space",
         reason: None,
+        bow: flat_faces::largest_bow(plan, fe, index, frame)?,
         indicators: Some(indicators),
     })))
 }
@@ -239,11 +245,13 @@ fn faces_the_other(fe: &FeSpec, faces: &[SurfaceFace], frame: &ContactFrame, ind
     )))
 }
 
-/// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells.
+/// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells, and how their
+/// near fields are chosen.
 pub(super) fn distances(
     plan: &Plan,
     frame: &ContactFrame,
     heights: [Option<Vec<f64>>; 2],
+    near: &[Near; 2],
 ) -> Result<Vec<f64>, Failure> {
     let mut faces = [Vec::new(), Vec::new()];
     for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
@@ -259,6 +267,9 @@ pub(super) fn distances(
             side: SIDES[index],
             heights,
         });
+        if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].is_bowed()) {
+            surface.heights = surface.bowed_heights(frame);
+        }
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")
 }

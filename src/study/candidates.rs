@@ -33,7 +33,7 @@ pub(super) fn with_candidates(
     if !all_at_rest(plan)? {
         return Ok(frame);
     }
-    let gap = initial_gap(plan, &frame)?;
+    let gap = initial_gap(plan, &frame, near)?;
     let first = if frame.is_level() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
     let cells: Vec<bool> = gap.iter().map(|gap| gap - first <= reach).collect();
     let count = cells.iter().filter(|&&is| is).count();
@@ -107,7 +107,7 @@ fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-fn initial_gap(plan: &Plan, frame: &ContactFrame) -> Result<Vec<f64>, Failure> {
+fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<f64>, Failure> {
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {
@@ -118,7 +118,7 @@ fn initial_gap(plan: &Plan, frame: &ContactFrame) -> Result<Vec<f64>, Failure> {
         }
     }
     if heights.iter().any(Option::is_some) {
-        return distances(plan, frame, heights);
+        return distances(plan, frame, heights, near);
     }
     plan.gap.evaluate(frame).at("gap")
 }

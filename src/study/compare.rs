@@ -2,6 +2,7 @@
 
 use super::bodies::{KEYS, distances, face_map, frame};
 use super::failure::Failure;
+use super::near_field::choose;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodySpec, FeSpec, Plan, Support};
@@ -136,5 +137,5 @@ fn mesh_gap(plan: &Plan, frame: &ContactFrame) -> std::result::Result<GapShape, 
             *heights = Some(face_map(fe, index, frame)?.heights(frame, &fe.mesh));
         }
     }
-    Ok(GapShape::Cells(distances(plan, frame, heights)?))
+    Ok(GapShape::Cells(distances(plan, frame, heights, &choose(plan, frame)?)?))
 }

@@ -4,6 +4,7 @@ use super::bodies::{KEYS, face_map, frame, half_space_of};
 use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::flat_faces::largest_bow;
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
@@ -198,7 +199,7 @@ fn body(
             }
         }
         BodySpec::Fe(fe) => match near.site() {
-            Some(site) => far_field(fe, index, (frame, site), &left)?,
+            Some(site) => far_field(plan, (fe, index), (frame, site), &left)?,
             None => finite_elements(plan, fe, index, (frame, left))?,
         },
     })
@@ -206,8 +207,8 @@ fn body(
 
 /// A meshed body that carries what the half-space of `site` lacks.
 fn far_field(
-    fe: &FeSpec,
-    index: usize,
+    plan: &Plan,
+    (fe, index): (&FeSpec, usize),
     (frame, site): (&ContactFrame, &Site),
     left: &MemoryLimit,
 ) -> Result<BodyForecast, Failure> {
@@ -223,10 +224,13 @@ fn far_field(
     let columns_bytes = Correction::bytes(&model, columns);
     let held_bytes = model.memory_bytes() + columns_bytes / 4 + memory::of_grid(frame);
     let n_free = model.n_free() as f64;
+    let bowed = largest_bow(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
+        format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
+    });
     let values = n_free * columns as f64;
     Ok(BodyForecast {
         what: format!(
-            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials; {how}",
+            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}",
             fe.elastic.name,
             fe.mesh.volume_cells().count(),
             model.n_free(),

@@ -3,10 +3,12 @@
 //! A quarter of the cells that the frame began with are added on each side, twice at most, so that the largest frame has four times
 //! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`Snapshot::onto`]).
 
-use super::bodies::{self, ensure_grid};
+use super::bodies::{self, KEYS, ensure_grid};
 use super::failure::Failure;
 use super::moving;
+use super::near_field;
 use super::prepare::Study;
+use crate::body::hybrid::Unsuited;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::number;
@@ -27,6 +29,8 @@ pub struct Outgrown {
     pub frame: ContactFrame,
     /// Initial gap there, `[3, N]` by planes, mm.
     pub gap: Vec<f64>,
+    /// Whether the near fields of the bodies there are those of half-spaces under their meshes.
+    pub half_spaces: [bool; 2],
     /// The state before the jump in which it did.
     pub snapshot: Snapshot,
 }
@@ -75,12 +79,39 @@ fn no_grid() -> Error {
 }
 
 impl Outgrown {
+    /// Refuses a larger `frame` under which a body has no place for the half-space that it has had so far.
+    ///
+    /// # Errors
+    /// If that is so, or the body is not sound.
+    pub fn ensure_places(&self, plan: &Plan, frame: &ContactFrame) -> std::result::Result<(), Failure> {
+        for (index, key) in KEYS.into_iter().enumerate() {
+            let Some(fe) = plan.bodies[index].fe().filter(|_| self.half_spaces[index]) else { continue };
+            if let Err(Unsuited(why)) = near_field::place(plan, fe, index, frame)? {
+                return Err(Failure {
+                    error: other_near_field(key, &no_place(&why)),
+                    key: "frame.grow".to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The same state on the larger frame of `study`, with a note, and the numbers of the cells there, `[N]`.
     ///
     /// # Errors
-    /// If the surfaces have another gap in the cells so far, or come nearer beyond them; if a body cannot be solved.
+    /// If a near field is no longer that of a half-space, or has become that; if the surfaces have another gap in the cells so
+    /// far, or come nearer beyond them; if a body cannot be solved.
     pub fn onto(self, plan: &Plan, study: &Study) -> Result<(Snapshot, Vec<usize>)> {
         let model = study.model();
+        for (index, key) in KEYS.into_iter().enumerate() {
+            let record = study.near_fields.iter().find(|record| record.body == index + 1);
+            if study.is_half_space(index + 1) != self.half_spaces[index] {
+                let reason = record.and_then(|record| record.reason.as_deref());
+                let why = reason
+                    .map_or_else(|| "so far that of its mesh, to that of a half-space".to_owned(), no_place);
+                return Err(other_near_field(key, &why));
+            }
+        }
         let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
         let places = before.places_in(&now);
         same_gap(&self.gap, &model.initial_gap, &places)?;
@@ -88,6 +119,17 @@ impl Outgrown {
         snapshot.tell(note(plan, &snapshot, &before, &now));
         Ok((snapshot, places))
     }
+}
+
+/// That a body would have another near field on a larger frame, where the state would be none of its.
+fn other_near_field(key: &str, why: &str) -> Error {
+    Error::input(format!(
+        "the larger frame would change the near field of {key}, {why}; begin with a frame of the final size, or mesh a larger body"
+    ))
+}
+
+fn no_place(why: &str) -> String {
+    format!("which has no place for that of a half-space there: {why}")
 }
 
 fn same_gap(before: &[f64], now: &[f64], places: &[usize]) -> Result<()> {

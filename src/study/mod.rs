@@ -6,6 +6,7 @@ pub mod compare;
 mod controls;
 mod failure;
 mod fit;
+mod flat_faces;
 pub mod forecast;
 pub mod grow;
 mod memory;

@@ -17,6 +17,8 @@ pub(super) enum Near {
     Own,
     /// Its mesh is condensed, and why no half-space is taken.
     Mesh(String),
+    /// Its mesh is condensed, for its half-space was tried and is not good enough: why.
+    GivenUp(String),
     /// A half-space, corrected by its mesh.
     HalfSpace(Box<Site>),
 }
@@ -26,13 +28,18 @@ impl Near {
     pub fn site(&self) -> Option<&Site> {
         match self {
             Self::HalfSpace(site) => Some(site),
-            Self::Own | Self::Mesh(_) => None,
+            Self::Own | Self::Mesh(_) | Self::GivenUp(_) => None,
         }
+    }
+
+    /// Whether its flat faces are bowed in the gap: displacements of a half-space do not follow them.
+    pub fn is_bowed(&self) -> bool {
+        self.site().is_some()
     }
 
     /// Whether the mesh is condensed to the nodes under the frame.
     pub fn is_condensed(&self) -> bool {
-        matches!(self, Self::Mesh(_))
+        matches!(self, Self::Mesh(_) | Self::GivenUp(_))
     }
 }
 
@@ -54,15 +61,7 @@ fn of_body(plan: &Plan, fe: &FeSpec, index: usize, frame: &ContactFrame) -> Resu
     if fe.near_field == NearField::Mesh {
         return Ok(Near::Mesh("near_field is \"mesh\"".to_owned()));
     }
-    let moves = moving::worn_bodies(plan).any(|(worn, ..)| worn == index);
-    let found = if plan.solver.coupling == Coupling::Block {
-        Err(Unsuited("the block system takes the equations of meshes (solver.coupling)".to_owned()))
-    } else if plan.move_mesh.is_some() && moves {
-        Err(Unsuited("its mesh moves with wear (wear.move_mesh)".to_owned()))
-    } else {
-        Site::find(&fe.inputs(KEYS[index]), &fe.contact, SIDES[index], frame).at(KEYS[index])?
-    };
-    match (found, fe.near_field) {
+    match (place(plan, fe, index, frame)?, fe.near_field) {
         (Ok(site), _) => Ok(Near::HalfSpace(Box::new(site))),
         (Err(Unsuited(why)), NearField::HalfSpace) => Err(Failure {
             error: Error::input(format!(
@@ -73,4 +72,26 @@ fn of_body(plan: &Plan, fe: &FeSpec, index: usize, frame: &ContactFrame) -> Resu
         }),
         (Err(Unsuited(why)), _) => Ok(Near::Mesh(why)),
     }
+}
+
+/// The place for a half-space in body `index` under `frame`, or why there is none.
+///
+/// # Errors
+/// If the body is not sound.
+pub(super) fn place(
+    plan: &Plan,
+    fe: &FeSpec,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<std::result::Result<Site, Unsuited>, Failure> {
+    let moves = moving::worn_bodies(plan).any(|(worn, ..)| worn == index);
+    if plan.solver.coupling == Coupling::Block {
+        return Ok(Err(Unsuited(
+            "the block system takes the equations of meshes (solver.coupling)".to_owned(),
+        )));
+    }
+    if plan.move_mesh.is_some() && moves {
+        return Ok(Err(Unsuited("its mesh moves with wear (wear.move_mesh)".to_owned())));
+    }
+    Site::find(&fe.inputs(KEYS[index]), &fe.contact, SIDES[index], frame).at(KEYS[index])
 }

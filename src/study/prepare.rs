@@ -6,6 +6,7 @@ use super::bodies::{GivenUp, KEYS, body, frame};
 use super::candidates::{self, with_candidates};
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
+use super::flat_faces;
 use super::grow::{self, Outgrown};
 use super::memory;
 use super::moving::{self, Meshes};
@@ -31,6 +32,9 @@ use crate::results::surface::{Surface, SurfaceFibre};
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
+
+/// What to do about a half-space that is not good enough.
+const MAY_MEND: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
 
 /// A plan with everything its history needs.
 pub struct Study<'p> {
@@ -104,12 +108,11 @@ pub fn prepare_worn<'p>(
         let mut made = match half_space {
             Ok(made) => made,
             Err(given_up) => {
-                let why = given_up_note(key, &given_up);
                 if plan.bodies[index].fe().is_some_and(|fe| fe.near_field == NearField::HalfSpace) {
-                    let error = Error::input(format!("{why}; or take \"auto\" or \"mesh\""));
-                    return Err(Failure { error, key: format!("{key}.near_field") });
+                    return Err(not_good_enough(key, &given_up));
                 }
-                near[index] = Near::Mesh(given_up.reason.clone());
+                let why = given_up_note(key, &given_up);
+                near[index] = Near::GivenUp(given_up.reason.clone());
                 let fits = super::fit::check(plan, &frame, &near);
                 let fits =
                     fits.map_err(|failure| Failure { error: failure.error.context(&why), ..failure })?;
@@ -189,10 +192,19 @@ pub fn prepare_worn<'p>(
 /// That the half-space of body `key` was tried for its near field and given up.
 fn given_up_note(key: &str, given_up: &GivenUp) -> String {
     format!(
-        "the near field of {key} is that of its mesh and not of a half-space: {}; a finer mesh, above all towards the edges of what \
-         is held, elements that bend better, or a smaller frame may mend it",
+        "the near field of {key} is that of its mesh and not of a half-space: {}; {MAY_MEND}",
         given_up.reason
     )
+}
+
+/// That the half-space which body `key` asks for must not be used.
+fn not_good_enough(key: &str, given_up: &GivenUp) -> Failure {
+    let error = Error::input(format!(
+        "{key} asks for the near field of a half-space, whose correction by the mesh is not good enough: {}; {MAY_MEND}, \"auto\" and \
+         \"mesh\" take the near field of the mesh",
+        given_up.reason
+    ));
+    Failure { error, key: format!("{key}.near_field") }
 }
 
 /// A note if the finite elements that carry a far field are estimated to err by more than they should.
@@ -267,12 +279,27 @@ impl Study<'_> {
             }
             None => None,
         };
-        history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)
+        let mut result =
+            history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
+        if let Some(depth) = flat_faces::reached(self.plan, &result.records) {
+            let frame = &self.model.frame;
+            let gap = &self.model.initial_gap[2 * frame.n_cells()..];
+            let bowed = [1, 2].map(|body| self.is_half_space(body));
+            let doubts = flat_faces::check(self.plan, frame, (gap, depth), bowed);
+            result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+        }
+        Ok(result)
+    }
+
+    /// Whether the near field of meshed body 1 or 2 is that of a half-space.
+    pub(super) fn is_half_space(&self, body: usize) -> bool {
+        self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
     }
 
     /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
     pub fn outgrown(self, snapshot: Snapshot) -> Outgrown {
-        Outgrown { frame: self.model.frame, gap: self.model.initial_gap, snapshot }
+        let half_spaces = [1, 2].map(|body| self.is_half_space(body));
+        Outgrown { frame: self.model.frame, gap: self.model.initial_gap, half_spaces, snapshot }
     }
 
     /// Body `index`, if it is meshed.

@@ -13,6 +13,8 @@ mod loads;
 mod materials;
 mod moved;
 mod near_field;
+mod near_field_gaps;
+mod near_field_refusals;
 mod outputs;
 mod refine;
 mod repeated;

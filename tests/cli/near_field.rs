@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::moved::layer;
 
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
 E = 210e3
@@ -47,7 +47,7 @@ tolerance = 1e-10
 fields = []
 "#;
 
-fn place(half: [f64; 2], depth: f64, cells: [usize; 3]) -> tempfile::TempDir {
+pub fn place(half: [f64; 2], depth: f64, cells: [usize; 3]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
     fs::write(folder.path().join("block.msh"), layer(half, depth, cells)).unwrap();
@@ -55,7 +55,7 @@ fn place(half: [f64; 2], depth: f64, cells: [usize; 3]) -> tempfile::TempDir {
 }
 
 /// Exit code and what is said.
-fn call(verb: &str, folder: &Path, sets: &[&str]) -> (Option<i32>, String) {
+pub fn call(verb: &str, folder: &Path, sets: &[&str]) -> (Option<i32>, String) {
     let mut program = crate::tools::orthowear();
     program.arg(verb).arg(folder.join("scene.toml"));
     sets.iter().for_each(|set| {
@@ -65,13 +65,13 @@ fn call(verb: &str, folder: &Path, sets: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }
 
-fn run(folder: &Path, sets: &[&str]) -> Value {
+pub fn run(folder: &Path, sets: &[&str]) -> Value {
     let (code, text) = call("run", folder, sets);
     assert_eq!(code, Some(0), "{text}");
     serde_json::from_slice(&fs::read(folder.join("scene.out/summary.json")).unwrap()).unwrap()
 }
 
-fn force(summary: &Value, step: usize) -> [f64; 3] {
+pub fn force(summary: &Value, step: usize) -> [f64; 3] {
     let step = &summary["steps"][step];
     let tangential = &step["tangential_force"];
     [&step["normal_force"], &tangential[0], &tangential[1]].map(|value| value.as_f64().unwrap())
@@ -172,6 +172,13 @@ fn a_correction_that_is_not_used() {
         given_up["warnings"].to_string().contains(&format!("not of a half-space: {reason}")),
         "{given_up}"
     );
+    // Who asks for the half-space is refused, and not told of a mesh that is not taken.
+    let (code, text) = call("run", place.path(), &["frame.cells=[1, 1]", "body1.near_field=\"half-space\""]);
+    assert!(code == Some(2) && text.contains("body1.near_field"), "{text}");
+    let words = format!(
+        "asks for the near field of a half-space, whose correction by the mesh is not good enough: {reason}"
+    );
+    assert!(text.contains(&words) && !text.contains("is that of its mesh"), "{text}");
     let meshed = run(place.path(), &[&sets[..], &["body1.near_field=\"mesh\""]].concat());
     assert_eq!(force(&given_up, 1), force(&meshed, 1));
     // Cells that only a half-space could have are refused with the reason.

@@ -4,6 +4,7 @@ mod blocks;
 mod correction;
 mod curved;
 mod fields;
+mod flat_faces;
 mod friction;
 mod hertz;
 mod operator;

@@ -1,0 +1,125 @@
+//! What flat faces of a curved surface cut off of a gap that is taken from meshes, against the depth of the contact.
+//!
+//! An edge of length h on a surface of radius R lies up to h^2 / 8R inside it. In the gap of a condensed mesh this is distance; where
+//! the near field is that of a half-space the faces are bowed, and what the curvatures at the two ends of an edge do not agree on
+//! is left.
+
+use super::bodies::{KEYS, face_map};
+use super::failure::{AtKey, Failure};
+use crate::error::doubtful;
+use crate::frame::{ContactFrame, Cut, GapShape, edge_cuts};
+use crate::geometry::number;
+use crate::history::record::IncrementRecord;
+use crate::history::step::Normal;
+use crate::mesh::faces::group_faces;
+use crate::scene::plan::{FeSpec, Plan};
+
+/// More than this share of the approach cut off by flat faces puts loads in doubt. Tried with a cap of R = 20 mm as condensed mesh
+/// (docs/theory-coupling.md): the load errs by one to two times the share.
+const DOUBTFUL_SHARE: f64 = 0.02;
+
+/// A bow of less than this share of an edge is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The largest approach that the steps prescribe, mm; `None` if they prescribe none.
+pub(super) fn prescribed(plan: &Plan) -> Option<f64> {
+    let approach = |normal| if let Some(Normal::Approach(approach)) = normal { Some(approach) } else { None };
+    plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
+}
+
+/// The largest approach of a run whose steps prescribe none, mm.
+pub(super) fn reached(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
+    let most = records.iter().map(|record| record.approach).reduce(f64::max);
+    most.filter(|&most| most > 0.0 && prescribed(plan).is_none())
+}
+
+/// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should; bodies that
+/// are `bowed` have the rest of it only.
+///
+/// # Errors
+/// If frame and faces do not fit.
+pub(super) fn check(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (gap, depth): (&[f64], f64),
+    bowed: [bool; 2],
+) -> Result<Vec<String>, Failure> {
+    let mut doubts = Vec::new();
+    for (index, bowed) in bowed.into_iter().enumerate() {
+        let Some(fe) = plan.bodies[index].fe().filter(|_| plan.gap.shape == GapShape::Mesh) else { continue };
+        let cuts = cuts(fe, index, frame, &|cell| gap[cell] <= depth)?;
+        let lost = |cut: &Cut| if bowed { cut.left() } else { cut.sag() };
+        let worst = cuts.into_iter().max_by(|a, b| lost(a).total_cmp(&lost(b)));
+        let Some(worst) = worst.filter(|cut| lost(cut) > DOUBTFUL_SHARE * depth) else { continue };
+        doubts.push(doubt(plan, KEYS[index], (&worst, lost(&worst)), (depth, bowed)));
+    }
+    Ok(doubts)
+}
+
+/// The most by which flat faces of body `index` under the frame are bowed in the gap, mm; `None` if they are plane, or the gap is not
+/// that of the meshes.
+///
+/// # Errors
+/// If frame and faces do not fit.
+pub(super) fn largest_bow(
+    plan: &Plan,
+    fe: &FeSpec,
+    index: usize,
+    frame: &ContactFrame,
+) -> Result<Option<f64>, Failure> {
+    if plan.gap.shape != GapShape::Mesh {
+        return Ok(None);
+    }
+    let cuts = cuts(fe, index, frame, &|_| true)?;
+    let bowed = cuts.iter().filter(|cut| cut.bow() > ROUNDING * cut.length);
+    Ok(bowed.map(Cut::bow).reduce(f64::max))
+}
+
+/// What the faces of body `index` cut off whose nodes all belong to cells that `counts`.
+fn cuts(
+    fe: &FeSpec,
+    index: usize,
+    frame: &ContactFrame,
+    counts: &dyn Fn(usize) -> bool,
+) -> Result<Vec<Cut>, Failure> {
+    let map = face_map(fe, index, frame)?;
+    let faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
+    let mut under = vec![false; fe.mesh.n_points()];
+    for cell in (0..map.n_cells()).filter(|&cell| counts(cell)) {
+        map.row(cell).for_each(|(node, _)| under[map.nodes()[node]] = true);
+    }
+    let cuts = edge_cuts(&fe.mesh, &faces);
+    let counted = faces.iter().zip(cuts).filter(|(face, _)| face.nodes.iter().all(|&node| under[node]));
+    Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
+}
+
+fn doubt(plan: &Plan, key: &str, (cut, lost): (&Cut, f64), (depth, bowed): (f64, bool)) -> String {
+    let unit = &plan.units.length;
+    let share = 100.0 * lost / depth;
+    let fine = cut.length * (DOUBTFUL_SHARE * depth / lost).sqrt();
+    let radius = cut.length * cut.length / (8.0 * cut.sag());
+    let (length, lost, depth, fine, radius) =
+        (short(cut.length), short(lost), short(depth), short(fine), short(radius));
+    let what = if bowed {
+        format!(
+            "the flat contact faces of {key}, edges of {length} {unit}, are bowed in the gap by the curvature of the surface around \
+             them, which differs from node to node: up to {lost} {unit} are uncertain, {share:.1} % of the approach of {depth} {unit}, \
+             and loads and pressures with them"
+        )
+    } else {
+        format!(
+            "the contact faces of {key} are flat, with edges of {length} {unit} on a surface of radius {radius} {unit}, and cut off up \
+             to {lost} {unit} of it, {share:.1} % of the approach of {depth} {unit}; in the gap (gap.kind = \"mesh\") this is distance, \
+             and loads and pressures err by as much or twice as much"
+        )
+    };
+    doubtful(&format!(
+        "{what}: take elements of second order, faces of at most {fine} {unit} there, or the gap of the shape itself (gap.kind = \
+         \"ellipsoid\", \"sphere\" or \"cylinder\", with its radii)"
+    ))
+}
+
+/// Three digits of a length that is no more certain.
+fn short(value: f64) -> String {
+    number(format!("{value:.2e}").parse().unwrap_or(value))
+}

@@ -1,0 +1,102 @@
+//! Bodies that have no place for a half-space: refused where it is asked for, condensed where it is not.
+
+use std::fs;
+use std::path::Path;
+
+use crate::near_field::{call, place, run};
+
+/// Rewrites the lines of a section of the mesh, each given by its numbers.
+fn rewrite(folder: &Path, section: &str, line: impl Fn(&[f64], &str) -> String) {
+    let path = folder.join("block.msh");
+    let text = fs::read_to_string(&path).unwrap();
+    let (begin, end) = (format!("${section}\n"), format!("$End{section}"));
+    let (head, rest) = text.split_once(&begin).unwrap();
+    let (lines, rest) = rest.split_once(&end).unwrap();
+    let changed = lines.lines().map(|old| {
+        let numbers: Vec<f64> = old.split(' ').map(|number| number.parse().unwrap()).collect();
+        line(&numbers, old) + "\n"
+    });
+    let changed: String = changed.collect();
+    fs::write(path, format!("{head}{begin}{changed}{end}{rest}")).unwrap();
+}
+
+/// Makes the elements whose lowest nodes are below the layer `level` of eight a group of volumes "core".
+fn core(folder: &Path, level: usize) {
+    rewrite(folder, "Elements", |numbers, old| {
+        let is_core = numbers.get(1) == Some(&5.0) && (numbers[5] as usize - 1) % 9 < level;
+        if is_core { old.replacen(" 5 2 5 5 ", " 5 2 6 6 ", 1) } else { old.to_owned() }
+    });
+    let path = folder.join("block.msh");
+    let text = fs::read_to_string(&path).unwrap();
+    let text = text.replacen("$PhysicalNames\n5\n", "$PhysicalNames\n6\n3 6 \"core\"\n", 1);
+    fs::write(path, text).unwrap();
+}
+
+/// `near_field = "half-space"` is refused at its key for this reason, "auto" takes the mesh for it.
+fn refused(folder: &Path, sets: &[&str], why: &str) {
+    let sets = [&["frame.cells=[4, 4]"], sets].concat();
+    let asked = [&sets[..], &["body1.near_field=\"half-space\""]].concat();
+    for verb in ["check", "run"] {
+        let (code, text) = call(verb, folder, &asked);
+        let words = format!("body1 has no place for the near field of a half-space: {why}");
+        assert!(
+            code == Some(2) && text.contains(&words) && text.contains("body1.near_field"),
+            "{why}: {text}"
+        );
+    }
+    let record = &run(folder, &sets)["near_fields"][0];
+    assert_eq!(record["near_field"], "mesh", "{why}: {record}");
+    assert!(record["reason"].as_str().unwrap().starts_with(why), "{why}: {record}");
+}
+
+fn block() -> tempfile::TempDir {
+    place([4.0, 4.0], 4.0, [8, 8, 8])
+}
+
+/// The scene as it is has a place: what the other tests change takes it away.
+#[test]
+fn nothing_is_wrong_with_the_block() {
+    assert_eq!(run(block().path(), &["frame.cells=[4, 4]"])["near_fields"][0]["near_field"], "half-space");
+}
+
+/// Truth: docs/theory-hybrid.md, where it is valid: the half-space's surface is free beside the contact.
+#[test]
+fn a_foundation_in_the_plane_of_the_contact() {
+    let springs = "body1.foundation=[{group=\"top\", stiffness=100.0}]";
+    refused(block().path(), &[springs], "a foundation lies in the plane of the contact");
+}
+
+/// Truths: the core of seven of eight layers of 0.5 mm ends 0.5 mm under the patch, which wants 0.36 mm: there is a place; with 1.8 mm for
+/// half of its side it wants 0.54 mm.
+#[test]
+fn another_material_too_near() {
+    let place = block();
+    core(place.path(), 7);
+    let brass = "body1.regions={core={material=\"brass\"}}";
+    let near = run(place.path(), &["frame.cells=[4, 4]", brass]);
+    assert_eq!(near["near_fields"][0]["near_field"], "half-space");
+    refused(
+        place.path(),
+        &["frame.half_width=[1.8, 1.8]", brass],
+        "another material is 0.5 from the frame; at least 0.3 of half its side, 0.54, are needed",
+    );
+}
+
+/// Truth: docs/theory-hybrid.md: a half-space has nothing above its plane.
+#[test]
+fn a_body_that_rises_above_its_contact() {
+    let place = block();
+    rewrite(place.path(), "Nodes", |numbers, old| match numbers {
+        [node, x, y, z] if *x == -4.0 && *z == 0.0 => format!("{node} {x} {y} 0.3"),
+        _ => old.to_owned(),
+    });
+    refused(place.path(), &[], "the body rises above the plane of its contact");
+}
+
+/// Truth: docs/theory-hybrid.md: what is held lies on the boundary.
+#[test]
+fn a_support_inside_the_body() {
+    let place = block();
+    core(place.path(), 2);
+    refused(place.path(), &["body1.fixed=[{group=\"core\"}]"], "a support holds nodes inside the body");
+}
