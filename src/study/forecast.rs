@@ -44,6 +44,10 @@ const PER_POINT: f64 = 4.0e-8;
 const PER_VALUE: f64 = 1.5e-6;
 const TABLE: f64 = 1.0;
 
+/// Seconds per quadrature point in other materials and force, by closed forms and by a table, and per pair of columns.
+const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
+const PER_PAIR: f64 = 5e-10;
+
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
 
@@ -228,6 +232,9 @@ fn far_field(
         format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
     });
     let values = n_free * columns as f64;
+    let per_point = PER_FORCE[usize::from(!site.isotropic)] * columns as f64 / 3.0;
+    let per_point = per_point + PER_PAIR * (columns * columns) as f64;
+    let inclusions = Correction::inclusion_points(&model, site) as f64 * per_point;
     Ok(BodyForecast {
         what: format!(
             "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}",
@@ -243,6 +250,7 @@ fn far_field(
         seconds: solving
             + (PER_UNKNOWN + ASSEMBLY) * n_free
             + PER_VALUE * values
+            + inclusions
             + if site.isotropic { 0.1 } else { TABLE },
         application: 4.2 * n * PER_POINT,
         cached: Cached::Nothing,

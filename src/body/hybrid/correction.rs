@@ -13,6 +13,7 @@ use super::boundary::{BoundaryFaces, BoundaryTerms};
 use super::forces::{Forces, Sources};
 use super::inclusions;
 use super::locate::Locator;
+use super::site::Site;
 use crate::error::Result;
 use crate::fem::{ColumnSolver, FeModel, Solved};
 use crate::geometry::Point;
@@ -153,6 +154,11 @@ impl Correction {
     /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
     pub fn bytes(model: &FeModel, columns: usize) -> usize {
         4 * 8 * 3 * model.mesh().n_points() * columns
+    }
+
+    /// Number of quadrature points in elements of other materials than that under the patch of `site`.
+    pub fn inclusion_points(model: &FeModel, site: &Site) -> usize {
+        inclusions::n_points(model, site.stiffness.voigt(), &site.patch, INCLUSION_RATIO)
     }
 
     /// Adds u_c by forces `[3 n]`, or the first of them, to the displacement of all nodes.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::boundary::BoundaryTerms;
 use super::forces::Sources;
+use super::patch::Patch;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::FeModel;
@@ -17,8 +18,11 @@ use crate::quadrature::gauss_legendre;
 /// Elements computed side by side before they are added up.
 const BATCH: usize = 64;
 
-/// Gauss points along each side of a part of an element.
-const POINTS: usize = 3;
+/// Gauss points along each side of a part of an element; of a part that is small against its distance.
+const POINTS: [usize; 2] = [3, 2];
+
+/// Size of such a part of a hexahedron over the largest that is not divided.
+const SMALL: f64 = 0.5;
 
 /// Points whose strains are held at a time.
 const POINT_BATCH: usize = 64;
@@ -64,8 +68,8 @@ struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
     /// Parts of elements against their distance from the forces.
     ratio: f64,
-    /// Gauss points on [0, 1].
-    line: Vec<(f64, f64)>,
+    /// Gauss points on [0, 1], as many as [`POINTS`].
+    lines: [Vec<(f64, f64)>; 2],
 }
 
 /// A quadrature point in it.
@@ -84,9 +88,10 @@ impl Element<'_> {
     /// Points for a field that varies over distances of `distance(x)`.
     fn quadrature(&self, distance: &dyn Fn(&Point) -> f64, ratio: f64) -> Vec<VolumePoint> {
         let line =
-            gauss_legendre(POINTS).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
+            |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
         let mut points = Vec::new();
-        self.divide([0.0; 3], 1.0, &Rule { distance, ratio, line }, MOST_DIVISIONS, &mut points);
+        let rule = Rule { distance, ratio, lines: POINTS.map(line) };
+        self.divide([0.0; 3], 1.0, &rule, MOST_DIVISIONS, &mut points);
         points
     }
 
@@ -103,10 +108,11 @@ impl Element<'_> {
             let at = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { side } else { 0.0 });
             self.position(reference(self.kind, at).0)
         };
-        let Rule { distance, ratio, line } = rule;
+        let Rule { distance, ratio, lines } = rule;
         let size = (0..4).map(|k| (corner(k) - corner(7 - k)).norm()).fold(0.0, f64::max);
         let middle = self.position(reference(self.kind, first.map(|x| x + 0.5 * side)).0);
-        if size > ratio * distance(&middle) && divisions > 0 {
+        let reach = ratio * distance(&middle);
+        if size > reach && divisions > 0 {
             let half = 0.5 * side;
             for k in 0..8 {
                 let first = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { half } else { 0.0 });
@@ -114,6 +120,8 @@ impl Element<'_> {
             }
             return;
         }
+        // The other kinds are collapsed cubes, whose weights vary.
+        let line = &lines[usize::from(self.kind.n_corners() == 8 && size < SMALL * reach)];
         for k in 0..line.len().pow(3) {
             let pick = [k % line.len(), k / line.len() % line.len(), k / line.len().pow(2)];
             let at = [0, 1, 2].map(|axis| first[axis] + side * line[pick[axis]].0);
@@ -162,28 +170,36 @@ pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
 pub(super) fn add(model: &FeModel, sources: Sources, ratio: f64, terms: &mut BoundaryTerms) -> Result<()> {
     let Some(forces) = sources.0.first() else { return Ok(()) };
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
-    let (mesh, regions) = (model.mesh(), model.regions());
-    let others: Vec<usize> =
-        (0..regions.n_elements()).filter(|&i| !same(&regions.stiffness(i), &own)).collect();
-    for batch in others.chunks(BATCH) {
+    for batch in elements(model, &own).chunks(BATCH) {
         interrupt::check()?;
-        let shares: Vec<Result<(usize, Share)>> = batch
-            .par_iter()
-            .map(|&i| {
-                let cell = regions.cells()[i];
-                let nodes = mesh.cell_nodes(cell);
-                let points = nodes.iter().map(|&node| mesh.points[node].into()).collect();
-                let excess = regions.stiffness(i) - own;
-                let element = Element { kind: mesh.kind(cell), nodes, points, excess };
-                Ok((i, Share::new(&element, sources, ratio)?))
-            })
-            .collect();
-        for share in shares {
-            let (i, share) = share?;
-            terms.add_share(mesh.cell_nodes(regions.cells()[i]), &share.loads, &share.work);
+        let shares: Vec<Result<Share>> =
+            batch.par_iter().map(|element| Share::new(element, sources, ratio)).collect();
+        for (element, share) in batch.iter().zip(shares) {
+            let share = share?;
+            terms.add_share(element.nodes, &share.loads, &share.work);
         }
     }
     Ok(())
+}
+
+/// Number of quadrature points in elements of another material than `own` (global axes), by a half-space whose forces lie all over
+/// `patch`.
+pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &Patch, ratio: f64) -> usize {
+    let distance = |x: &Point| patch.distance(&patch.local(x));
+    elements(model, own).par_iter().map(|element| element.quadrature(&distance, ratio).len()).sum()
+}
+
+/// The elements of another material than `own`.
+fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Element<'a>> {
+    let (mesh, regions) = (model.mesh(), model.regions());
+    let other = |&i: &usize| !same(&regions.stiffness(i), own);
+    let element = |i: usize| {
+        let cell = regions.cells()[i];
+        let nodes = mesh.cell_nodes(cell);
+        let points = nodes.iter().map(|&node| mesh.points[node].into()).collect();
+        Element { kind: mesh.kind(cell), nodes, points, excess: regions.stiffness(i) - own }
+    };
+    (0..regions.n_elements()).filter(other).map(element).collect()
 }
 
 impl Share {

@@ -35,8 +35,10 @@ pub struct Site {
     pub stiffness: Stiffness,
     /// Whether it is the same in all directions.
     pub isotropic: bool,
-    /// Distance from the patch to the rest of the boundary, mm.
+    /// Distance from the patch to the rest of the boundary, or to another material, mm.
     pub distance: f64,
+    /// Whether it is another material that is nearest.
+    pub layered: bool,
     /// Height of the surface under the frame, over the longer of half its sides; 0 for a plane.
     pub rise: f64,
     /// The faces of a curved surface about the patch, which stand for its tangent plane.
@@ -120,7 +122,7 @@ impl Site {
         if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
             return unsuited(error.message());
         }
-        Ok(Ok(Self { patch, stiffness, isotropic, distance, rise, surface }))
+        Ok(Ok(Self { patch, stiffness, isotropic, distance, layered: to_others == distance, rise, surface }))
     }
 }
 
@@ -134,7 +136,8 @@ impl Site {
                 distance if distance >= 1.0 => 6,
                 _ => 7,
             };
-            if self.isotropic { nodes } else { nodes + 1 }
+            // The correction by a layer is less smooth than that by a boundary as far.
+            nodes + usize::from(!self.isotropic) + if self.layered { 2 } else { 0 }
         })
     }
 }
