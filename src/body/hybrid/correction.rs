@@ -34,9 +34,6 @@ const MARGIN: f64 = 0.3;
 /// On bodies with a curved contact.
 const CURVED_RATIO: f64 = 0.35;
 
-/// Parts of elements of other materials against their distance from the forces, at most.
-const INCLUSION_RATIO: f64 = 0.5;
-
 /// The correction between point forces, and the fields that belong to it.
 pub struct Correction {
     /// Ĉ by Betti's theorem, made symmetric, axes of the patches, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j, the forces
@@ -83,7 +80,7 @@ impl Correction {
             ratio *= STEP;
             boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
         }
-        let mut found = Self::of_terms((model, solver), sources, (boundary, ratio))?;
+        let mut found = Self::of_terms((model, solver), sources, boundary)?;
         let transposed = found.matrix.transposed();
         found.matrix.add(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
@@ -104,15 +101,15 @@ impl Correction {
     ) -> Result<Self> {
         let sources = Sources(forces);
         let boundary = BoundaryTerms::new(model, sources, (&BoundaryFaces::new(model, sources), ratio))?;
-        Self::of_terms((model, solver), sources, (boundary, ratio))
+        Self::of_terms((model, solver), sources, boundary)
     }
 
     fn of_terms(
         (model, solver): (&FeModel, &ColumnSolver),
         forces: Sources,
-        (mut boundary, ratio): (BoundaryTerms, f64),
+        mut boundary: BoundaryTerms,
     ) -> Result<Self> {
-        inclusions::add(model, forces, ratio.min(INCLUSION_RATIO), &mut boundary)?;
+        inclusions::add(model, forces, &mut boundary)?;
         let n = forces.n_columns();
         let prescribed = model.prescribed_dofs();
         let held = held_displacements(model, forces, &prescribed)?;
@@ -158,7 +155,7 @@ impl Correction {
 
     /// Number of quadrature points in elements of other materials than that under the patch of `site`.
     pub fn inclusion_points(model: &FeModel, site: &Site) -> usize {
-        inclusions::n_points(model, site.stiffness.voigt(), &site.patch, INCLUSION_RATIO)
+        inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
 
     /// Adds u_c by forces `[3 n]`, or the first of them, to the displacement of all nodes.

@@ -21,14 +21,17 @@ const BATCH: usize = 64;
 /// Gauss points along each side of a part of an element; of a part that is small against its distance.
 const POINTS: [usize; 2] = [3, 2];
 
-/// Size of such a part of a hexahedron over the largest that is not divided.
+/// Edge of such a part of a hexahedron over the size of the largest that is not divided.
 const SMALL: f64 = 0.5;
 
 /// Points whose strains are held at a time.
 const POINT_BATCH: usize = 64;
 
+/// Parts of elements against their distance from the forces, at most.
+const RATIO: f64 = 0.5;
+
 /// Divisions of an element, one after the other, at most.
-const MOST_DIVISIONS: usize = 6;
+const MOST_DIVISIONS: usize = 8;
 
 /// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
 const SAME: f64 = 1e-9;
@@ -66,8 +69,6 @@ struct Element<'a> {
 /// How an element is divided and integrated.
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
-    /// Parts of elements against their distance from the forces.
-    ratio: f64,
     /// Gauss points on [0, 1], as many as [`POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
@@ -86,48 +87,53 @@ impl Element<'_> {
     }
 
     /// Points for a field that varies over distances of `distance(x)`.
-    fn quadrature(&self, distance: &dyn Fn(&Point) -> f64, ratio: f64) -> Vec<VolumePoint> {
+    fn quadrature(&self, distance: &dyn Fn(&Point) -> f64) -> Vec<VolumePoint> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
         let mut points = Vec::new();
-        let rule = Rule { distance, ratio, lines: POINTS.map(line) };
-        self.divide([0.0; 3], 1.0, &rule, MOST_DIVISIONS, &mut points);
+        let rule = Rule { distance, lines: POINTS.map(line) };
+        self.divide(([0.0; 3], [1.0; 3]), &rule, MOST_DIVISIONS, &mut points);
         points
     }
 
-    /// Points in the part of the unit cube from `first` on.
+    /// Points in the part of the unit cube from `first` on with these sides; the longer edges are halved first.
     fn divide(
         &self,
-        first: [f64; 3],
-        side: f64,
+        (first, sides): ([f64; 3], [f64; 3]),
         rule: &Rule,
         divisions: usize,
         points: &mut Vec<VolumePoint>,
     ) {
-        let corner = |k: usize| {
-            let at = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { side } else { 0.0 });
-            self.position(reference(self.kind, at).0)
-        };
-        let Rule { distance, ratio, lines } = rule;
-        let size = (0..4).map(|k| (corner(k) - corner(7 - k)).norm()).fold(0.0, f64::max);
-        let middle = self.position(reference(self.kind, first.map(|x| x + 0.5 * side)).0);
-        let reach = ratio * distance(&middle);
+        let at = |share: [f64; 3]| [0, 1, 2].map(|axis| first[axis] + share[axis] * sides[axis]);
+        let position = |share: [f64; 3]| self.position(reference(self.kind, at(share)).0);
+        let corner = |k: usize| position([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
+        let edges = [0, 1, 2].map(|axis| {
+            let ends = (0..8).filter(|k| k >> axis & 1 == 0).map(|k| (corner(k), corner(k | 1 << axis)));
+            ends.map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
+        });
+        let size = edges.iter().map(|edge| edge * edge).sum::<f64>().sqrt();
+        let reach = RATIO * (rule.distance)(&position([0.5; 3]));
         if size > reach && divisions > 0 {
-            let half = 0.5 * side;
-            for k in 0..8 {
-                let first = [0, 1, 2].map(|axis| first[axis] + if k >> axis & 1 == 1 { half } else { 0.0 });
-                self.divide(first, half, rule, divisions - 1, points);
+            let longest = edges.into_iter().fold(0.0, f64::max);
+            let halved = edges.map(|edge| edge > 0.5 * longest);
+            let half = [0, 1, 2].map(|axis| if halved[axis] { 0.5 * sides[axis] } else { sides[axis] });
+            for k in (0..8).filter(|k| (0..3).all(|axis| halved[axis] || k >> axis & 1 == 0)) {
+                let first = [0, 1, 2].map(|axis| first[axis] + (k >> axis & 1) as f64 * half[axis]);
+                self.divide((first, half), rule, divisions - 1, points);
             }
             return;
         }
         // The other kinds are collapsed cubes, whose weights vary.
-        let line = &lines[usize::from(self.kind.n_corners() == 8 && size < SMALL * reach)];
-        for k in 0..line.len().pow(3) {
-            let pick = [k % line.len(), k / line.len() % line.len(), k / line.len().pow(2)];
-            let at = [0, 1, 2].map(|axis| first[axis] + side * line[pick[axis]].0);
-            let (xi, stretch) = reference(self.kind, at);
-            let weight: f64 = pick.iter().map(|&i| line[i].1).product();
-            points.extend(self.point(xi, weight * stretch * side.powi(3)));
+        let lines =
+            edges.map(|edge| &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < SMALL * reach)]);
+        for &(u, by_u) in lines[0] {
+            for &(v, by_v) in lines[1] {
+                for &(w, by_w) in lines[2] {
+                    let (xi, stretch) = reference(self.kind, at([u, v, w]));
+                    let volume = sides.iter().product::<f64>() * stretch;
+                    points.extend(self.point(xi, by_u * by_v * by_w * volume));
+                }
+            }
         }
     }
 
@@ -167,13 +173,13 @@ pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
 ///
 /// # Errors
 /// If memory does not suffice.
-pub(super) fn add(model: &FeModel, sources: Sources, ratio: f64, terms: &mut BoundaryTerms) -> Result<()> {
+pub(super) fn add(model: &FeModel, sources: Sources, terms: &mut BoundaryTerms) -> Result<()> {
     let Some(forces) = sources.0.first() else { return Ok(()) };
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
     for batch in elements(model, &own).chunks(BATCH) {
         interrupt::check()?;
         let shares: Vec<Result<Share>> =
-            batch.par_iter().map(|element| Share::new(element, sources, ratio)).collect();
+            batch.par_iter().map(|element| Share::new(element, sources)).collect();
         for (element, share) in batch.iter().zip(shares) {
             let share = share?;
             terms.add_share(element.nodes, &share.loads, &share.work);
@@ -184,9 +190,9 @@ pub(super) fn add(model: &FeModel, sources: Sources, ratio: f64, terms: &mut Bou
 
 /// Number of quadrature points in elements of another material than `own` (global axes), by a half-space whose forces lie all over
 /// `patch`.
-pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &Patch, ratio: f64) -> usize {
+pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &Patch) -> usize {
     let distance = |x: &Point| patch.distance(&patch.local(x));
-    elements(model, own).par_iter().map(|element| element.quadrature(&distance, ratio).len()).sum()
+    elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
 }
 
 /// The elements of another material than `own`.
@@ -203,8 +209,8 @@ fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Element<'a>> {
 }
 
 impl Share {
-    fn new(element: &Element, sources: Sources, ratio: f64) -> Result<Self> {
-        let points = element.quadrature(&|x| sources.distance(x), ratio);
+    fn new(element: &Element, sources: Sources) -> Result<Self> {
+        let points = element.quadrature(&|x| sources.distance(x));
         let (n, n_nodes) = (sources.n_columns(), element.nodes.len());
         let mut loads = vec![0.0; n * 3 * n_nodes];
         let mut work = Columns::zeros(n, n)?;
@@ -273,8 +279,8 @@ mod tests {
             let volume = volume * stretch.determinant();
             let element = Element { kind, nodes: &[], points, excess: Matrix6::zeros() };
             let corner = element.points[0];
-            for ratio in [100.0, 0.8] {
-                let found = element.quadrature(&|x| (x - corner).norm(), ratio);
+            for scale in [200.0, 1.6] {
+                let found = element.quadrature(&|x| scale * (x - corner).norm());
                 let sum: f64 = found.iter().map(|point| point.volume).sum();
                 assert!((sum / volume - 1.0).abs() < 1e-10, "{}: {sum} {volume}", kind.name());
                 let linear = |x: &Point| 3.0 * x.x - x.y + 0.5 * x.z;

@@ -136,8 +136,9 @@ impl Site {
                 distance if distance >= 1.0 => 6,
                 _ => 7,
             };
-            // The correction by a layer is less smooth than that by a boundary as far.
-            nodes + usize::from(!self.isotropic) + if self.layered { 2 } else { 0 }
+            // Near a layer the correction is less smooth than as near to an edge.
+            let more = if self.layered && self.distance < half { 2 } else { 0 };
+            nodes + usize::from(!self.isotropic) + more
         })
     }
 }
