@@ -15,6 +15,10 @@ pub struct NearFieldRecord {
     /// The most by which its flat faces are bowed in the gap of the meshes, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bow: Option<f64>,
+    /// How far loads and prescribed displacements of its own curve the surface under the frame within the flat faces of its mesh,
+    /// which the contact takes as they are, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_sag: Option<f64>,
     /// How good the correction of the half-space is, or was found not to be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,

@@ -57,7 +57,10 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
-        free_along_normal(fe, index, &map, frame)?;
+        // Under a half-space supports only have to be far enough from the frame.
+        if near[index].site().is_none() {
+            free_along_normal(fe, index, &map, frame)?;
+        }
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
         notes.extend(other_fibre(plan, fe, index, &faces));

@@ -93,6 +93,18 @@ fn cuts(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
+/// A warning where loads of body `key` curve its surface within flat faces by a `sag` that matters against the `depth` of the contact.
+pub(super) fn own_loads(plan: &Plan, key: &str, sag: Option<f64>, depth: f64) -> Option<String> {
+    let sag = sag.filter(|sag| *sag > DOUBTFUL_SHARE * depth)?;
+    let unit = &plan.units.length;
+    Some(doubtful(&format!(
+        "loads and prescribed displacements of {key} curve its surface under the frame by up to {} {unit} within single faces of its          mesh, {:.1} % of the approach of {} {unit}; this part of the gap is that of the mesh, and loads and pressures err by as much or          more: take elements of second order, or smaller ones there",
+        short(sag),
+        100.0 * sag / depth,
+        short(depth)
+    )))
+}
+
 fn doubt(plan: &Plan, key: &str, (cut, lost): (&Cut, f64), (depth, bowed): (f64, bool)) -> String {
     let unit = &plan.units.length;
     let share = 100.0 * lost / depth;

@@ -237,7 +237,8 @@ fn far_field(
     let inclusions = Correction::inclusion_points(&model, site) as f64 * per_point;
     Ok(BodyForecast {
         what: format!(
-            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}",
+            "half-space, {}, with the far field of finite elements: {} solid cells, {} unknowns, {} x {} polynomials{bowed}; {how}; \
+             whether its far field is good enough shows when it runs",
             fe.elastic.name,
             fe.mesh.volume_cells().count(),
             model.n_free(),

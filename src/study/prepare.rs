@@ -20,12 +20,13 @@ use crate::coupling::{self, couple, surface_distance};
 use crate::error::{Error, Result, doubtful};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
-use crate::geometry::Side;
+use crate::geometry::{Side, number};
 use crate::history::record::{Observer, Skipped};
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::condensation::CondensationRecord;
+use crate::results::fields::FieldKind;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
@@ -130,6 +131,11 @@ pub fn prepare_worn<'p>(
         held += made.held_bytes;
         if let Some(record) = made.near_field.take() {
             notes.extend(too_stiff(key, &record));
+            notes.extend(stress_at_depth(plan, &frame, &record));
+            notes.extend(
+                flat_faces::prescribed(plan)
+                    .and_then(|depth| flat_faces::own_loads(plan, key, record.own_sag, depth)),
+            );
             near_fields.push(record);
         }
         notes.extend(made.note.take());
@@ -209,14 +215,28 @@ fn not_good_enough(key: &str, given_up: &GivenUp) -> Failure {
 
 /// A note if the finite elements that carry a far field are estimated to err by more than they should.
 fn too_stiff(key: &str, record: &NearFieldRecord) -> Option<String> {
-    let error = record.indicators.filter(|_| record.reason.is_none())?.mesh_error;
-    (error > DOUBTFUL_MESH_ERROR).then(|| {
+    let indicators = record.indicators.filter(|_| record.reason.is_none())?;
+    let error = indicators.mesh_error;
+    // Concentrated loads err by more than uniform ones where the mesh carries most of the displacement.
+    (error > DOUBTFUL_MESH_ERROR / indicators.share.max(1.0).sqrt()).then(|| {
         doubtful(&format!(
             "the finite elements of {key} are estimated to be too stiff by {:.1} % of its compliance under uniform tractions: take a finer \
              mesh where `orthowear refine` says, or elements that bend better (of second order, \"hex8-eas\")",
             100.0 * error
         ))
     })
+}
+
+/// A note that the stress at the surface of a half-space is that below it, if it is written.
+fn stress_at_depth(plan: &Plan, frame: &ContactFrame, record: &NearFieldRecord) -> Option<String> {
+    let stresses = FieldKind::need_stress(&plan.output.fields);
+    let grid = frame.grid.filter(|_| stresses && record.near_field == "half-space")?;
+    Some(format!(
+        "stresses of {} nearer to its surface than half a cell are those at that depth, {}: at the edge of the contact they change over \
+         less; finer cells bring them nearer to the surface",
+        KEYS[record.body - 1],
+        number(0.5 * grid.spacing[0].min(grid.spacing[1]))
+    ))
 }
 
 /// Nodes of the contact surface of body `index`; none without a mesh.
@@ -287,6 +307,10 @@ impl Study<'_> {
             let bowed = [1, 2].map(|body| self.is_half_space(body));
             let doubts = flat_faces::check(self.plan, frame, (gap, depth), bowed);
             result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+            let own = |record: &NearFieldRecord| {
+                flat_faces::own_loads(self.plan, KEYS[record.body - 1], record.own_sag, depth)
+            };
+            result.warnings.extend(self.near_fields.iter().filter_map(own));
         }
         Ok(result)
     }

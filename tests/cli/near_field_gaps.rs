@@ -140,3 +140,24 @@ fn a_frame_that_outgrows_its_half_space() {
     );
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
+
+/// Truths: the deformation by own loads is linear in them; what they curve within faces that are flat is warned about where it matters
+/// against the approach, and nothing is said of it without loads.
+#[test]
+fn surfaces_that_loads_curve() {
+    let place = place([3.0, 3.0], 3.0, [6, 6, 6]);
+    let with = |pressure: f64| {
+        let pressure = format!("body1.pressure=[{{ group = \"x\", value = {pressure} }}]");
+        run(place.path(), &[&pressure])
+    };
+    let words = "curve its surface under the frame";
+    let sag = |summary: &Value| summary["near_fields"][0]["own_sag"].as_f64().unwrap();
+    let (slight, strong) = (with(20.0), with(20_000.0));
+    assert!((sag(&strong) / sag(&slight) - 1000.0).abs() < 1.0, "{} {}", sag(&strong), sag(&slight));
+    assert!(warning(&slight, words).is_none());
+    assert!(
+        warning(&strong, words).is_some_and(|text| text.contains("body1") && text.contains("second order"))
+    );
+    let none = run(place.path(), &[]);
+    assert!(none["near_fields"][0]["own_sag"].is_null() && warning(&none, words).is_none());
+}

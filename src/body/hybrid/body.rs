@@ -1,6 +1,6 @@
 //! A finite body whose contact is that of a half-space, corrected by finite elements.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
@@ -19,11 +19,12 @@ use crate::bem::half_space::{CrossBlocks, PointForceField, SurfaceGreen};
 use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::error::{Context, Error, Result};
 use crate::fem::{FeModel, FeSpec, Resources, StressRecovery, contact_points};
-use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
+use crate::frame::{ContactFrame, Cut, FaceMap, Grid, MeshedSurface, Side, edge_cuts};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
 use crate::material::strength::Limit;
+use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// A finite-element body with the near field of a half-space.
@@ -48,6 +49,7 @@ pub struct HybridBody {
     faces: Vec<SurfaceFace>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
+    own_sag: Option<f64>,
     taken: bool,
 }
 
@@ -97,6 +99,8 @@ impl HybridBody {
             gap.iter_mut().for_each(|g| *g *= side.gap_sign());
             gap
         });
+        let own = correction.free_displacement.as_ref();
+        let own_sag = own.map(|free| sag(&mesh, (&faces, map.nodes()), free));
         Ok(Self {
             side,
             green,
@@ -115,6 +119,7 @@ impl HybridBody {
             faces,
             heights,
             free_gap,
+            own_sag,
             taken: false,
         })
     }
@@ -127,6 +132,12 @@ impl HybridBody {
     /// What the user should know of the cache of its field.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
+    }
+
+    /// How far loads and prescribed displacements of its own curve the surface under the frame within the flat faces of the mesh, mm;
+    /// `None` where it has none.
+    pub fn own_sag(&self) -> Option<f64> {
+        self.own_sag
     }
 
     /// Its correction.
@@ -209,6 +220,25 @@ impl HybridBody {
     pub fn n_free(&self) -> usize {
         self.model.n_free()
     }
+}
+
+/// Largest change of what the edges of flat `faces` with all nodes among `under` cut off, by a displacement of all nodes, mm.
+fn sag(mesh: &Mesh, (faces, under): (&[SurfaceFace], &[usize]), displacement: &[[f64; 3]]) -> f64 {
+    let mut moved = mesh.clone();
+    for (x, u) in moved.points.iter_mut().zip(displacement) {
+        (0..3).for_each(|c| x[c] += u[c]);
+    }
+    let under: HashSet<usize> = under.iter().copied().collect();
+    let [before, after] = [mesh, &moved].map(|mesh| edge_cuts(mesh, faces));
+    let edges = faces.iter().zip(before.iter().zip(&after));
+    let counted = edges.filter(|(face, _)| face.nodes.iter().all(|node| under.contains(node)));
+    let change = |(before, after): (&Option<Cut>, &Option<Cut>)| match (before, after) {
+        (Some(before), Some(after)) => {
+            (0..2).map(|k| (after.sags[k] - before.sags[k]).abs()).fold(0.0, f64::max)
+        }
+        _ => 0.0,
+    };
+    counted.flat_map(|(_, (before, after))| before.iter().zip(after)).map(change).fold(0.0, f64::max)
 }
 
 impl ElasticBody for HybridBody {

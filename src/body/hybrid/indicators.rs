@@ -144,7 +144,7 @@ impl Indicators {
         ];
         let exceeded = limits.iter().find(|(_, value, most)| value.is_nan() || value > most);
         let told = exceeded
-            .map(|(what, value, most)| format!("{what} is {value:.1e}, at most {most:.0e} is allowed"));
+            .map(|(what, value, most)| format!("{what} is {value:.2e}, at most {most:.2e} is allowed"));
         let least = self.least_eigenvalue;
         let indefinite = least.is_nan() || least <= 0.0;
         told.or_else(|| {

@@ -62,7 +62,7 @@ impl<'a> Locator<'a> {
 }
 
 /// Reference coordinates of a point in the plane of a face; `None` if it lies outside.
-fn reference(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
+pub(super) fn reference(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
     for _ in 0..MOST_STEPS {

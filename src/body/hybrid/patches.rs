@@ -54,8 +54,8 @@ impl MultiPatchBody {
     /// The body of `spec` in contact on each of `contacts`.
     ///
     /// # Errors
-    /// If a frame has no place for a half-space, if the patches have different materials or one is too near to the other; if the body
-    /// cannot be assembled or solved.
+    /// If a frame has no place for a half-space or its correction is not good enough, if the patches have different materials or one is
+    /// too near to the other, if the body has loads or displacements of its own; if it cannot be assembled or solved.
     pub fn new(spec: FeSpec, contacts: &[FaceContact], resources: &Resources) -> Result<Self> {
         let name = spec.name.clone();
         Self::build(spec, contacts, resources).context(|| name)
@@ -79,6 +79,20 @@ impl MultiPatchBody {
         let nears: Vec<NearField> =
             sites.iter().map(|site| Ok(NearField::new(site, resources)?.0)).collect::<Result<_>>()?;
         let (correction, indicators) = adaptive::correction(&model, &recovery, &nears, &resources.memory)?;
+        if correction.free_displacement.is_some() {
+            return Err(Error::input(
+                "loads and prescribed displacements of a body in contact on several patches are not taken into account: leave them \
+                 away, or condense the mesh",
+            ));
+        }
+        for (contact, indicators) in contacts.iter().zip(&indicators) {
+            if let Some(why) = indicators.objection() {
+                return Err(Error::input(format!(
+                    "the half-space under `{}` is not good enough: {why}",
+                    contact.group
+                )));
+            }
+        }
         let mut patches = Vec::with_capacity(contacts.len());
         let mut first = 0;
         for (i, contact) in contacts.iter().enumerate() {
@@ -154,14 +168,26 @@ fn ensure_apart(sites: &[Site]) -> Result<()> {
                      the mesh",
                 ));
             }
-            let corners = |site: &Site| {
-                [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0], [0.0, 0.0]].map(|sign: [f64; 2]| {
-                    let [x, y] = site.patch.half_width;
-                    site.patch.middle + site.patch.axes.to_global(&Point::new(sign[0] * x, sign[1] * y, 0.0))
-                })
+            // Points along both axes and all edges, near enough to each other to miss no crossing of two rectangles.
+            let spread = |site: &Site| {
+                let half = site.patch.half_width;
+                let shortest = half.into_iter().chain(other.patch.half_width).fold(f64::INFINITY, f64::min);
+                let steps = half.map(|half| (8.0 * half / shortest).ceil().min(400.0) as usize);
+                let along = |axis: usize, k: usize| half[axis] * (2.0 * k as f64 / steps[axis] as f64 - 1.0);
+                let mut points = Vec::new();
+                for line in [-1.0, 0.0, 1.0] {
+                    points.extend((0..=steps[0]).map(|k| Point::new(along(0, k), line * half[1], 0.0)));
+                    points.extend((0..=steps[1]).map(|k| Point::new(line * half[0], along(1, k), 0.0)));
+                }
+                points
+                    .into_iter()
+                    .map(|x| site.patch.middle + site.patch.axes.to_global(&x))
+                    .collect::<Vec<_>>()
             };
-            let from = |a: &Site, b: &Site| corners(b).map(|x| a.patch.distance(&a.patch.local(&x)));
-            let apart = from(site, other).into_iter().chain(from(other, site)).fold(f64::INFINITY, f64::min);
+            let from = |a: &Site, b: &Site| -> f64 {
+                spread(b).iter().map(|x| a.patch.distance(&a.patch.local(x))).fold(f64::INFINITY, f64::min)
+            };
+            let apart = from(site, other).min(from(other, site));
             let least = |site: &Site| LEAST_DISTANCE * site.patch.half_width[0].min(site.patch.half_width[1]);
             let least = least(site).max(least(other));
             if apart < least {

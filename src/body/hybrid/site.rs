@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::forces::{FaceRef, IN_PLANE, in_plane};
 use super::inclusions::same;
+use super::locate::reference;
 use super::patch::Patch;
 use nalgebra::Matrix6;
 
@@ -25,6 +26,10 @@ pub const MOST_RISE: f64 = 0.05;
 
 /// Slope of a curved surface about the patch against that under it, at most, radians.
 const MOST_SLOPE: f64 = 0.2;
+
+/// Points along each side of a frame or a face, less one, at least, and at most.
+const LEAST_STEPS: usize = 8;
+const MOST_STEPS: usize = 64;
 
 /// The half-space under the frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -153,13 +158,16 @@ fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
     })
 }
 
-/// Points spread over a face, its edges included.
-fn points_of(mesh: &Mesh, face: &SurfaceFace) -> Vec<Point> {
-    const STEPS: usize = 8;
-    let triangle = face.kind.n_corners() == 3;
-    let part = |k: usize| k as f64 / STEPS as f64;
-    let pairs = (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j)));
-    let points = pairs.filter(|(i, j)| !triangle || i + j <= STEPS).map(|(i, j)| {
+/// Points spread over a face, its edges included, no further apart than `apart` along them but for the largest faces.
+fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
+    let n = face.kind.n_corners();
+    let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
+    let longest = (0..n).map(|k| (at(k + 1) - at(k)).norm()).fold(0.0, f64::max);
+    let steps = ((longest / apart).ceil() as usize).clamp(LEAST_STEPS, MOST_STEPS);
+    let triangle = n == 3;
+    let part = |k: usize| k as f64 / steps as f64;
+    let pairs = (0..=steps).flat_map(|i| (0..=steps).map(move |j| (i, j)));
+    let points = pairs.filter(|(i, j)| !triangle || i + j <= steps).map(|(i, j)| {
         let xi = [part(i), part(j)].map(|x| if triangle { x } else { 2.0 * x - 1.0 });
         let values = face.kind.face_values(xi);
         face.nodes.iter().zip(values).map(|(&node, value)| Point::from(mesh.points[node]) * value).sum()
@@ -167,13 +175,24 @@ fn points_of(mesh: &Mesh, face: &SurfaceFace) -> Vec<Point> {
     points.collect()
 }
 
-/// Heights along the global z of points of a face under the rectangle.
+/// Heights along the global z of a face under the rectangle: at points spread over the face, and at points spread over the rectangle.
 fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> Vec<f64> {
+    let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
+    let step = |k: usize, axis: usize| {
+        patch.half_width[axis] * (2.0 * k as f64 / LEAST_STEPS as f64 - 1.0) * (1.0 - 1e-9)
+    };
+    let pairs = (0..=LEAST_STEPS).flat_map(|i| (0..=LEAST_STEPS).map(move |j| (i, j)));
+    let height = |(i, j): (usize, usize)| {
+        let xi = reference(face, &nodes, [step(i, 0), step(j, 1)])?;
+        let values = face.kind.face_values(xi);
+        Some(face.nodes.iter().zip(values).map(|(&node, value)| mesh.points[node][2] * value).sum())
+    };
     let under = |x: &Point| {
         let local = patch.local(x);
         (0..2).all(|axis| local[axis].abs() <= patch.half_width[axis] * (1.0 + 1e-9))
     };
-    points_of(mesh, face).into_iter().filter(under).map(|x| x.z).collect()
+    let own = points_of(mesh, face, f64::INFINITY).into_iter().filter(under).map(|x| x.z);
+    own.chain(pairs.filter_map(height)).collect()
 }
 
 /// The faces of a curved surface within half a side about the patch: those of the contact group, and those that go on from them with
@@ -205,10 +224,11 @@ fn distance(spec: &FeSpec, patch: &Patch, surface: &[FaceRef]) -> Result<f64> {
     let elsewhere = |face: &&SurfaceFace| {
         !in_plane(mesh, face, patch) && !surface.contains(&(face.owner, face.local_face))
     };
+    let apart = 0.5 * LEAST_DISTANCE * patch.half_width[0].min(patch.half_width[1]);
     let mut least = f64::INFINITY;
     let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
     for face in outer_faces(mesh).iter().filter(elsewhere) {
-        points_of(mesh, face).iter().for_each(&mut look);
+        points_of(mesh, face, apart).iter().for_each(&mut look);
     }
     for support in &spec.supports {
         for node in mesh.group_nodes(&support.group)? {

@@ -96,3 +96,19 @@ fn surfaces_go_on_beyond_the_group() {
     let why = Site::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
     assert!(why.0.contains("an edge of the body"), "{}", why.0);
 }
+
+/// Truth: a frame lies on a plane face however small it is and wherever; a frame on one face of a sphere sees its height,
+/// (x² + y²) / 2R at its corners.
+#[test]
+fn small_frames_on_large_faces() {
+    let site = |curvature: f64, half: f64, middle: [f64; 2]| {
+        let frame = ContactFrame::grid([half; 2], [4; 2], middle, 0.0).unwrap();
+        Site::find(&capped(4, [curvature; 2]), "z1", Side::Lower, &frame).unwrap()
+    };
+    for middle in [[0.9, 0.9], [-1.1, 0.4], [0.0, 0.0]] {
+        assert_eq!(site(0.0, 0.05, middle).unwrap().rise, 0.0);
+    }
+    // Cells of 3 mm: four flat faces about the origin, each (|x| + |y|) 1.5 / R high.
+    let rise = site(1.0 / 500.0, 0.1, [0.0; 2]).unwrap().rise;
+    assert!((rise * 0.1 / (0.2 * 1.5 / 500.0) - 1.0).abs() < 1e-6, "{rise}");
+}

@@ -254,4 +254,13 @@ fn patches_that_do_not_suit() {
     let thin = slab(Hex8, (6, 2, 0.2), &stiffness, vec![]);
     let told = refused(thin, &[above, below]);
     assert!(told.contains("`z1` has no place for a half-space"), "{told}");
+    let loaded = FeSpec { body_force: [0.0, 0.0, -1e-4], ..spec() };
+    let told = refused(loaded, &[above, below]);
+    assert!(told.contains("loads and prescribed displacements"), "{told}");
+    // Long frames that cross each other, the corners and middles of each far from the other.
+    let crossing = [([2.0, 0.1], [-0.1, 0.0]), ([0.1, 2.0], [1.3, 1.1])]
+        .map(|(half, middle)| ContactFrame::grid(half, [8, 8], middle, 0.0).unwrap());
+    let contacts = crossing.each_ref().map(|frame| FaceContact { group: "z1", side: Side::Lower, frame });
+    let told = refused(slab(Hex8, (6, 6, 6.0), &stiffness, vec![]), &contacts);
+    assert!(told.contains("two patches are 0 apart"), "{told}");
 }
