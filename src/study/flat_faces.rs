@@ -27,10 +27,10 @@ pub(super) fn prescribed(plan: &Plan) -> Option<f64> {
     plan.steps.iter().filter_map(|step| approach(step.normal)).reduce(f64::max).filter(|&most| most > 0.0)
 }
 
-/// The largest approach of a run whose steps prescribe none, mm.
+/// The largest approach of a run whose steps prescribe none, mm; loads of the bodies themselves may make it negative.
 pub(super) fn reached(plan: &Plan, records: &[IncrementRecord]) -> Option<f64> {
     let most = records.iter().map(|record| record.approach).reduce(f64::max);
-    most.filter(|&most| most > 0.0 && prescribed(plan).is_none())
+    most.filter(|_| prescribed(plan).is_none())
 }
 
 /// Warnings where the flat faces over cells with a `gap` (`[N]`, mm) of at most `depth` cut off more than they should; bodies that
@@ -93,12 +93,23 @@ fn cuts(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// A warning where loads of body `key` curve its surface within flat faces by a `sag` that matters against the `depth` of the contact.
-pub(super) fn own_loads(plan: &Plan, key: &str, sag: Option<f64>, depth: f64) -> Option<String> {
+/// A warning where loads of body `key` curve its surface within flat faces by a `sag` that matters against the overlap of the
+/// undeformed bodies, or what keeps them apart, at an `approach` over a normal `gap` that includes what its loads do to it (`[N]`), mm.
+pub(super) fn own_loads(
+    plan: &Plan,
+    key: &str,
+    sag: Option<f64>,
+    (gap, approach): (&[f64], f64),
+) -> Option<String> {
+    let overlap = approach - gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let depth = overlap.abs();
     let sag = sag.filter(|sag| *sag > DOUBTFUL_SHARE * depth)?;
     let unit = &plan.units.length;
+    let what = if overlap > 0.0 { "overlap" } else { "opening" };
     Some(doubtful(&format!(
-        "loads and prescribed displacements of {key} curve its surface under the frame by up to {} {unit} within single faces of its          mesh, {:.1} % of the approach of {} {unit}; this part of the gap is that of the mesh, and loads and pressures err by as much or          more: take elements of second order, or smaller ones there",
+        "loads and prescribed displacements of {key} curve its surface under the frame by up to {} {unit} within single faces of its \
+         mesh, {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet; this part of the gap is that of the mesh, and \
+         loads and pressures err by as much or more: take elements of second order, or smaller ones there",
         short(sag),
         100.0 * sag / depth,
         short(depth)

@@ -132,10 +132,6 @@ pub fn prepare_worn<'p>(
         if let Some(record) = made.near_field.take() {
             notes.extend(too_stiff(key, &record));
             notes.extend(stress_at_depth(plan, &frame, &record));
-            notes.extend(
-                flat_faces::prescribed(plan)
-                    .and_then(|depth| flat_faces::own_loads(plan, key, record.own_sag, depth)),
-            );
             near_fields.push(record);
         }
         notes.extend(made.note.take());
@@ -152,6 +148,13 @@ pub fn prepare_worn<'p>(
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
+    if let Some(approach) = flat_faces::prescribed(plan) {
+        let gap = &initial_gap[2 * frame.n_cells()..];
+        let own = |record: &NearFieldRecord| {
+            flat_faces::own_loads(plan, KEYS[record.body - 1], record.own_sag, (gap, approach))
+        };
+        notes.extend(near_fields.iter().filter_map(own));
+    }
     let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
     skipped.extend(candidates::skipped(&frame));
     skipped.extend(compression(plan, &frame));
@@ -301,14 +304,16 @@ impl Study<'_> {
         };
         let mut result =
             history::run_from(&self.model, &self.plan.steps, &options(self.plan), snapshot, observer)?;
-        if let Some(depth) = flat_faces::reached(self.plan, &result.records) {
+        if let Some(approach) = flat_faces::reached(self.plan, &result.records) {
             let frame = &self.model.frame;
             let gap = &self.model.initial_gap[2 * frame.n_cells()..];
-            let bowed = [1, 2].map(|body| self.is_half_space(body));
-            let doubts = flat_faces::check(self.plan, frame, (gap, depth), bowed);
-            result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+            if approach > 0.0 {
+                let bowed = [1, 2].map(|body| self.is_half_space(body));
+                let doubts = flat_faces::check(self.plan, frame, (gap, approach), bowed);
+                result.warnings.extend(doubts.map_err(|failure| failure.error)?);
+            }
             let own = |record: &NearFieldRecord| {
-                flat_faces::own_loads(self.plan, KEYS[record.body - 1], record.own_sag, depth)
+                flat_faces::own_loads(self.plan, KEYS[record.body - 1], record.own_sag, (gap, approach))
             };
             result.warnings.extend(self.near_fields.iter().filter_map(own));
         }

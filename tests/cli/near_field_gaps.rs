@@ -158,6 +158,11 @@ fn surfaces_that_loads_curve() {
     assert!(
         warning(&strong, words).is_some_and(|text| text.contains("body1") && text.contains("second order"))
     );
+    let pressed = [
+        "body1.pressure=[{ group = \"x\", value = 20000.0 }]",
+        "steps=[{ name = \"press\", normal_force = 100.0 }]",
+    ];
+    assert!(warning(&run(place.path(), &pressed), words).is_some());
     let none = run(place.path(), &[]);
     assert!(none["near_fields"][0]["own_sag"].is_null() && warning(&none, words).is_none());
 }
