@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::analysis::Analysis;
 use super::assembly::{Elements, assemble, n_stored};
 use super::cache::{CacheKey, FlexibilityCache};
@@ -9,7 +11,7 @@ use super::condensed::{CondensedBody, Resources};
 use super::dofs::{COMPONENTS, Dofs};
 use super::floating::Floating;
 use super::foundation::{self, FaceStiffness};
-use super::loads::{LoadedFace, NodalForces, add_body_force, loads};
+use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
 use super::method::Method;
 use super::regions::Regions;
 use super::rigid::{self, FreeMotions};
@@ -21,7 +23,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
 use crate::linalg::two_level::Unknowns;
-use crate::mesh::Mesh;
+use crate::mesh::{CellRef, Mesh};
 
 /// Bytes per unknown of mesh, elements and the assembly of the matrix beside the matrix itself: 290 to 500 were measured on
 /// bodies of 50 000 unknowns, up to 1360 on small ones (first order and second, tetrahedra and hexahedra).
@@ -44,6 +46,7 @@ pub struct FeModel {
     stiffness: SymmetricSparse,
     support_forces: Vec<f64>,
     external: NodalForces,
+    body_force: [f64; 3],
     loaded_faces: Vec<LoadedFace>,
     foundations: Vec<FaceStiffness>,
     floating: Option<Floating>,
@@ -95,7 +98,7 @@ impl FeModel {
         if let Some(floating) = &floating {
             floating.add_springs(&mut stiffness);
         }
-        let FeSpec { name, mesh, formulation, .. } = spec;
+        let FeSpec { name, mesh, formulation, body_force, .. } = spec;
         Ok(Self {
             name,
             mesh,
@@ -107,6 +110,7 @@ impl FeModel {
             stiffness,
             support_forces,
             external: loads.forces,
+            body_force,
             loaded_faces: loads.faces,
             foundations,
             floating,
@@ -178,6 +182,24 @@ impl FeModel {
     /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
     pub fn external_forces(&self) -> &[[f64; 3]] {
         &self.external
+    }
+
+    /// Its uniform force per volume, global axes, N/mm3.
+    pub fn body_force(&self) -> [f64; 3] {
+        self.body_force
+    }
+
+    /// Loads on its faces: the solid, the index among its faces, pressure (MPa), traction (global axes, MPa); a face with several loads stands
+    /// there for each.
+    pub fn face_loads(&self) -> impl Iterator<Item = ((CellRef, usize), f64, Vector3<f64>)> + '_ {
+        self.loaded_faces.iter().filter_map(|face| {
+            let at = (face.owner, face.local_face);
+            match face.load {
+                FaceLoad::Pressure(pressure) => Some((at, pressure, Vector3::zeros())),
+                FaceLoad::Traction(traction) => Some((at, 0.0, traction)),
+                FaceLoad::Bed(_) => None,
+            }
+        })
     }
 
     /// Adds a force per volume that varies in space, N/mm3.

@@ -1,6 +1,6 @@
 //! Where the near fields of meshed bodies were computed, for `summary.json`.
 
-use crate::body::hybrid::Indicators;
+use crate::body::hybrid::{Indicators, OwnError};
 
 /// Where the near field of a body was computed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -15,10 +15,9 @@ pub struct NearFieldRecord {
     /// The most by which its flat faces are bowed in the gap of the meshes, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bow: Option<f64>,
-    /// How far loads and prescribed displacements of its own curve the surface under the frame within the flat faces of its mesh,
-    /// which the contact takes as they are, mm.
+    /// Estimated errors of the displacement of its surface under the frame by loads and prescribed displacements of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub own_sag: Option<f64>,
+    pub own_error: Option<OwnError>,
     /// How good the correction of the half-space is, or was found not to be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,

@@ -161,7 +161,7 @@ pub(super) fn body(
                 near_field: "mesh",
                 reason,
                 bow: None,
-                own_sag: None,
+                own_error: None,
                 indicators: None,
             })
         }
@@ -183,14 +183,14 @@ fn half_space_under(
     if let Some(reason) = indicators.objection() {
         return Ok(Err(GivenUp { reason, indicators }));
     }
-    let (held, note, own_sag) = (body.held_bytes(), body.note().map(str::to_owned), body.own_sag());
+    let (held, note, own_error) = (body.held_bytes(), body.note().map(str::to_owned), body.own_error());
     let body = body.with_limits(plan.limits.clone());
     Ok(Ok(Made { note, ..Made::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
         near_field: "half-space",
         reason: None,
         bow: flat_faces::largest_bow(plan, fe, index, frame)?,
-        own_sag,
+        own_error,
         indicators: Some(indicators),
     })))
 }

@@ -93,25 +93,25 @@ fn cuts(
     Ok(counted.flat_map(|(_, cuts)| cuts.into_iter().flatten()).collect())
 }
 
-/// A warning where loads of body `key` curve its surface within flat faces by a `sag` that matters against the overlap of the
+/// A warning where the `error` of what loads of body `key` do to its surface matters against the overlap of the
 /// undeformed bodies, or what keeps them apart, at an `approach` over a normal `gap` that includes what its loads do to it (`[N]`), mm.
 pub(super) fn own_loads(
     plan: &Plan,
     key: &str,
-    sag: Option<f64>,
+    error: Option<f64>,
     (gap, approach): (&[f64], f64),
 ) -> Option<String> {
     let overlap = approach - gap.iter().copied().fold(f64::INFINITY, f64::min);
     let depth = overlap.abs();
-    let sag = sag.filter(|sag| *sag > DOUBTFUL_SHARE * depth)?;
+    let error = error.filter(|error| *error > DOUBTFUL_SHARE * depth)?;
     let unit = &plan.units.length;
     let what = if overlap > 0.0 { "overlap" } else { "opening" };
     Some(doubtful(&format!(
-        "loads and prescribed displacements of {key} curve its surface under the frame by up to {} {unit} within single faces of its \
-         mesh, {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet; this part of the gap is that of the mesh, and \
-         loads and pressures err by as much or more: take elements of second order, or smaller ones there",
-        short(sag),
-        100.0 * sag / depth,
+        "what loads and prescribed displacements of {key} do to its surface under the frame is uncertain by an estimated {} {unit}, \
+         {:.1} % of the {what} of {} {unit} of the bodies that do not touch yet, and loads and pressures by as much or twice as much: take \
+         elements of second order, or smaller ones (`orthowear refine` says where)",
+        short(error),
+        100.0 * error / depth,
         short(depth)
     )))
 }

@@ -20,13 +20,12 @@ use crate::coupling::{self, couple, surface_distance};
 use crate::error::{Error, Result, doubtful};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
-use crate::geometry::{Side, number};
+use crate::geometry::Side;
 use crate::history::record::{Observer, Skipped};
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::condensation::CondensationRecord;
-use crate::results::fields::FieldKind;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
@@ -131,7 +130,6 @@ pub fn prepare_worn<'p>(
         held += made.held_bytes;
         if let Some(record) = made.near_field.take() {
             notes.extend(too_stiff(key, &record));
-            notes.extend(stress_at_depth(plan, &frame, &record));
             near_fields.push(record);
         }
         notes.extend(made.note.take());
@@ -151,7 +149,8 @@ pub fn prepare_worn<'p>(
     if let Some(approach) = flat_faces::prescribed(plan) {
         let gap = &initial_gap[2 * frame.n_cells()..];
         let own = |record: &NearFieldRecord| {
-            flat_faces::own_loads(plan, KEYS[record.body - 1], record.own_sag, (gap, approach))
+            let error = record.own_error.map(|error| error.mean);
+            flat_faces::own_loads(plan, KEYS[record.body - 1], error, (gap, approach))
         };
         notes.extend(near_fields.iter().filter_map(own));
     }
@@ -230,18 +229,6 @@ fn too_stiff(key: &str, record: &NearFieldRecord) -> Option<String> {
     })
 }
 
-/// A note that the stress at the surface of a half-space is that below it, if it is written.
-fn stress_at_depth(plan: &Plan, frame: &ContactFrame, record: &NearFieldRecord) -> Option<String> {
-    let stresses = FieldKind::need_stress(&plan.output.fields);
-    let grid = frame.grid.filter(|_| stresses && record.near_field == "half-space")?;
-    Some(format!(
-        "stresses of {} nearer to its surface than half a cell are those at that depth, {}: at the edge of the contact they change over \
-         less; finer cells bring them nearer to the surface",
-        KEYS[record.body - 1],
-        number(0.5 * grid.spacing[0].min(grid.spacing[1]))
-    ))
-}
-
 /// Nodes of the contact surface of body `index`; none without a mesh.
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, Failure> {
     let Some(fe) = plan.bodies[index].fe() else { return Ok(Vec::new()) };
@@ -313,7 +300,8 @@ impl Study<'_> {
                 result.warnings.extend(doubts.map_err(|failure| failure.error)?);
             }
             let own = |record: &NearFieldRecord| {
-                flat_faces::own_loads(self.plan, KEYS[record.body - 1], record.own_sag, (gap, approach))
+                let error = record.own_error.map(|error| error.shape);
+                flat_faces::own_loads(self.plan, KEYS[record.body - 1], error, (gap, approach))
             };
             result.warnings.extend(self.near_fields.iter().filter_map(own));
         }

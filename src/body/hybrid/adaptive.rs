@@ -1,6 +1,7 @@
 //! The correction with as many nodes on each patch as it needs.
 
-use super::correction::Correction;
+use super::correction::{Correction, OwnResponse};
+use super::field::HalfSpaceField;
 use super::forces::Forces;
 use super::indicators::{Indicators, Judged, WANTED_TAIL};
 use super::site::Site;
@@ -18,10 +19,12 @@ const MOST_NODES: usize = 10;
 /// The half-space of a patch in its own axes.
 pub(super) struct NearField<'a> {
     pub site: &'a Site,
-    stiffness: Stiffness,
-    /// Of a point force.
-    pub field: PointForceField,
-    green: SurfaceGreen,
+    /// In the axes of the patch.
+    pub stiffness: Stiffness,
+    /// Of tractions.
+    pub field: HalfSpaceField,
+    /// Of its surface.
+    pub green: SurfaceGreen,
 }
 
 impl<'a> NearField<'a> {
@@ -31,17 +34,24 @@ impl<'a> NearField<'a> {
     /// As [`PointForceField::cached`].
     pub fn new(site: &'a Site, resources: &Resources) -> Result<(Self, Option<String>)> {
         let stiffness = site.stiffness.rotated(&site.patch.axes.0.transpose());
-        let (field, note) = PointForceField::cached(&stiffness, resources.cache)?;
+        let (points, note) = PointForceField::cached(&stiffness, resources.cache)?;
         let green = SurfaceGreen::new(&stiffness, Side::Lower)?;
+        let field = HalfSpaceField::new(&stiffness, points, &green)?;
         Ok((Self { site, stiffness, field, green }, note))
     }
 
     /// Forces at `m` nodes of the patch, those along y one after the other.
-    fn forces(&self, m: [usize; 2]) -> Forces<'_> {
+    pub fn forces(&self, m: [usize; 2]) -> Forces<'_> {
         let patch = self.site.patch;
         let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let points = x.nodes().iter().flat_map(|&x| y.nodes().iter().map(move |&y| [x, y])).collect();
-        Forces { patch, stiffness: &self.stiffness, field: &self.field, points, surface: &self.site.surface }
+        Forces {
+            patch,
+            stiffness: &self.stiffness,
+            field: &self.field.points,
+            points,
+            surface: &self.site.surface,
+        }
     }
 }
 
@@ -81,7 +91,11 @@ pub(super) fn correction(
                 asymmetry: correction.asymmetry,
                 squared_error: &mesh_error,
             };
-            indicators.push(Indicators::new(judged, (near.site, *m), (&near.green, near.field.error()))?);
+            indicators.push(Indicators::new(
+                judged,
+                (near.site, *m),
+                (&near.green, near.field.points.error()),
+            )?);
             first = columns.end;
         }
         let wanting = |(indicators, m): (&Indicators, &[usize; 2])| {
@@ -97,6 +111,46 @@ pub(super) fn correction(
         }
         m = more;
     }
+}
+
+/// Estimated errors of the displacement of a patch by what acts on the body itself.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct OwnError {
+    /// Of its mean, mm.
+    pub mean: f64,
+    /// Of tilt and curvature of the normal one over the patch, mm: what is left where body 2 is free to follow along the normal.
+    pub shape: f64,
+}
+
+/// The errors on the one patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body and by forces on
+/// the patch, at most the products of their energy norms.
+pub(super) fn own_error(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    (forces, correction): (&Forces, &Correction),
+    own: &OwnResponse,
+) -> Result<OwnError> {
+    let stress = recovery.stress(model, &own.displacement)?;
+    let by_own = recovery.estimate(model, &own.displacement, &stress)?.total();
+    let n = forces.points.len();
+    let error = |component: usize, weight: &dyn Fn(&[f64; 2]) -> f64| -> Result<f64> {
+        let mut all = vec![0.0; 3 * n];
+        let sum: f64 = forces.points.iter().map(|point| weight(point).abs()).sum();
+        for (i, point) in forces.points.iter().enumerate() {
+            all[3 * i + component] = weight(point) / sum;
+        }
+        Ok(by_own * uniform_error(model, recovery, correction, (0, &all))?.sqrt())
+    };
+    let mut found = OwnError { mean: 0.0, shape: 0.0 };
+    for component in 0..3 {
+        found.mean = found.mean.max(error(component, &|_| 1.0)?);
+    }
+    for axis in 0..2 {
+        let square = forces.points.iter().map(|point| point[axis] * point[axis]).sum::<f64>() / n as f64;
+        found.shape = found.shape.max(error(2, &|point| point[axis])?);
+        found.shape = found.shape.max(error(2, &|point| point[axis] * point[axis] - square)?);
+    }
+    Ok(found)
 }
 
 /// Square of the estimated error of the correction's stress, in the energy norm, under forces from the column `first` on.

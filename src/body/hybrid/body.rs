@@ -1,31 +1,32 @@
 //! A finite body whose contact is that of a half-space, corrected by finite elements.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
 
-use super::adaptive::{self, NearField};
+use super::adaptive::{self, NearField, OwnError};
 use super::correction::Correction;
 use super::distribution::Distribution;
 use super::far_field::FarField;
-use super::forces::IN_PLANE;
+use super::field::HalfSpaceField;
 use super::inclusions::strain;
 use super::indicators::Indicators;
 use super::operator::corrected;
+use super::own_loads::OwnDisplacement;
 use super::patch::Patch;
 use super::site::Site;
-use crate::bem::half_space::{CrossBlocks, PointForceField, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
 use crate::error::{Context, Error, Result};
 use crate::fem::{FeModel, FeSpec, Resources, StressRecovery, contact_points};
-use crate::frame::{ContactFrame, Cut, FaceMap, Grid, MeshedSurface, Side, edge_cuts};
+use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
 use crate::material::strength::Limit;
 use crate::mesh::Mesh;
-use crate::mesh::faces::{SurfaceFace, group_faces};
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
 /// A finite-element body with the near field of a half-space.
 pub struct HybridBody {
@@ -40,7 +41,7 @@ pub struct HybridBody {
     patch: Patch,
     /// Of the half-space, global axes.
     stiffness: Stiffness,
-    field: PointForceField,
+    field: HalfSpaceField,
     /// What the user should know of the cache.
     note: Option<String>,
     model: FeModel,
@@ -49,7 +50,9 @@ pub struct HybridBody {
     faces: Vec<SurfaceFace>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
-    own_sag: Option<f64>,
+    own_error: Option<OwnError>,
+    /// Whether nodes of the mesh lie in the surface of the half-space, or in faces that stand for it.
+    on_surface: Vec<bool>,
     taken: bool,
 }
 
@@ -90,17 +93,16 @@ impl HybridBody {
         let (correction, judged) =
             adaptive::correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
         let [indicators] = judged[..] else { return Err(Error::numerical("one patch has one correction")) };
-        let field = near.field;
         let far = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
-        let free_gap = correction.free_displacement.as_ref().map(|free| {
-            let nodal: Vec<f64> = map.nodes().iter().flat_map(|&node| free[node]).collect();
-            let mut gap = vec![0.0; 3 * map.n_cells()];
-            map.apply(&nodal, &mut gap);
-            gap.iter_mut().for_each(|g| *g *= side.gap_sign());
-            gap
-        });
-        let own = correction.free_displacement.as_ref();
-        let own_sag = own.map(|free| sag(&mesh, (&faces, map.nodes()), free));
+        let (mut free_gap, mut own_error) = (None, None);
+        if let Some(own) = &correction.own {
+            let forces = near.forces(indicators.nodes);
+            let displacement = OwnDisplacement::new(&model, &forces, own, &near.field);
+            let cells = (&grid, frame.places.as_deref());
+            free_gap = Some(displacement.gap(&far, cells, (&near.field, side)));
+            own_error = Some(adaptive::own_error(&model, &recovery, (&forces, &correction), own)?);
+        }
+        let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
         Ok(Self {
             side,
             green,
@@ -111,7 +113,7 @@ impl HybridBody {
             places: frame.places.clone(),
             patch: site.patch,
             stiffness: site.stiffness.clone(),
-            field,
+            field: near.field,
             note,
             recovery,
             model,
@@ -119,7 +121,8 @@ impl HybridBody {
             faces,
             heights,
             free_gap,
-            own_sag,
+            own_error,
+            on_surface,
             taken: false,
         })
     }
@@ -134,10 +137,10 @@ impl HybridBody {
         self.note.as_deref()
     }
 
-    /// How far loads and prescribed displacements of its own curve the surface under the frame within the flat faces of the mesh, mm;
-    /// `None` where it has none.
-    pub fn own_sag(&self) -> Option<f64> {
-        self.own_sag
+    /// Estimated errors of the displacement of the surface under the frame by loads and prescribed displacements of its own; `None`
+    /// where it has none.
+    pub fn own_error(&self) -> Option<OwnError> {
+        self.own_error
     }
 
     /// Its correction.
@@ -170,8 +173,11 @@ impl HybridBody {
     /// Displacement of all nodes by its own loads and by what the half-space lacks for tractions on body 2.
     fn corrections(&self, tractions: &[f64]) -> Vec<[f64; 3]> {
         let n_points = self.model.mesh().n_points();
-        let mut displacement =
-            self.correction.free_displacement.clone().unwrap_or_else(|| vec![[0.0; 3]; n_points]);
+        let mut displacement = self
+            .correction
+            .own
+            .as_ref()
+            .map_or_else(|| vec![[0.0; 3]; n_points], |own| own.displacement.clone());
         let forces = self.far.forces(&self.grid, self.places.as_deref(), tractions);
         let own: Vec<f64> = forces.iter().map(|force| force * self.side.gap_sign()).collect();
         self.correction.add_fields(&own, &mut displacement);
@@ -199,10 +205,9 @@ impl HybridBody {
     }
 
     /// Coordinates of a node of the mesh in the half-space; those in its surface lie in it exactly.
-    fn distribution_point(&self, x: &[f64; 3]) -> Point {
-        let local = self.patch.local(&Point::from(*x));
-        let in_plane = local.z.abs() <= IN_PLANE * self.patch.size();
-        Point::new(local.x, local.y, if in_plane { 0.0 } else { local.z })
+    fn distribution_point(&self, node: usize) -> Point {
+        let local = self.patch.local(&Point::from(self.model.mesh().points[node]));
+        Point::new(local.x, local.y, if self.on_surface[node] { 0.0 } else { local.z.min(0.0) })
     }
 
     /// Stress by a gradient of displacement, both in global axes.
@@ -222,23 +227,13 @@ impl HybridBody {
     }
 }
 
-/// Largest change of what the edges of flat `faces` with all nodes among `under` cut off, by a displacement of all nodes, mm.
-fn sag(mesh: &Mesh, (faces, under): (&[SurfaceFace], &[usize]), displacement: &[[f64; 3]]) -> f64 {
-    let mut moved = mesh.clone();
-    for (x, u) in moved.points.iter_mut().zip(displacement) {
-        (0..3).for_each(|c| x[c] += u[c]);
+/// Whether nodes belong to outer faces that are `wanted`, `[n_points]`.
+fn nodes_of(mesh: &Mesh, wanted: impl Fn(&SurfaceFace) -> bool) -> Vec<bool> {
+    let mut found = vec![false; mesh.n_points()];
+    for face in outer_faces(mesh).iter().filter(|face| wanted(face)) {
+        face.nodes.iter().for_each(|&node| found[node] = true);
     }
-    let under: HashSet<usize> = under.iter().copied().collect();
-    let [before, after] = [mesh, &moved].map(|mesh| edge_cuts(mesh, faces));
-    let edges = faces.iter().zip(before.iter().zip(&after));
-    let counted = edges.filter(|(face, _)| face.nodes.iter().all(|node| under.contains(node)));
-    let change = |(before, after): (&Option<Cut>, &Option<Cut>)| match (before, after) {
-        (Some(before), Some(after)) => {
-            (0..2).map(|k| (after.sags[k] - before.sags[k]).abs()).fold(0.0, f64::max)
-        }
-        _ => 0.0,
-    };
-    counted.flat_map(|(_, (before, after))| before.iter().zip(after)).map(change).fold(0.0, f64::max)
+    found
 }
 
 impl ElasticBody for HybridBody {
@@ -279,8 +274,8 @@ impl ElasticBody for HybridBody {
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let mut displacement = self.corrections(tractions);
         let distribution = self.distribution(tractions);
-        displacement.par_iter_mut().zip(&self.model.mesh().points).for_each(|(u, x)| {
-            let local = self.distribution_point(x);
+        displacement.par_iter_mut().enumerate().for_each(|(node, u)| {
+            let local = self.distribution_point(node);
             let near = self.patch.axes.to_global(&distribution.at(&local, &self.field).displacement);
             (0..3).for_each(|c| u[c] += near[c]);
         });
@@ -291,7 +286,7 @@ impl ElasticBody for HybridBody {
     fn recover_stress(
         &self,
         tractions: &[f64],
-        displacement: &[[f64; 3]],
+        _displacement: &[[f64; 3]],
         estimate: Estimate,
     ) -> Result<Option<StressField>> {
         let recovery = &self.recovery;
@@ -308,15 +303,16 @@ impl ElasticBody for HybridBody {
         };
         let distribution = self.distribution(tractions);
         let points = recovery.points();
-        let mesh = self.model.mesh();
+        let axes = self.patch.axes.0;
+        let near = |node: usize| {
+            axes * distribution.at(&self.distribution_point(node), &self.field).gradient * axes.transpose()
+        };
         stress.par_iter_mut().zip(&points.node).for_each(|(stress, &node)| {
-            let local = self.distribution_point(&mesh.points[node]);
-            let gradient = distribution.at(&local, &self.field).gradient;
-            let axes = self.patch.axes.0;
-            let near = self.stress(&(axes * gradient * axes.transpose()));
+            let near = self.stress(&near(node));
             (0..6).for_each(|k| stress[k] += near[k]);
         });
-        let contact = contact_points(&self.model, points, &self.faces, displacement);
+        let mut contact = contact_points(&self.model, points, &self.faces, &correction);
+        contact.par_iter_mut().for_each(|contact| contact.add(&near(points.node[contact.point])));
         Ok(Some(StressField::new((&self.model, points), (stress, error), contact, &self.limits)))
     }
 }

@@ -13,6 +13,7 @@ use super::boundary::{BoundaryFaces, BoundaryTerms};
 use super::forces::{Forces, Sources};
 use super::inclusions;
 use super::locate::Locator;
+use super::own_loads::Supports;
 use super::site::Site;
 use crate::error::Result;
 use crate::fem::{ColumnSolver, FeModel, Solved};
@@ -45,11 +46,20 @@ pub struct Correction {
     pub imbalance: f64,
     /// Asymmetry of the terms of the boundary over the norm of the matrix.
     pub asymmetry: f64,
-    /// Displacement of all nodes by the body's own loads and prescribed displacements, global axes, mm, `[n_points]`; `None` where
-    /// there are none.
-    pub free_displacement: Option<Vec<[f64; 3]>>,
+    /// What the body's own loads and prescribed displacements do; `None` where there are none.
+    pub(super) own: Option<OwnResponse>,
     /// How the body's equations were solved.
     pub solved: Solved,
+}
+
+/// What a body's own loads and prescribed displacements do.
+pub(super) struct OwnResponse {
+    /// Displacement of all nodes, global axes, mm, `[n_points]`.
+    pub displacement: Vec<[f64; 3]>,
+    /// Their work on u_c of each force, N mm per N, axes of the patches, `[3 n]`; that on the field of the half-space is not part of it.
+    pub work: Vec<f64>,
+    /// What is prescribed.
+    pub supports: Supports,
 }
 
 impl Correction {
@@ -124,8 +134,14 @@ impl Correction {
         }
         solver.solve(&mut columns)?;
         let free = columns.split_off(n * model.n_free());
-        let free_displacement = (!free.is_empty()).then(|| model.expand(&free));
         let displacement = Columns::from_values(model.n_free(), n, columns);
+        let own = if free.is_empty() {
+            None
+        } else {
+            let supports = Supports::new(model, &prescribed);
+            let work = work_of_own(model, &supports, (&displacement, &held), (&prescribed, &held_loads))?;
+            Some(OwnResponse { displacement: model.expand(&free), work, supports })
+        };
         let mut matrix = boundary.work;
         let defect = {
             let mut defect = matrix.transposed();
@@ -138,14 +154,7 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
         let fields = spread(model, &prescribed, (&displacement, &held))?;
-        Ok(Self {
-            matrix,
-            fields,
-            imbalance: boundary.imbalance,
-            asymmetry,
-            free_displacement,
-            solved: solver.solved(),
-        })
+        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, own, solved: solver.solved() })
     }
 
     /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
@@ -191,6 +200,35 @@ fn held_displacements(model: &FeModel, forces: Sources, prescribed: &[usize]) ->
         }
     }
     Ok(held)
+}
+
+/// Work of loads and prescribed displacements, less their rigid motion, on the displacements of the free and `held` dofs.
+fn work_of_own(
+    model: &FeModel,
+    supports: &Supports,
+    (free, held): (&Columns, &Columns),
+    (prescribed, held_loads): (&[usize], &Columns),
+) -> Result<Vec<f64>> {
+    let forces = model.support_forces_by(prescribed, &supports.rest)?;
+    let external = model.external_forces();
+    let mut on_free: Vec<f64> = forces.free.iter().map(|force| -force).collect();
+    for dof in 0..3 * external.len() {
+        if let Some(row) = model.free_dof(dof / 3, dof % 3) {
+            on_free[row] += external[dof / 3][dof % 3];
+        }
+    }
+    let on_held: Vec<f64> = prescribed
+        .iter()
+        .zip(&forces.prescribed)
+        .map(|(&dof, force)| external[dof / 3][dof % 3] - force)
+        .collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let work = |column: usize| {
+        dot(&on_free, free.column(column))
+            + dot(&on_held, held.column(column))
+            + dot(&supports.rest, held_loads.column(column))
+    };
+    Ok((0..free.n_columns()).map(work).collect())
 }
 
 /// Loads on all dofs as those on the free and on the prescribed ones.

@@ -2,9 +2,13 @@
 //!
 //! Rectangles of cells are halved down to single cells; the forces of each are gathered at a few Chebyshev nodes, which stand for
 //! it at points further away than its size. A cell that is nearer is divided further.
+//!
+//! On the surface the derivatives along it are differences over a cell of the closed integrals of the cells around, which is the
+//! derivative under tractions that vary linearly from cell to cell; the one along the normal follows from the traction.
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::field::HalfSpaceField;
 use super::sources::Chebyshev;
 use crate::bem::half_space::{PointField, PointForceField};
 use crate::geometry::Point;
@@ -30,8 +34,8 @@ struct Block {
 /// Tractions on the cells of a grid, axes of the patch.
 pub(super) struct Distribution {
     root: Option<Block>,
-    /// Shorter side of a cell, mm.
-    cell: f64,
+    /// Sides of a cell, mm.
+    spacing: [f64; 2],
 }
 
 /// Displacement and its derivatives along x, y, z.
@@ -58,24 +62,76 @@ impl Distribution {
     ) -> Self {
         let layout = Layout { cells, spacing, traction };
         let root = layout.block([[0, cells[0]], [0, cells[1]]]);
-        Self { root, cell: spacing[0].min(spacing[1]) }
+        Self { root, spacing }
     }
 
-    /// The field at a point of the half-space, axes of the patch. Derivatives nearer to the surface than half a cell are those at that
-    /// depth.
-    pub fn at(&self, x: &Point, field: &PointForceField) -> LocalField {
+    /// The field at a point of the half-space, axes of the patch. Derivatives between the surface and half a cell below it change
+    /// linearly from those on the surface to those at that depth.
+    pub fn at(&self, x: &Point, field: &HalfSpaceField) -> LocalField {
         let mut sum = LocalField::default();
         let Some(root) = &self.root else { return sum };
-        root.add(x, field, &mut |point, force| sum.displacement += point.value * force);
-        let inside = Point::new(x.x, x.y, x.z.min(-0.5 * self.cell));
-        root.add(&inside, field, &mut |point, force| {
-            (0..3).for_each(|k| {
-                let mut column = sum.gradient.column_mut(k);
-                column += point.gradient[k] * force;
+        if x.z == 0.0 {
+            root.on_surface(x, field, &mut |part| match part {
+                OnSurface::Far(point, force) => sum.displacement += point.value * force,
+                OnSurface::Cell(cell) => {
+                    let sides = cell.half.map(|half| 2.0 * half);
+                    let from = [x.x - cell.middle[0], x.y - cell.middle[1]];
+                    sum.displacement += field.patches.rectangle(sides, from) * cell.traction();
+                }
             });
-        });
+        } else {
+            root.add(x, &field.points, &mut |point, force| sum.displacement += point.value * force);
+        }
+        let shallow = 0.5 * self.spacing[0].min(self.spacing[1]);
+        let share = (-x.z / shallow).min(1.0);
+        if share > 0.0 {
+            let inside = Point::new(x.x, x.y, x.z.min(-shallow));
+            root.add(&inside, &field.points, &mut |point, force| {
+                (0..3).for_each(|k| {
+                    let mut column = sum.gradient.column_mut(k);
+                    column += point.gradient[k] * force * share;
+                });
+            });
+        }
+        if share < 1.0 {
+            sum.gradient += self.surface_gradient(root, &Point::new(x.x, x.y, 0.0), field) * (1.0 - share);
+        }
         sum
     }
+
+    fn surface_gradient(&self, root: &Block, x: &Point, field: &HalfSpaceField) -> Matrix3<f64> {
+        let mut along = [Vector3::zeros(); 2];
+        let mut traction = Vector3::zeros();
+        root.on_surface(x, field, &mut |part| match part {
+            OnSurface::Far(point, force) => {
+                (0..2).for_each(|axis| along[axis] += point.gradient[axis] * force);
+            }
+            OnSurface::Cell(cell) => {
+                let sides = cell.half.map(|half| 2.0 * half);
+                let from = [x.x - cell.middle[0], x.y - cell.middle[1]];
+                let own = cell.traction();
+                for axis in 0..2 {
+                    let [ahead, behind] = [0.5, -0.5].map(|share| {
+                        let mut at = from;
+                        at[axis] += share * self.spacing[axis];
+                        field.patches.rectangle(sides, at)
+                    });
+                    along[axis] += (ahead - behind) * own / self.spacing[axis];
+                }
+                let shares = [0, 1].map(|axis| (1.0 - (from[axis] / self.spacing[axis]).abs()).max(0.0));
+                traction += own * (shares[0] * shares[1]);
+            }
+        });
+        field.on_surface(along, &traction)
+    }
+}
+
+/// What stands for tractions near a point of the surface.
+enum OnSurface<'a> {
+    /// A point force.
+    Far(&'a PointField, &'a Vector3<f64>),
+    /// A cell.
+    Cell(&'a Block),
 }
 
 impl Layout<'_> {
@@ -151,6 +207,22 @@ impl Block {
         }
     }
 
+    /// The same at a point of the surface, with whole cells where it is near.
+    fn on_surface(&self, x: &Point, field: &HalfSpaceField, with: &mut dyn FnMut(OnSurface)) {
+        if self.is_far(x) {
+            self.each(x, &field.points, &mut |point, force| with(OnSurface::Far(point, force)));
+        } else if self.children.is_empty() {
+            with(OnSurface::Cell(self));
+        } else {
+            self.children.iter().for_each(|child| child.on_surface(x, field, with));
+        }
+    }
+
+    /// Traction of a cell.
+    fn traction(&self) -> Vector3<f64> {
+        self.forces.iter().sum::<Vector3<f64>>() / (4.0 * self.half[0] * self.half[1])
+    }
+
     fn is_far(&self, x: &Point) -> bool {
         let beyond = |axis: usize| ((x[axis] - self.middle[axis]).abs() - self.half[axis]).max(0.0);
         let distance = (beyond(0).powi(2) + beyond(1).powi(2) + x.z * x.z).sqrt();
@@ -196,6 +268,88 @@ mod tests {
     use crate::bem::half_space::{PatchIntegrator, Side, SurfaceGreen};
     use crate::material::Stiffness;
 
+    fn half_space(stiffness: &Stiffness) -> HalfSpaceField {
+        let green = SurfaceGreen::new(stiffness, Side::Lower).unwrap();
+        HalfSpaceField::new(stiffness, PointForceField::new(stiffness).unwrap(), &green).unwrap()
+    }
+
+    fn stress(stiffness: &Stiffness, gradient: &Matrix3<f64>) -> [f64; 6] {
+        (stiffness.voigt() * super::super::inclusions::strain(gradient)).into()
+    }
+
+    /// Truth: Hertz's stress on the surface of an isotropic half-space (Johnson, Contact Mechanics, eqs. 3.42 and 3.43); the error falls
+    /// with the cells, at the edge of the contact like the root of their size.
+    #[test]
+    fn surface_under_hertz_pressure() {
+        let nu = 0.3;
+        let stiffness = Stiffness::isotropic(210e3, nu).unwrap();
+        let field = half_space(&stiffness);
+        let exact = |r: f64| -> [f64; 3] {
+            let ring = (1.0 - 2.0 * nu) / 3.0;
+            if r > 1.0 {
+                return [ring / (r * r), -ring / (r * r), 0.0];
+            }
+            let p = (1.0 - r * r).sqrt();
+            let inner = if r == 0.0 { 1.5 } else { (1.0 - p.powi(3)) / (r * r) };
+            [ring * inner - p, -ring * inner - 2.0 * nu * p, -p]
+        };
+        let exact_at = |r: f64| {
+            let [radial, hoop, normal] = exact(r);
+            if r == 0.0 { [-0.5 - nu, -0.5 - nu, normal] } else { [radial, hoop, normal] }
+        };
+        let errors = |n: usize| -> Vec<f64> {
+            let h = 4.0 / n as f64;
+            let at = |i: usize| (i as f64 + 0.5) * h - 2.0;
+            let pressure = |ix: usize, iy: usize| {
+                let r = at(ix).hypot(at(iy));
+                Vector3::new(0.0, 0.0, -(1.0 - r * r).max(0.0).sqrt())
+            };
+            let distribution = Distribution::new([n; 2], [h; 2], &pressure);
+            let found = |r: f64, angle: f64| {
+                let at = distribution.at(&Point::new(r * angle.cos(), r * angle.sin(), 0.0), &field);
+                let [xx, yy, zz, _, _, xy] = stress(&stiffness, &at.gradient);
+                let (cos, sin) = (angle.cos(), angle.sin());
+                let radial = xx * cos * cos + yy * sin * sin + 2.0 * xy * cos * sin;
+                let wanted = exact_at(r);
+                let off = [radial - wanted[0], xx + yy - radial - wanted[1], zz - wanted[2]];
+                off.map(f64::abs).into_iter().fold(0.0, f64::max)
+            };
+            [0.0, 0.37, 0.8, 1.0, 1.3].iter().map(|&r| found(r, 0.0).max(found(r, 0.5))).collect()
+        };
+        let (coarse, fine) = (errors(24), errors(96));
+        for (r, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
+            let (most, ratio) = if r == 3 { (0.12, 1.8) } else { (4e-3, 2.0) };
+            assert!(*fine < most && coarse / fine > ratio, "{r}: {coarse} {fine}");
+        }
+    }
+
+    /// Truth: the derivatives inside tend to those on the surface as the depth goes to zero; the traction is that of the cells.
+    #[test]
+    fn surface_of_an_anisotropic_body() {
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), 0.5);
+        let ply = Stiffness::transversely_isotropic(20_000.0, 9544.0, 5292.0, 0.272, 0.369).unwrap();
+        let stiffness = ply.rotated(turn.matrix());
+        let field = half_space(&stiffness);
+        let n = 64;
+        let h = 2.0 / n as f64;
+        let bump = |x: f64| (0.5 * std::f64::consts::PI * x).cos().powi(2);
+        let at = |i: usize| (i as f64 + 0.5) * h - 1.0;
+        let traction = |x: f64, y: f64| Vector3::new(0.4, -0.3, -1.0) * (bump(x) * bump(y));
+        let distribution = Distribution::new([n; 2], [h; 2], &|ix, iy| traction(at(ix), at(iy)));
+        for [x, y] in [[0.1, 0.2], [-0.4, 0.6], [1.2, 0.3]] {
+            let gradient = |depth: f64| distribution.at(&Point::new(x, y, -depth), &field).gradient;
+            let on_surface = gradient(0.0);
+            // Half a cell deep and deeper: a parabola through three depths.
+            let below = [1.0, 2.0, 3.0].map(|k| gradient(k * h));
+            let limit = below[0] * 3.0 - below[1] * 3.0 + below[2];
+            let apart = (on_surface - limit).norm() / on_surface.norm();
+            assert!(apart < 1e-2, "{apart}");
+            let t = if x.abs() < 1.0 { traction(x, y) } else { Vector3::zeros() };
+            let [_, _, zz, yz, xz, _] = stress(&stiffness, &on_surface);
+            assert!((Vector3::new(xz, yz, zz) - t).norm() < 2e-3, "{zz} {t}");
+        }
+    }
+
     /// Truth: at the surface under tractions the closed integrals over the cells; at depth plain sums over many points.
     #[test]
     fn sums_of_point_forces() {
@@ -204,6 +358,7 @@ mod tests {
         let traction = |ix: usize, iy: usize| Vector3::new(ix as f64 - 3.0, 10.0, 5.0 * iy as f64);
         let (cells, spacing) = ([8, 6], [0.3, 0.2]);
         let distribution = Distribution::new(cells, spacing, &traction);
+        let whole = half_space(&stiffness);
         let fine = |x: &Point, n: usize| -> (Vector3<f64>, Vector3<f64>) {
             let mut sums = (Vector3::zeros(), Vector3::zeros());
             for (ix, iy) in (0..cells[0] * n).flat_map(|ix| (0..cells[1] * n).map(move |iy| (ix, iy))) {
@@ -220,7 +375,7 @@ mod tests {
         };
         for x in [[0.1, 0.2, -0.6], [1.5, -0.4, -0.2], [4.0, 3.0, -5.0]].map(Point::from) {
             let (displacement, along_z) = fine(&x, 24);
-            let found = distribution.at(&x, &field);
+            let found = distribution.at(&x, &whole);
             assert!((found.displacement - displacement).norm() < 3e-4 * displacement.norm(), "{x}");
             assert!((found.gradient.column(2) - along_z).norm() < 2e-3 * found.gradient.norm(), "{x}");
         }
@@ -232,7 +387,7 @@ mod tests {
             let middle = [(ix as f64 - 3.5) * spacing[0], (iy as f64 - 2.5) * spacing[1]];
             wanted += integrals.rectangle(spacing, [x.x - middle[0], x.y - middle[1]]) * traction(ix, iy);
         }
-        let found = distribution.at(&x, &field).displacement;
-        assert!((found - wanted).norm() < 1e-3 * wanted.norm(), "{found} {wanted}");
+        let found = distribution.at(&x, &whole).displacement;
+        assert!((found - wanted).norm() < 1e-4 * wanted.norm(), "{found} {wanted}");
     }
 }

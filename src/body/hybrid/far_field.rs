@@ -113,6 +113,31 @@ impl FarField {
         forces
     }
 
+    /// Means over the cells of `grid` that are in `places` of a displacement given at the nodes (axes of the patch, component c at 3 i + c
+    /// as in [`Self::forces`]), axes of the frame by planes.
+    pub(super) fn on_cells(
+        &self,
+        grid: &crate::frame::Grid,
+        places: Option<&[usize]>,
+        at_nodes: &[f64],
+    ) -> Vec<f64> {
+        let first = grid.half_width().map(|half| -half);
+        let on_grid = self.on_grid(grid.cells, grid.spacing, first);
+        let mut work = Work::new(&on_grid);
+        let mut all = Vec::new();
+        for c in 0..3 {
+            let sign = if self.turned && c > 0 { -1.0 } else { 1.0 };
+            let values: Vec<f64> = at_nodes.iter().skip(c).step_by(3).map(|value| sign * value).collect();
+            let mut plane = vec![0.0; grid.cells[0] * grid.cells[1]];
+            on_grid.scatter(&values, &mut work.rows, &mut plane);
+            match places {
+                Some(places) => all.extend(places.iter().map(|&place| plane[place])),
+                None => all.append(&mut plane),
+            }
+        }
+        all
+    }
+
     /// Entry between components `a` and `b` of two nodes, mm/N.
     fn entry(&self, (a, i): (usize, usize), (b, j): (usize, usize)) -> f64 {
         let n = self.m()[0] * self.m()[1];

@@ -8,17 +8,20 @@ pub mod correction;
 mod distribution;
 mod faces;
 pub mod far_field;
+mod field;
 mod forces;
 mod inclusions;
 pub mod indicators;
 mod locate;
 pub mod operator;
 mod opposite;
+mod own_loads;
 mod patch;
 mod patches;
 mod site;
 mod sources;
 
+pub use adaptive::OwnError;
 pub use body::HybridBody;
 
 pub use correction::Correction;

@@ -79,7 +79,7 @@ impl MultiPatchBody {
         let nears: Vec<NearField> =
             sites.iter().map(|site| Ok(NearField::new(site, resources)?.0)).collect::<Result<_>>()?;
         let (correction, indicators) = adaptive::correction(&model, &recovery, &nears, &resources.memory)?;
-        if correction.free_displacement.is_some() {
+        if correction.own.is_some() {
             return Err(Error::input(
                 "loads and prescribed displacements of a body in contact on several patches are not taken into account: leave them \
                  away, or condense the mesh",

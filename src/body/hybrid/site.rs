@@ -21,6 +21,9 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// correction has a peak at the rim that a few polynomials do not have.
 pub const LEAST_DISTANCE: f64 = 0.3;
 
+/// The same to another material: nearer than that, ten polynomials along each side are not enough for cores three times softer or stiffer.
+const LEAST_DEPTH: f64 = 0.4;
+
 /// Rise of a curved surface under the frame over the longer of half its sides, at most.
 pub const MOST_RISE: f64 = 0.05;
 
@@ -108,16 +111,22 @@ impl Site {
         let own = regions.element(under[0].owner).unwrap_or(0);
         let stiffness = regions.stiffness(own);
         let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
-        let distance = distance(spec, &patch, &surface)?.min(to_others);
-        let least = LEAST_DISTANCE * half_width[0].min(half_width[1]);
-        if distance < least {
+        let to_edges = distance(spec, &patch, &surface)?;
+        let shorter = half_width[0].min(half_width[1]);
+        let limits = [
+            ("an edge of the body, or a support,", to_edges, LEAST_DISTANCE),
+            ("another material", to_others, LEAST_DEPTH),
+        ];
+        if let Some((what, distance, share)) =
+            limits.iter().find(|(_, found, share)| *found < share * shorter)
+        {
             return Ok(Err(Unsuited(format!(
-                "{} is {} from the frame; at least {LEAST_DISTANCE} of half its side, {}, are needed",
-                if to_others == distance { "another material" } else { "an edge of the body, or a support," },
-                number(distance),
-                number(least)
+                "{what} is {} from the frame; at least {share} of half its side, {}, are needed",
+                number(*distance),
+                number(share * shorter)
             ))));
         }
+        let distance = to_edges.min(to_others);
         if let Some(why) = supports(spec, &patch)? {
             return unsuited(why);
         }

@@ -40,6 +40,12 @@ pub struct ContactPoint {
 }
 
 impl ContactPoint {
+    /// Adds the strain of a further gradient of displacement, global axes.
+    pub(crate) fn add(&mut self, gradient: &Matrix3<f64>) {
+        let local = self.axes.transpose() * gradient * self.axes;
+        self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
+    }
+
     /// The stress under a traction on the body (global axes, MPa) beside its own loads, Voigt 11 22 33 23 13 12, global
     /// axes, MPa.
     pub fn stress(&self, traction: &[f64; 3]) -> [f64; 6] {

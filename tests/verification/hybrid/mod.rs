@@ -8,4 +8,5 @@ mod flat_faces;
 mod friction;
 mod hertz;
 mod operator;
+mod own_loads;
 mod patches;

@@ -1,0 +1,49 @@
+//! The field of a half-space under tractions on its surface.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bem::half_space::{PatchIntegrator, PointForceField, SurfaceGreen};
+use crate::error::{Error, Result};
+use crate::material::Stiffness;
+
+/// What tractions on a half-space do inside it and on its surface, axes of the patch.
+pub(super) struct HalfSpaceField {
+    /// Of a point force.
+    pub points: PointForceField,
+    /// Of uniform tractions on polygons of the surface, there.
+    pub patches: PatchIntegrator,
+    /// C(e3, e_a) for a = x, y.
+    tangential: [Matrix3<f64>; 2],
+    /// T⁻¹ = C(e3, e3)⁻¹.
+    normal: Matrix3<f64>,
+}
+
+impl HalfSpaceField {
+    /// Of a material, the field of a point force and the Green's function of its surface.
+    ///
+    /// # Errors
+    /// If C(e3, e3) is singular, which that of a material is not.
+    pub fn new(stiffness: &Stiffness, points: PointForceField, green: &SurfaceGreen) -> Result<Self> {
+        let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
+        let normal = contract(2).try_inverse();
+        Ok(Self {
+            points,
+            patches: PatchIntegrator::new(green),
+            tangential: [contract(0), contract(1)],
+            normal: normal.ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
+        })
+    }
+
+    /// T⁻¹ of a vector: the slope along the normal of what carries it as traction and does not vary along the surface.
+    pub fn slope(&self, traction: &Vector3<f64>) -> Vector3<f64> {
+        self.normal * traction
+    }
+
+    /// The gradient of displacement on the surface by its derivatives in the surface and the traction there:
+    /// T ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
+    pub fn on_surface(&self, along: [Vector3<f64>; 2], traction: &Vector3<f64>) -> Matrix3<f64> {
+        let [x, y] = along;
+        let rest = traction - self.tangential[0] * x - self.tangential[1] * y;
+        Matrix3::from_columns(&[x, y, self.slope(&rest)])
+    }
+}

@@ -1,0 +1,239 @@
+//! What loads, prescribed displacements and weight of a body do to its surface under the frame.
+
+use nalgebra::{Matrix3, Vector3, Vector6};
+use orthowear::bem::half_space::CrossBlocks::Keep;
+use orthowear::bem::half_space::PointForceField;
+use orthowear::body::ElasticBody;
+use orthowear::element::ElementKind::{self, Hex8, Hex27};
+use orthowear::fem::Bedding;
+use orthowear::fem::{FeModel, FeSpec, Foundation, HexFormulation, Support};
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::geometry::Point;
+use orthowear::material::Stiffness;
+use orthowear::mesh::{Mesh, PhysicalGroup};
+
+use super::blocks::{body, cfrp, frame, hybrid, mesh};
+use crate::common::steel;
+use crate::fem_bodies::{ALL, clamp, spec};
+use crate::fem_meshes::{boundary_nodes, prescribe};
+
+/// Displacement of the surface at the cells of the frame, mm, from the gap that it makes.
+fn surface(spec: FeSpec, frame: &ContactFrame) -> Vec<Point> {
+    let body = hybrid(spec, "z1", Side::Lower, frame);
+    let gap = body.free_gap().unwrap().to_vec();
+    let n = frame.n_cells();
+    (0..n).map(|cell| -Point::new(gap[cell], gap[n + cell], gap[2 * n + cell])).collect()
+}
+
+/// Largest distance from `exact` at the centres of the cells.
+fn off(found: &[Point], frame: &ContactFrame, exact: impl Fn(&Point) -> Point) -> f64 {
+    found.iter().zip(&frame.centers).map(|(u, x)| (u - exact(x)).norm()).fold(0.0, f64::max)
+}
+
+/// Faces of the group "z1" whose middle is `inside` as a group of their own.
+fn part_of_top(mesh: &mut Mesh, name: &str, inside: impl Fn(&Point) -> bool) {
+    let top = mesh.groups.iter().find(|group| group.name == "z1").unwrap();
+    let middle = |nodes: &[usize]| -> Point {
+        nodes.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / nodes.len() as f64
+    };
+    let cells = top.cells.iter().filter(|&&cell| inside(&middle(mesh.cell_nodes(cell)))).copied().collect();
+    let tag = mesh.groups.len() as i64 + 1;
+    mesh.groups.push(PhysicalGroup { name: name.into(), dim: 2, tag, cells });
+}
+
+/// Error under the frame over the largest displacement, of a block in uniform stress: all faces loaded, also that under the frame, and the
+/// base moved with a strain and a turn.
+fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
+    let frame = frame(12);
+    let stress = Vector6::new(120.0, -80.0, -60.0, 25.0, -30.0, 40.0);
+    let [e11, e22, e33, g23, g13, g12] = (stiffness.voigt().try_inverse().unwrap() * stress).into();
+    let (s12, s13, s23) = (0.5 * g12, 0.5 * g13, 0.5 * g23);
+    let turn = Vector3::new(2e-3, -1e-3, 3e-3);
+    let gradient = Matrix3::new(e11, s12, s13, s12, e22, s23, s13, s23, e33) + turn.cross_matrix();
+    let [xx, yy, zz, yz, xz, xy] = stress.into();
+    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let shift = Vector3::new(0.01, -0.02, 0.03);
+    let rows = [0, 1, 2].map(|c| [0, 1, 2].map(|k| gradient[(c, k)]));
+    let base = Support { group: "z0".into(), components: ALL, value: shift.into(), gradient: rows };
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    let faces = [("x0", -x), ("x1", x), ("y0", -y), ("y1", y), ("z1", z)];
+    let tractions = faces.map(|(name, n)| (name.to_owned(), (tensor * n).into())).to_vec();
+    let spec = FeSpec { supports: vec![base], tractions, ..body(kind, (3.0, cells, 1.0), stiffness) };
+    off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
+}
+
+/// Truth: the strain of uniform stress; what is held follows the half-space between the nodes to the order of the elements.
+#[test]
+fn uniform_stress() {
+    for stiffness in [steel(), cfrp()] {
+        let [coarse, fine] = [6, 12].map(|n| stressed(Hex8, n, &stiffness));
+        let quadratic = stressed(Hex27, 6, &stiffness);
+        assert!(
+            (coarse / fine).log2() > 1.8 && fine < 1e-3 && quadratic < 2e-4,
+            "{coarse} {fine} {quadratic}"
+        );
+    }
+}
+
+/// Truth: a rigid motion of the support moves the surface rigidly, to rounding; a foundation that resists it lets the body lag behind,
+/// and a uniform shift of both is the shift again.
+#[test]
+fn rigid_motions() {
+    let frame = frame(8);
+    let turn = Vector3::new(2e-3, -1e-3, 3e-3).cross_matrix();
+    let rows = [0, 1, 2].map(|c| [0, 1, 2].map(|k| turn[(c, k)]));
+    let base = Support { group: "z0".into(), components: ALL, value: [0.1, 0.2, -0.3], gradient: rows };
+    let spec = FeSpec { supports: vec![base], ..body(Hex8, (3.0, 4, 1.0), &cfrp()) };
+    let found = surface(spec.clone(), &frame);
+    let error = off(&found, &frame, |x| Vector3::new(0.1, 0.2, -0.3) + turn * x);
+    assert!(error < 1e-12, "{error:.2e}");
+    let shifted = |stiffness: f64| {
+        let base =
+            Support { group: "z0".into(), components: ALL, value: [0.0, 0.0, 0.01], gradient: [[0.0; 3]; 3] };
+        let foundation = Foundation { group: "x0".into(), bedding: Bedding::Components([stiffness; 3]) };
+        surface(FeSpec { supports: vec![base], foundations: vec![foundation], ..spec.clone() }, &frame)
+    };
+    let soft = off(&shifted(1e-6), &frame, |_| Vector3::new(0.0, 0.0, 0.01));
+    assert!(soft < 2e-4 * 0.01, "{soft:.2e}");
+    let held = shifted(1e5).iter().map(|u| u.z).fold(f64::INFINITY, f64::min);
+    assert!(held < 0.009, "{held}");
+}
+
+/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain.
+#[test]
+fn weight() {
+    let frame = frame(8);
+    let wall = |group: &str, c: usize| Support { components: [0, 1, 2].map(|k| k == c), ..clamp(group) };
+    let supports = vec![wall("x0", 0), wall("x1", 0), wall("y0", 1), wall("y1", 1), wall("z0", 2)];
+    let spec = FeSpec { supports, body_force: [0.0, 0.0, -0.05], ..body(Hex27, (3.0, 4, 1.0), &steel()) };
+    let exact = -0.05 * 9.0 / (2.0 * steel().voigt()[(2, 2)]);
+    let found = surface(spec, &frame);
+    let error = off(&found, &frame, |_| Vector3::new(0.0, 0.0, exact));
+    assert!(error < 2e-4 * exact.abs(), "{error:.2e} of {exact:.2e}");
+}
+
+/// Relative error under the frame where everything but the top, and part of that beside the frame, moves as by a force on its plane beside the body.
+fn by_supports(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> f64 {
+    let frame = frame(8);
+    let mut mesh = mesh(kind, 3.0, cells, 1.0);
+    let nodes: Vec<usize> = boundary_nodes(&mesh)
+        .into_iter()
+        .filter(|&node| {
+            let [x, y, z] = mesh.points[node];
+            z < -1e-9 || x.abs() > 3.0 - 1e-9 || y.abs() > 3.0 - 1e-9 || x < -1.9
+        })
+        .collect();
+    let force = Vector3::new(1e3, -2e3, 3e3);
+    let exact = |x: &Point| field.at(&Vector3::new(x.x - 5.0, x.y - 1.0, x.z.min(0.0))).value * force;
+    let supports = prescribe(&mut mesh, &nodes, ALL, |x| exact(&Point::from(x)).into());
+    let found = surface(spec(mesh, stiffness.clone(), HexFormulation::Standard, supports), &frame);
+    off(&found, &frame, exact) / frame.centers.iter().map(|x| exact(x).norm()).fold(0.0, f64::max)
+}
+
+/// Truth: the field of a force beside the body, which also part of the plane of the contact is moved by; orders of the energy, twice those of the displacement's gradient.
+#[test]
+fn moved_boundaries() {
+    for stiffness in [steel(), cfrp()] {
+        let field = PointForceField::new(&stiffness).unwrap();
+        let [coarse, fine] = [6, 12].map(|n| by_supports(Hex8, n, &stiffness, &field));
+        let quadratic = by_supports(Hex27, 4, &stiffness, &field);
+        assert!(
+            (coarse / fine).log2() > 1.8 && fine < 1e-2 && quadratic < 2e-3,
+            "{coarse} {fine} {quadratic}"
+        );
+    }
+}
+
+/// Truth: the operator of a larger frame under the same tractions.
+#[test]
+fn pads_beside_the_frame() {
+    let large = ContactFrame::grid([1.5, 1.0], [24, 16], [0.25, 0.0], 0.0).unwrap();
+    let small = ContactFrame::grid([0.5, 0.5], [8, 8], [-0.5, 0.0], 0.0).unwrap();
+    let pad = |x: &Point| x.x > -0.5 && x.x < 1.0 && x.y > -1.0 && x.y < 0.5;
+    let traction = Vector3::new(30.0, -20.0, -100.0);
+    for stiffness in [steel(), cfrp()] {
+        let mut mesh = mesh(Hex8, 3.0, 12, 1.0);
+        part_of_top(&mut mesh, "pad", pad);
+        let plain = spec(mesh, stiffness.clone(), HexFormulation::Enhanced, vec![clamp("z0")]);
+        let loaded = FeSpec { tractions: vec![("pad".into(), traction.into())], ..plain.clone() };
+        let found = surface(loaded, &small);
+        let mut whole = hybrid(plain, "z1", Side::Lower, &large);
+        let operator = whole.take_flexibility(Keep).unwrap().unwrap();
+        let n = large.n_cells();
+        let mut tractions = vec![0.0; 3 * n];
+        for (cell, _) in large.centers.iter().enumerate().filter(|(_, x)| pad(x)) {
+            // On body 2.
+            (0..3).for_each(|c| tractions[c * n + cell] = -traction[c]);
+        }
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(&tractions, &mut gap);
+        let error = off(&found, &small, |x| {
+            let cell = large.centers.iter().position(|other| (other - x).norm() < 1e-9).unwrap();
+            -Point::new(gap[cell], gap[n + cell], gap[2 * n + cell])
+        });
+        let size = found.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        assert!(error < 3e-3 * size, "{error:.2e} of {size:.2e}");
+    }
+}
+
+/// Truth: the same body with ten elements of second order along each edge, whose nodes are read off; the estimated error is of the
+/// size of what a coarse mesh errs by.
+#[test]
+fn pressed_from_the_side() {
+    let frame = frame(6);
+    let pressed =
+        |kind, n| FeSpec { pressures: vec![("x1".into(), 100.0)], ..body(kind, (3.0, n, 3.0), &cfrp()) };
+    let model = FeModel::new(pressed(Hex27, 10)).unwrap();
+    let reference = model.condense(&[]).unwrap();
+    let mesh = reference.model().mesh().clone();
+    // Nodes of the fine mesh under the frame, which has a cell about each of those compared.
+    let under: Vec<usize> = (0..mesh.n_points())
+        .filter(|&node| {
+            let [x, y, z] = mesh.points[node];
+            z.abs() < 1e-12 && x.abs().max(y.abs()) < 1.1
+        })
+        .collect();
+    assert!(under.len() > 4);
+    let mut errors = Vec::new();
+    for (kind, n) in [(Hex8, 4), (Hex8, 8), (Hex27, 4)] {
+        let body = hybrid(pressed(kind, n), "z1", Side::Lower, &frame);
+        let coarse = FeModel::new(pressed(kind, n)).unwrap().condense(&[]).unwrap();
+        let points = &coarse.model().mesh().points;
+        let estimated = body.own_error().unwrap().mean;
+        let (mut most, mut at_nodes): (f64, f64) = (0.0, 0.0);
+        for &node in &under {
+            let x = Point::from(mesh.points[node]);
+            let exact = Point::from(reference.free_displacement()[node]);
+            let found = interpolated(body.free_gap().unwrap(), &frame, &x);
+            most = most.max((found - exact).norm());
+            if let Some(own) = points.iter().position(|own| (Point::from(*own) - x).norm() < 1e-9) {
+                at_nodes = at_nodes.max((Point::from(coarse.free_displacement()[own]) - exact).norm());
+            }
+        }
+        assert!(estimated > most && estimated < 8.0 * most, "{estimated} {most}");
+        errors.push((most, at_nodes));
+    }
+    // Those of first order: better than at the nodes, and converging.
+    assert!(errors[..2].iter().all(|(most, at_nodes)| *most < 0.75 * at_nodes), "{errors:?}");
+    assert!(errors[0].0 / errors[1].0 > 3.0, "{errors:?}");
+}
+
+/// Displacement between the centres of the cells, by parabolas.
+fn interpolated(gap: &[f64], frame: &ContactFrame, x: &Point) -> Point {
+    let grid = frame.grid.unwrap();
+    let n = frame.n_cells();
+    let [(i, wx), (j, wy)] = [0, 1].map(|axis| {
+        let t = (x[axis] + grid.half_width()[axis]) / grid.spacing[axis] - 0.5;
+        let first = (t.round() as usize).clamp(1, grid.cells[axis] - 2);
+        let s = t - first as f64;
+        (first, [0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)])
+    });
+    let mut sum = Point::zeros();
+    for (a, wx) in wx.iter().enumerate() {
+        for (b, wy) in wy.iter().enumerate() {
+            let cell = (i + a - 1) * grid.cells[1] + j + b - 1;
+            sum -= Point::new(gap[cell], gap[n + cell], gap[2 * n + cell]) * (wx * wy);
+        }
+    }
+    sum
+}
