@@ -372,3 +372,42 @@ impl Study<'_> {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::hybrid::Indicators;
+
+    /// Truth: docs/theory-hybrid.md: a warning from 0.02 on, over the root of `share` where that exceeds 1, and none of a body whose mesh is
+    /// condensed for another reason.
+    #[test]
+    fn meshes_that_are_too_stiff() {
+        let told = |mesh_error: f64, share: f64, reason: Option<&str>| {
+            let indicators = Indicators {
+                nodes: [5; 2],
+                rise: 0.0,
+                field_error: 0.0,
+                imbalance: 0.0,
+                asymmetry: 0.0,
+                direct_difference: 0.0,
+                mesh_error,
+                tail: 0.0,
+                share,
+                least_eigenvalue: 1.0,
+            };
+            let record = NearFieldRecord {
+                body: 1,
+                near_field: "half-space",
+                reason: reason.map(str::to_owned),
+                bow: None,
+                own_error: None,
+                indicators: Some(indicators),
+            };
+            too_stiff("body1", &record)
+        };
+        assert!(told(0.019, 0.5, None).is_none());
+        assert!(told(0.021, 0.5, None).is_some_and(|text| text.contains("body1") && text.contains("2.1 %")));
+        assert!(told(0.009, 4.0, None).is_none() && told(0.011, 4.0, None).is_some());
+        assert!(told(0.05, 4.0, Some("asked for")).is_none());
+    }
+}

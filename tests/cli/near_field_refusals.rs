@@ -82,21 +82,6 @@ fn another_material_too_near() {
     );
 }
 
-/// Truth: docs/theory-hybrid.md: where the mesh carries most of the compliance its error is warned about from 0.02 over the root of `share`
-/// on.
-#[test]
-fn a_core_that_carries_most() {
-    let place = block();
-    core(place.path(), 6);
-    let soft = "body1.regions={core={material=\"brass\"}}";
-    let summary = run(place.path(), &["frame.cells=[4, 4]", soft, "materials.brass.E=30e3"]);
-    let indicators = &summary["near_fields"][0]["indicators"];
-    let value = |name: &str| indicators[name].as_f64().unwrap();
-    let (error, share) = (value("mesh_error"), value("share"));
-    assert!(share > 1.0 && error < 0.02 && error > 0.02 / share.sqrt(), "{indicators}");
-    assert!(summary["warnings"].to_string().contains("estimated to be too stiff"), "{}", summary["warnings"]);
-}
-
 /// Truth: docs/theory-hybrid.md: a half-space has nothing above its plane.
 #[test]
 fn a_body_that_rises_above_its_contact() {
