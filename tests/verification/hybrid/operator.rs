@@ -140,7 +140,7 @@ fn two_bodies() {
 }
 
 /// Plies of these stiffnesses, each down to its depth.
-pub fn plies(plies: &[(f64, &Stiffness)]) -> Placement {
+fn plies(plies: &[(f64, &Stiffness)]) -> Placement {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
         let z = [-depth, upper];
