@@ -238,7 +238,11 @@ pub(super) fn refuse_uncovered(
     };
     let (what, mend) = if coverage < 1.0 {
         (
-            format!("is covered by the contact faces of {} to {:.4} %", side.name(), 100.0 * coverage),
+            format!(
+                "is covered by the contact faces of {} to {:.4} %",
+                side.name(),
+                100.0 * coverage.max(0.0)
+            ),
             "make the frame smaller, move its center, or enlarge the contact group (its faces must look towards \
              the other body)",
         )

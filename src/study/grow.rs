@@ -23,6 +23,9 @@ pub const MOST: usize = 2;
 /// are rounded.
 const SAME: f64 = 1e-9;
 
+/// The same of what own loads of a body with a half-space do to it, over the largest of that: polynomials and quadrature are those of the frame.
+const OWN: f64 = 1e-4;
+
 /// What the study on the larger frame goes on from.
 pub struct Outgrown {
     /// The frame that contact has outgrown.
@@ -114,7 +117,7 @@ impl Outgrown {
         }
         let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
         let places = before.places_in(&now);
-        same_gap(&self.gap, &model.initial_gap, &places)?;
+        same_gap(&self.gap, &model.initial_gap, &places, OWN * study.largest_own_gap())?;
         let mut snapshot = self.snapshot.onto(&places, model, &plan.steps, None)?;
         snapshot.tell(note(plan, &snapshot, &before, &now));
         Ok((snapshot, places))
@@ -132,13 +135,15 @@ fn no_place(why: &str) -> String {
     format!("which has no place for that of a half-space there: {why}")
 }
 
-fn same_gap(before: &[f64], now: &[f64], places: &[usize]) -> Result<()> {
+/// Whether gaps are the same to rounding and an `uncertainty`, mm.
+fn same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> Result<()> {
     let [n_before, n] = [before.len() / 3, now.len() / 3];
     let largest = before.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));
+    let most = SAME * largest + uncertainty;
     for plane in 0..3 {
         for (cell, &place) in places.iter().enumerate() {
             let difference = now[plane * n + place] - before[plane * n_before + cell];
-            if difference.abs() > SAME * largest {
+            if difference.abs() > most {
                 return Err(Error::input(
                     "on a larger frame the surfaces first touch elsewhere, and `approach` would count from there",
                 ));
@@ -146,7 +151,7 @@ fn same_gap(before: &[f64], now: &[f64], places: &[usize]) -> Result<()> {
         }
     }
     let nearest = |gap: &[f64]| gap.iter().copied().fold(f64::INFINITY, f64::min);
-    if nearest(&now[2 * n..]) < nearest(&before[2 * n_before..]) - SAME * largest {
+    if nearest(&now[2 * n..]) < nearest(&before[2 * n_before..]) - most {
         return Err(Error::input("beyond the frame the surfaces are nearer to each other than within it"));
     }
     Ok(())

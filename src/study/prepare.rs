@@ -313,6 +313,13 @@ impl Study<'_> {
         self.near_fields.iter().any(|record| record.body == body && record.near_field == "half-space")
     }
 
+    /// The most that loads of bodies with half-spaces change the gap by, mm.
+    pub(super) fn largest_own_gap(&self) -> f64 {
+        let half_spaces = self.bodies.iter().enumerate().filter(|(i, _)| self.is_half_space(i + 1));
+        let gaps = half_spaces.filter_map(|(_, body)| body.free_gap()).flatten();
+        gaps.fold(0.0, |largest, gap| largest.max(gap.abs()))
+    }
+
     /// What is left of it for a study on a larger frame, which goes on from `snapshot`; the bodies and operators are dropped.
     pub fn outgrown(self, snapshot: Snapshot) -> Outgrown {
         let half_spaces = [1, 2].map(|body| self.is_half_space(body));

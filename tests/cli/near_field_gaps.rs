@@ -141,6 +141,40 @@ fn a_frame_that_outgrows_its_half_space() {
     assert!(!warnings.contains("tractions are not determined"), "{warnings}");
 }
 
+/// Truth: a frame that has grown under own loads goes on as one of its final size from the start.
+#[test]
+fn frames_grow_under_own_loads() {
+    let place = place([4.0, 4.0], 4.0, [8, 8, 8]);
+    let wears = |half_width: f64, cells: usize| {
+        let (half, cells) = (
+            format!("frame.half_width=[{half_width}, {half_width}]"),
+            format!("frame.cells=[{cells}, {cells}]"),
+        );
+        let sets = [
+            "body2={kind=\"rigid\"}",
+            &half,
+            &cells,
+            "gap.radius=100.0",
+            "wear={law=\"archard\", i=1e-8}",
+            "body1.body_force=[0.0, 0.0, -0.1]",
+            "body1.pressure=[{ group = \"x\", value = 50.0 }]",
+            "steps.0={name=\"press\", normal_force=4000.0, wear=false}",
+            "steps.1={name=\"slide\", sliding={distance=3000.0, jumps=10}}",
+            "solver.tolerance=1e-8",
+        ];
+        run(place.path(), &sets)
+    };
+    let (grown, large) = (wears(1.35, 24), wears(2.7, 48));
+    assert_eq!(grown["frame"]["cells"], serde_json::json!([48, 48]));
+    let last = |summary: &Value, key: &str| {
+        summary["steps"].as_array().unwrap().last().unwrap()[key].as_f64().unwrap()
+    };
+    for key in ["approach", "worn_volume", "contact_area"] {
+        let (grown, large) = (last(&grown, key), last(&large, key));
+        assert!((grown / large - 1.0).abs() < 1e-3, "{key}: {grown} {large}");
+    }
+}
+
 /// Truths: what own loads do is linear in them, and so is its error; it is warned about where it matters against the overlap, and nothing is
 /// said of it without loads.
 #[test]

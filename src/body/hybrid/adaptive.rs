@@ -1,6 +1,6 @@
 //! The correction with as many nodes on each patch as it needs.
 
-use super::correction::{Correction, OwnResponse};
+use super::correction::Correction;
 use super::field::HalfSpaceField;
 use super::forces::Forces;
 use super::indicators::{Indicators, Judged, WANTED_TAIL};
@@ -122,24 +122,27 @@ pub struct OwnError {
     pub shape: f64,
 }
 
-/// The errors on the one patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body and by forces on
-/// the patch, at most the products of their energy norms.
+/// The errors on the one patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body (its
+/// `displacement` and recovered `stress`) and by forces on the patch, at most the products of their energy norms; and the share of the
+/// error of that stress in the `remainder`, which is by the stress at the supports.
 pub(super) fn own_error(
-    model: &FeModel,
-    recovery: &StressRecovery,
+    (model, recovery): (&FeModel, &StressRecovery),
     (forces, correction): (&Forces, &Correction),
-    own: &OwnResponse,
+    (displacement, stress): (&[[f64; 3]], &[[f64; 6]]),
+    remainder: &[f64],
 ) -> Result<OwnError> {
-    let stress = recovery.stress(model, &own.displacement)?;
-    let by_own = recovery.estimate(model, &own.displacement, &stress)?.total();
+    let by_own = recovery.estimate(model, displacement, stress)?;
     let n = forces.points.len();
     let error = |component: usize, weight: &dyn Fn(&[f64; 2]) -> f64| -> Result<f64> {
         let mut all = vec![0.0; 3 * n];
         let sum: f64 = forces.points.iter().map(|point| weight(point).abs()).sum();
+        let mut rest = 0.0;
         for (i, point) in forces.points.iter().enumerate() {
             all[3 * i + component] = weight(point) / sum;
+            rest += remainder[3 * i + component] * weight(point) / sum;
         }
-        Ok(by_own * uniform_error(model, recovery, correction, (0, &all))?.sqrt())
+        let by_forces = uniform_error(model, recovery, correction, (0, &all))?.sqrt();
+        Ok(by_own.total() * by_forces + by_own.relative() * rest.abs())
     };
     let mut found = OwnError { mean: 0.0, shape: 0.0 };
     for component in 0..3 {

@@ -97,10 +97,17 @@ impl HybridBody {
         let (mut free_gap, mut own_error) = (None, None);
         if let Some(own) = &correction.own {
             let forces = near.forces(indicators.nodes);
-            let displacement = OwnDisplacement::new(&model, &forces, own, &near.field);
+            let stress = recovery.stress(&model, &own.displacement)?;
+            let recovered = (&**recovery.points(), &stress[..]);
+            let displacement = OwnDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
             let cells = (&grid, frame.places.as_deref());
-            free_gap = Some(displacement.gap(&far, cells, (&near.field, side)));
-            own_error = Some(adaptive::own_error(&model, &recovery, (&forces, &correction), own)?);
+            free_gap = Some(displacement.gap(&far, cells, (&near.field, side))?);
+            own_error = Some(adaptive::own_error(
+                (&model, &recovery),
+                (&forces, &correction),
+                (&own.displacement, &stress),
+                displacement.remainder(),
+            )?);
         }
         let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
         Ok(Self {

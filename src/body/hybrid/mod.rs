@@ -15,6 +15,7 @@ pub mod indicators;
 mod locate;
 pub mod operator;
 mod opposite;
+mod outline;
 mod own_loads;
 mod patch;
 mod patches;

@@ -4,13 +4,12 @@
 //! The displacement by a force on its own surface is h(θ)/r. On a triangle from the force to an edge of that surface the area
 //! element takes the 1/r away, so that sums over the edges, with the sign of their turn about the force, are regular.
 
-use std::collections::HashMap;
-
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::boundary::BoundaryFace;
 use super::forces::{Forces, Sources};
+use super::outline::{edges, outline};
 use crate::bem::half_space::TractionMap;
 use crate::geometry::Point;
 use crate::linalg::columns::Columns;
@@ -35,7 +34,7 @@ pub(super) fn add(mesh: &Mesh, sources: Sources, faces: &[BoundaryFace], work: &
     for (p, &(first_y, by)) in patches.iter().enumerate() {
         for (q, &(first_x, bx)) in patches.iter().enumerate().filter(|(q, _)| *q != p) {
             let on_surface = faces.iter().filter(|face| face.own[p] && !face.own[q] && face.is_free());
-            let edges = rim(mesh, on_surface, by);
+            let edges = edges(&outline(mesh, on_surface.map(|face| &face.face), &by.patch));
             let pair = Pair { by, bx, edges: &edges, line: &line };
             let rows: Vec<Vec<Matrix3<f64>>> =
                 (0..by.points.len()).into_par_iter().map(|y| pair.row(y)).collect();
@@ -51,50 +50,6 @@ pub(super) fn add(mesh: &Mesh, sources: Sources, faces: &[BoundaryFace], work: &
             }
         }
     }
-}
-
-/// Edges that bound some faces, in their sense about the outward normal, in the plane of a patch (coordinates of its axes); curved edges by
-/// two parts.
-fn rim<'a>(
-    mesh: &Mesh,
-    faces: impl Iterator<Item = &'a BoundaryFace>,
-    forces: &Forces,
-) -> Vec<[[f64; 2]; 2]> {
-    let mut edges: HashMap<[usize; 2], [[f64; 2]; 3]> = HashMap::new();
-    for BoundaryFace { face, .. } in faces {
-        let n = face.kind.n_corners();
-        let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
-        let corners: &[[f64; 2]] = if n == 3 {
-            &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-        } else {
-            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        };
-        let at = |xi: [f64; 2]| -> [f64; 2] {
-            let x = face.kind.face_values(xi).iter().zip(&nodes).map(|(value, node)| node * *value).sum();
-            let local = forces.patch.local(&x);
-            [local.x, local.y]
-        };
-        for k in 0..n {
-            let (a, b) = (corners[k], corners[(k + 1) % n]);
-            let [from, to] = [face.nodes[k], face.nodes[(k + 1) % n]];
-            // The same edge from the other side takes it away.
-            if edges.remove(&[to, from]).is_none() {
-                let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
-                edges.insert([from, to], [at(a), at(middle), at(b)]);
-            }
-        }
-    }
-    let mut found: Vec<([usize; 2], [[f64; 2]; 3])> = edges.into_iter().collect();
-    found.sort_unstable_by_key(|(nodes, _)| *nodes);
-    let straight = |[a, middle, b]: &[[f64; 2]; 3]| {
-        let off = [0, 1].map(|c| middle[c] - 0.5 * (a[c] + b[c]));
-        off[0].hypot(off[1]) <= 1e-9 * (b[0] - a[0]).hypot(b[1] - a[1])
-    };
-    let parts = found.into_iter().map(|(_, edge)| {
-        let [a, middle, b] = edge;
-        if straight(&edge) { vec![[a, b]] } else { vec![[a, middle], [middle, b]] }
-    });
-    parts.flatten().collect()
 }
 
 /// Forces on two patches.

@@ -9,23 +9,29 @@
 //! faces, also that of the weight: with u_p = -z²/2 T⁻¹ b, which carries b in the half-space and leaves its surface free,
 //! ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over what does not lie in the plane of the patch.
 //!
+//! Where the body is held u_c is -G at the nodes only: what is left of g between them works with the tractions of the supports,
+//! ∫ (σ n)·g dS, σ being the recovered stress of the body's own loads.
+//!
 //! Loads in that plane near the patch, or on it, are pads on the half-space, whose displacement is integrated exactly for each cell.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::correction::OwnResponse;
-use super::faces::FaceRules;
+use super::faces::{FacePoint, FaceRules};
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::forces::{FaceRef, Forces};
+use super::outline::outline;
 use super::patch::Patch;
-use crate::bem::half_space::{PointField, TractionMap};
-use crate::fem::FeModel;
+use crate::bem::half_space::{PointField, SurfaceGreen, TractionMap, polygon};
+use crate::error::Result;
+use crate::fem::{FeModel, RecoveryPoints};
 use crate::frame::Grid;
 use crate::geometry::{Point, Side};
+use crate::interrupt;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
@@ -34,6 +40,12 @@ const RATIO: f64 = 0.35;
 
 /// Loaded faces in the plane of the patch are pads nearer to it than the longer of half its sides.
 const NEAR: f64 = 1.0;
+
+/// Faces computed side by side before they are added up.
+const BATCH: usize = 64;
+
+/// Cells whose displacement by pads is computed between two looks for a stop.
+const CELL_BATCH: usize = 4096;
 
 /// Singular values of the fit of a rigid motion below this share of the largest are none.
 const ROUNDING: f64 = 1e-9;
@@ -47,10 +59,10 @@ pub(super) struct Supports {
     pub rest: Vec<f64>,
 }
 
-/// A loaded part of the plane of a patch.
+/// Loaded faces in the plane of a patch.
 struct Pad {
-    /// Counter-clockwise, in the patch, mm.
-    corners: Vec<[f64; 2]>,
+    /// Closed lines about them, in the patch, mm.
+    outline: Vec<Vec<[f64; 2]>>,
     /// Axes of the patch, MPa.
     traction: Point,
 }
@@ -59,6 +71,8 @@ struct Pad {
 pub(super) struct OwnDisplacement {
     /// At the nodes of the polynomials, axes of the patch, mm; component j at node i at 3 i + j.
     at_nodes: Vec<f64>,
+    /// Of that the work of the supports between the nodes.
+    remainder: Vec<f64>,
     pads: Vec<Pad>,
 }
 
@@ -126,71 +140,90 @@ struct OnFaces<'a> {
     supports: HashMap<usize, f64>,
     /// Of the weight, axes of the patch: T⁻¹ b.
     weight: Point,
+    /// By the body's own loads, recovered, global axes, MPa.
+    stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
 }
 
 impl OwnDisplacement {
-    /// Of the response `own` of a body with one patch, for `forces` on it; `field` that of their half-space.
-    pub fn new(model: &FeModel, forces: &Forces, own: &OwnResponse, field: &HalfSpaceField) -> Self {
-        let on_faces = OnFaces::new(model, (forces, field), &own.supports);
+    /// Of the response `own` of a body with one patch and its recovered `stress`, for `forces` on the patch; `field` that of their
+    /// half-space.
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub fn new(
+        model: &FeModel,
+        (forces, field): (&Forces, &HalfSpaceField),
+        own: &OwnResponse,
+        stress: (&RecoveryPoints, &[[f64; 6]]),
+    ) -> Result<Self> {
+        let on_faces = OnFaces::new(model, (forces, field), &own.supports, stress);
         let own_faces = forces.own_faces(model.mesh());
-        let mut pads = Vec::new();
-        let mut others = Vec::new();
+        let (mut loaded, mut others) = (Vec::new(), Vec::new());
         for face in outer_faces(model.mesh()) {
             let in_plane = own_faces(&face);
-            match on_faces.loads.get(&(face.owner, face.local_face)) {
-                Some(load) if in_plane => {
-                    let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
-                    let pad = Pad::new(model.mesh(), &face, &forces.patch, traction);
-                    pads.push(pad);
-                }
-                _ if in_plane => {}
-                _ => others.push(face),
+            if let Some(load) = on_faces.loads.get(&(face.owner, face.local_face)).filter(|_| in_plane) {
+                let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
+                // Not minus zero, which would be another traction.
+                loaded.push((face.clone(), traction + Point::zeros()));
+            }
+            others.push((face, in_plane));
+        }
+        let pads = Pad::all(model.mesh(), &loaded, &forces.patch);
+        let (near, far): (Vec<Pad>, Vec<Pad>) = pads.into_iter().partition(|pad| pad.is_near(&forces.patch));
+        let mut at_nodes = own.work.clone();
+        let mut remainder = vec![0.0; at_nodes.len()];
+        for batch in others.chunks(BATCH) {
+            interrupt::check()?;
+            let shares: Vec<[Vec<Point>; 2]> = batch.par_iter().map(|face| on_faces.work(face)).collect();
+            for [work, rest] in shares {
+                at_nodes.chunks_exact_mut(3).zip(&work).for_each(|(sum, part)| add(sum, part));
+                remainder.chunks_exact_mut(3).zip(&rest).for_each(|(sum, part)| add(sum, part));
             }
         }
-        let (near, far): (Vec<Pad>, Vec<Pad>) =
-            pads.into_iter().partition(|pad| pad.distance(&forces.patch) < NEAR * forces.patch.size());
-        let mut at_nodes = own.work.clone();
-        let shares: Vec<Vec<Point>> = others.par_iter().map(|face| on_faces.work(face)).collect();
-        for share in shares {
-            at_nodes.chunks_exact_mut(3).zip(&share).for_each(|(sum, part)| add(sum, part));
+        let by_far: Vec<Point> =
+            forces.points.par_iter().map(|&point| displacement(&far, field, point)).collect();
+        for (i, sum) in at_nodes.chunks_exact_mut(3).enumerate() {
+            let rigid = forces.patch.axes.to_local(&own.supports.rigid(&forces.place(i)));
+            add(sum, &(by_far[i] + rigid + Point::from_row_slice(&remainder[3 * i..3 * i + 3])));
         }
-        let by_far = forces.points.par_iter().map(|&point| displacement(&far, field, point));
-        let by_far: Vec<Point> = by_far.collect();
-        for (i, (sum, part)) in at_nodes.chunks_exact_mut(3).zip(&by_far).enumerate() {
-            let rigid = own.supports.rigid(&forces.place(i));
-            add(sum, &(part + forces.patch.axes.to_local(&rigid)));
-        }
-        Self { at_nodes, pads: near }
+        Ok(Self { at_nodes, remainder, pads: near })
+    }
+
+    /// The part of it that the stress at the supports has, at the nodes of the polynomials, mm.
+    pub fn remainder(&self) -> &[f64] {
+        &self.remainder
     }
 
     /// What it adds to the gap of the cells of a frame, axes of the frame by planes, mm.
+    ///
+    /// # Errors
+    /// If a stop is wished.
     pub fn gap(
         &self,
         far: &FarField,
         (grid, places): (&Grid, Option<&[usize]>),
         (field, side): (&HalfSpaceField, Side),
-    ) -> Vec<f64> {
+    ) -> Result<Vec<f64>> {
         let mut gap = far.on_cells(grid, places, &self.at_nodes);
         let n = gap.len() / 3;
-        if !self.pads.is_empty() {
-            let turn = if side == Side::Upper { -1.0 } else { 1.0 };
-            let by_pads: Vec<Point> = (0..n)
-                .into_par_iter()
-                .map(|cell| {
-                    let place = places.map_or(cell, |places| places[cell]);
-                    let index = [place / grid.cells[1], place % grid.cells[1]];
-                    let [x, y] = [0, 1].map(|axis| {
-                        (index[axis] as f64 + 0.5) * grid.spacing[axis] - grid.half_width()[axis]
-                    });
-                    displacement(&self.pads, field, [x, turn * y])
-                })
-                .collect();
-            for (cell, u) in by_pads.iter().enumerate() {
+        let turn = if side == Side::Upper { -1.0 } else { 1.0 };
+        let at = |cell: usize| {
+            let place = places.map_or(cell, |places| places[cell]);
+            let index = [place / grid.cells[1], place % grid.cells[1]];
+            let [x, y] =
+                [0, 1].map(|axis| (index[axis] as f64 + 0.5) * grid.spacing[axis] - grid.half_width()[axis]);
+            displacement(&self.pads, field, [x, turn * y])
+        };
+        for first in (0..if self.pads.is_empty() { 0 } else { n }).step_by(CELL_BATCH) {
+            interrupt::check()?;
+            let cells = first..(first + CELL_BATCH).min(n);
+            let by_pads: Vec<Point> = cells.into_par_iter().map(at).collect();
+            for (cell, u) in (first..).zip(&by_pads) {
                 (0..3).for_each(|c| gap[c * n + cell] += if c > 0 { turn * u[c] } else { u[c] });
             }
         }
         gap.iter_mut().for_each(|value| *value *= side.gap_sign());
-        gap
+        Ok(gap)
     }
 }
 
@@ -200,44 +233,48 @@ fn add(sum: &mut [f64], part: &Point) {
 
 /// Displacement at a point of the plane by tractions on it, axes of the patch, mm.
 fn displacement(pads: &[Pad], field: &HalfSpaceField, at: [f64; 2]) -> Point {
-    pads.iter().map(|pad| field.patches.polygon(&pad.corners, at) * pad.traction).sum()
+    pads.iter().map(|pad| pad.displacement(field.patches.green(), at)).sum()
 }
 
 impl Pad {
-    /// A face in the plane, or that stands for it; curved edges by two straight ones.
-    fn new(mesh: &Mesh, face: &SurfaceFace, patch: &Patch, traction: Point) -> Self {
-        let nodes: Vec<Point> = face.nodes.iter().map(|&node| mesh.points[node].into()).collect();
-        let n = face.kind.n_corners();
-        let corners: &[[f64; 2]] = if n == 3 {
-            &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-        } else {
-            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+    /// One for each traction on `faces` in the plane, or that stand for it.
+    fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &Patch) -> Vec<Self> {
+        let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
+        for loaded in faces {
+            let bits = [loaded.1.x, loaded.1.y, loaded.1.z].map(f64::to_bits);
+            by_traction.entry(bits).or_default().push(loaded);
+        }
+        let pad = |faces: Vec<&(SurfaceFace, Point)>| Self {
+            outline: outline(mesh, faces.iter().map(|loaded| &loaded.0), patch),
+            traction: faces[0].1,
         };
-        let at = |xi: [f64; 2]| {
-            let x = face.kind.face_values(xi).iter().zip(&nodes).map(|(value, node)| node * *value).sum();
-            let local = patch.local(&x);
-            [local.x, local.y]
-        };
-        let linear = face.kind.n_nodes() == n;
-        let corner = |k: usize| {
-            let (a, b) = (corners[k], corners[(k + 1) % n]);
-            let middle = [0, 1].map(|c| 0.5 * (a[c] + b[c]));
-            if linear { vec![at(a)] } else { vec![at(a), at(middle)] }
-        };
-        Self { corners: (0..n).flat_map(corner).collect(), traction }
+        by_traction.into_values().map(pad).collect()
     }
 
-    /// Distance from the patch, at least.
-    fn distance(&self, patch: &Patch) -> f64 {
-        let n = self.corners.len() as f64;
-        let middle = [0, 1].map(|c| self.corners.iter().map(|corner| corner[c]).sum::<f64>() / n);
-        let radius = self.corners.iter().map(|c| (c[0] - middle[0]).hypot(c[1] - middle[1]));
-        patch.distance(&Point::new(middle[0], middle[1], 0.0)) - radius.fold(0.0, f64::max)
+    /// Displacement of a point of the plane, axes of the patch, mm.
+    fn displacement(&self, green: &SurfaceGreen, at: [f64; 2]) -> Point {
+        let lines = self.outline.iter().map(|line| polygon::integrate(green, line, at));
+        lines.sum::<Matrix3<f64>>() * self.traction
+    }
+
+    /// Whether it is so near to the patch that its displacement is no polynomial there.
+    fn is_near(&self, patch: &Patch) -> bool {
+        let reach = patch.half_width.map(|half| half + NEAR * patch.size());
+        let bounds = |axis: usize| {
+            let along = self.outline.iter().flatten().map(|corner| corner[axis]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        (0..2).all(|axis| bounds(axis).0 < reach[axis] && bounds(axis).1 > -reach[axis])
     }
 }
 
 impl<'a> OnFaces<'a> {
-    fn new(model: &'a FeModel, (forces, field): (&'a Forces, &HalfSpaceField), supports: &Supports) -> Self {
+    fn new(
+        model: &'a FeModel,
+        (forces, field): (&'a Forces, &HalfSpaceField),
+        supports: &Supports,
+        stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+    ) -> Self {
         let mut loads: HashMap<FaceRef, (f64, Point)> = HashMap::new();
         for (face, pressure, traction) in model.face_loads() {
             let sum = loads.entry(face).or_insert((0.0, Point::zeros()));
@@ -246,53 +283,116 @@ impl<'a> OnFaces<'a> {
         }
         let moved = model.prescribed_dofs().into_iter().zip(supports.rest.iter().copied());
         let weight = field.slope(&forces.patch.axes.to_local(&Point::from(model.body_force())));
-        Self { model, forces, loads, supports: moved.filter(|(_, u)| *u != 0.0).collect(), weight }
+        Self { model, forces, loads, supports: moved.filter(|(_, u)| *u != 0.0).collect(), weight, stress }
     }
 
-    /// Work of what acts on a face on the field of each force, N mm per N, axes of the patch.
-    fn work(&self, face: &SurfaceFace) -> Vec<Point> {
+    /// Work of what acts on a face on the field of each force, N mm per N, axes of the patch; and that of its support on what the field of
+    /// the force with u_c, which is minus that at the nodes, leaves between them.
+    fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
         let forces = self.forces;
-        let mut work = vec![Point::zeros(); forces.points.len()];
-        let load = self.loads.get(&(face.owner, face.local_face));
+        let none = Point::zeros();
+        let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
         let (mesh, patch) = (self.model.mesh(), &forces.patch);
         // Where only some nodes are prescribed the loads of u_c count what is missing here.
         let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| self.model.prescribed(node, c).is_some()));
-        let moved = |node: usize, c: usize| {
-            if held[c] { self.supports.get(&(3 * node + c)).copied().unwrap_or(0.0) } else { 0.0 }
-        };
-        let moves: Vec<Point> =
-            face.nodes.iter().map(|&node| Point::from([0, 1, 2].map(|c| moved(node, c)))).collect();
-        let none = Point::zeros();
-        if load.is_none() && self.weight == none && moves.iter().all(|u| *u == none) {
-            return work;
+        let is_held = held.contains(&true);
+        // In the plane G has no traction, and loads there are pads.
+        let load = self.loads.get(&(face.owner, face.local_face)).filter(|_| !in_plane);
+        let moves: Vec<Point> = face.nodes.iter().map(|&node| self.moved(node, held)).collect();
+        let acts = load.is_some() || self.weight != none || moves.iter().any(|u| *u != none);
+        if !is_held && (*in_plane || !acts) {
+            return [work, rest];
         }
+        let at_nodes = if is_held { self.at_nodes(face, *in_plane) } else { Vec::new() };
         for point in FaceRules::new().points(mesh, face, &|x| forces.distance(x), RATIO) {
-            let local = patch.local(&point.at);
+            let mut local = patch.local(&point.at);
             let area = point.area.norm();
             let normal = patch.axes.to_local(&point.area) / area;
             let map = TractionMap::new(forces.stiffness, &normal);
-            let mut acting = Acting { traction: none, displacement: none };
-            if let Some((pressure, traction)) = load {
-                acting.traction += patch.axes.to_local(traction) - normal * *pressure;
+            let acting = self.acting((load, &moves), &local, (&map, &normal, &point));
+            if *in_plane {
+                local.z = 0.0;
             }
-            let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
-            // Work of a support's force is that of the traction on the body against the displacement.
-            acting.displacement -= patch.axes.to_local(&moved);
-            if self.weight != none {
-                let slope = self.weight * -local.z;
-                let gradient =
-                    [Matrix3::zeros(), Matrix3::zeros(), Matrix3::from_columns(&[slope, none, none])];
-                acting.traction -= map.of(&PointField { value: Matrix3::zeros(), gradient }).column(0);
-                acting.displacement += self.weight * (-0.5 * local.z * local.z);
-            }
-            for (i, work) in work.iter_mut().enumerate() {
+            let support: Point =
+                at_nodes.iter().zip(&point.values).map(|(node, n)| node.stress * point.area * *n).sum();
+            let support = Point::from_fn(|c, _| if held[c] { support[c] } else { 0.0 });
+            let support = patch.axes.to_local(&support);
+            for i in 0..forces.points.len() {
                 let field = forces.field.at(&forces.from(i, &local));
-                *work += field.value.transpose() * acting.traction * area;
-                if acting.displacement != none {
-                    *work += map.of(&field).transpose() * acting.displacement * area;
+                if !in_plane {
+                    work[i] += field.value.transpose() * acting.traction * area;
+                    if acting.displacement != none {
+                        work[i] += map.of(&field).transpose() * acting.displacement * area;
+                    }
+                }
+                if is_held {
+                    let between = at_nodes.iter().zip(&point.values).map(|(node, n)| node.fields[i] * *n);
+                    rest[i] += (field.value - between.sum::<Matrix3<f64>>()).transpose() * support;
                 }
             }
         }
-        work
+        [work, rest]
     }
+
+    /// The prescribed displacement of a node along components that are `held`, global axes, mm.
+    fn moved(&self, node: usize, held: [bool; 3]) -> Point {
+        let along = |c: usize| self.supports.get(&(3 * node + c)).copied().filter(|_| held[c]).unwrap_or(0.0);
+        Point::from([0, 1, 2].map(along))
+    }
+
+    fn acting(
+        &self,
+        (load, moves): (Option<&(f64, Point)>, &[Point]),
+        local: &Point,
+        (map, normal, point): (&TractionMap, &Point, &FacePoint),
+    ) -> Acting {
+        let axes = &self.forces.patch.axes;
+        let mut acting = Acting { traction: Point::zeros(), displacement: Point::zeros() };
+        if let Some((pressure, traction)) = load {
+            acting.traction += axes.to_local(traction) - normal * *pressure;
+        }
+        let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
+        // Work of a support's force is that of the traction on the body against the displacement.
+        acting.displacement -= axes.to_local(&moved);
+        if self.weight != Point::zeros() {
+            let none = Point::zeros();
+            let gradient = [
+                Matrix3::zeros(),
+                Matrix3::zeros(),
+                Matrix3::from_columns(&[self.weight * -local.z, none, none]),
+            ];
+            acting.traction -= map.of(&PointField { value: Matrix3::zeros(), gradient }).column(0);
+            acting.displacement += self.weight * (-0.5 * local.z * local.z);
+        }
+        acting
+    }
+
+    /// The nodes of a face.
+    fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FaceNode> {
+        let mesh = self.model.mesh();
+        let (points, stress) = self.stress;
+        let places = points.of_cell(mesh.volume_index(face.owner));
+        let local_nodes = mesh.kind(face.owner).local_faces()[face.local_face].1;
+        let node = |(&node, &place): (&usize, &usize)| {
+            let mut local = self.forces.patch.local(&mesh.points[node].into());
+            if in_plane {
+                local.z = 0.0;
+            }
+            let field = |i: usize| self.forces.field.at(&self.forces.from(i, &local)).value;
+            let [xx, yy, zz, yz, xz, xy] = stress[places[place]];
+            FaceNode {
+                stress: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+                fields: (0..self.forces.points.len()).map(field).collect(),
+            }
+        };
+        face.nodes.iter().zip(local_nodes).map(node).collect()
+    }
+}
+
+/// A node of a face that is held.
+struct FaceNode {
+    /// Global axes, MPa.
+    stress: Matrix3<f64>,
+    /// Displacement by each force in the half-space, axes of the patch.
+    fields: Vec<Matrix3<f64>>,
 }

@@ -62,16 +62,15 @@ fn stressed(kind: ElementKind, cells: usize, stiffness: &Stiffness) -> f64 {
     off(&surface(spec, &frame), &frame, |x| shift + gradient * x) / (3.0 * gradient.norm())
 }
 
-/// Truth: the strain of uniform stress; what is held follows the half-space between the nodes to the order of the elements.
+/// Truth: the strain of uniform stress, to the accuracy of the quadrature: the elements have it exactly, and so has the work of the
+/// support between its nodes.
 #[test]
 fn uniform_stress() {
     for stiffness in [steel(), cfrp()] {
-        let [coarse, fine] = [6, 12].map(|n| stressed(Hex8, n, &stiffness));
-        let quadratic = stressed(Hex27, 6, &stiffness);
-        assert!(
-            (coarse / fine).log2() > 1.8 && fine < 1e-3 && quadratic < 2e-4,
-            "{coarse} {fine} {quadratic}"
-        );
+        for (kind, cells) in [(Hex8, 4), (Hex27, 4)] {
+            let error = stressed(kind, cells, &stiffness);
+            assert!(error < 2e-4, "{} {error:.2e}", kind.name());
+        }
     }
 }
 
@@ -99,17 +98,28 @@ fn rigid_motions() {
     assert!(held < 0.009, "{held}");
 }
 
-/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain.
+/// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain; the estimated
+/// error covers what is left of it on meshes of first order that are coarse at the base.
 #[test]
 fn weight() {
     let frame = frame(8);
     let wall = |group: &str, c: usize| Support { components: [0, 1, 2].map(|k| k == c), ..clamp(group) };
     let supports = vec![wall("x0", 0), wall("x1", 0), wall("y0", 1), wall("y1", 1), wall("z0", 2)];
-    let spec = FeSpec { supports, body_force: [0.0, 0.0, -0.05], ..body(Hex27, (3.0, 4, 1.0), &steel()) };
     let exact = -0.05 * 9.0 / (2.0 * steel().voigt()[(2, 2)]);
-    let found = surface(spec, &frame);
-    let error = off(&found, &frame, |_| Vector3::new(0.0, 0.0, exact));
-    assert!(error < 2e-4 * exact.abs(), "{error:.2e} of {exact:.2e}");
+    for (kind, cells, ratio, most) in [(Hex27, 4, 1.0, 1e-4), (Hex8, 8, 1.0, 5e-3), (Hex8, 8, 3.0, 2e-2)] {
+        let own = body(kind, (3.0, cells, ratio), &steel());
+        let spec = FeSpec { supports: supports.clone(), body_force: [0.0, 0.0, -0.05], ..own };
+        let estimated = hybrid(spec.clone(), "z1", Side::Lower, &frame).own_error().unwrap().mean;
+        let error = off(&surface(spec, &frame), &frame, |_| Vector3::new(0.0, 0.0, exact));
+        println!(
+            "{} {ratio}: {:.1e}, estimated {:.1e}",
+            kind.name(),
+            error / exact.abs(),
+            estimated / exact.abs()
+        );
+        assert!(error < most * exact.abs(), "{} {error:.2e} of {exact:.2e}", kind.name());
+        assert!(error < estimated.max(1e-4 * exact.abs()), "{} {error:.2e} {estimated:.2e}", kind.name());
+    }
 }
 
 /// Relative error under the frame where everything but the top, and part of that beside the frame, moves as by a force on its plane beside the body.
@@ -176,8 +186,8 @@ fn pads_beside_the_frame() {
     }
 }
 
-/// Truth: the same body with ten elements of second order along each edge, whose nodes are read off; the estimated error is of the
-/// size of what a coarse mesh errs by.
+/// Truth: the same body with ten elements of second order along each edge, whose nodes are read off; the estimated error covers what a
+/// coarse mesh errs by, and is of its size.
 #[test]
 fn pressed_from_the_side() {
     let frame = frame(6);
@@ -197,25 +207,18 @@ fn pressed_from_the_side() {
     let mut errors = Vec::new();
     for (kind, n) in [(Hex8, 4), (Hex8, 8), (Hex27, 4)] {
         let body = hybrid(pressed(kind, n), "z1", Side::Lower, &frame);
-        let coarse = FeModel::new(pressed(kind, n)).unwrap().condense(&[]).unwrap();
-        let points = &coarse.model().mesh().points;
         let estimated = body.own_error().unwrap().mean;
-        let (mut most, mut at_nodes): (f64, f64) = (0.0, 0.0);
+        let mut most: f64 = 0.0;
         for &node in &under {
             let x = Point::from(mesh.points[node]);
             let exact = Point::from(reference.free_displacement()[node]);
             let found = interpolated(body.free_gap().unwrap(), &frame, &x);
             most = most.max((found - exact).norm());
-            if let Some(own) = points.iter().position(|own| (Point::from(*own) - x).norm() < 1e-9) {
-                at_nodes = at_nodes.max((Point::from(coarse.free_displacement()[own]) - exact).norm());
-            }
         }
         assert!(estimated > most && estimated < 8.0 * most, "{estimated} {most}");
-        errors.push((most, at_nodes));
+        errors.push(most);
     }
-    // Those of first order: better than at the nodes, and converging.
-    assert!(errors[..2].iter().all(|(most, at_nodes)| *most < 0.75 * at_nodes), "{errors:?}");
-    assert!(errors[0].0 / errors[1].0 > 3.0, "{errors:?}");
+    assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
 /// Displacement between the centres of the cells, by parabolas.

@@ -121,7 +121,7 @@ fn symmetric_tractions_on_both_faces() {
     // Fibres in the plane: the slab is symmetric.
     for stiffness in [steel(), crate::common::im7(0.0)] {
         let mut off = Vec::new();
-        for cells in [4, 8] {
+        for cells in [4, 6] {
             let joint = between(cells, &stiffness, &frame).flexibility(Keep).unwrap();
             let single = hybrid(half(cells, &stiffness), "z1", Side::Lower, &frame);
             let single = { single }.take_flexibility(Keep).unwrap().unwrap();
@@ -159,7 +159,7 @@ fn symmetric_tractions_on_both_faces() {
             joint.apply(&pressed, &mut by_other);
             (0..2 * n).for_each(|i| assert!((normal[i] - by_other[4 * n + i]).abs() < 1e-12 * size));
         }
-        assert!(off[1] < 1e-4 && off[1] < 0.2 * off[0], "{off:?}");
+        assert!(off[1] < 1e-4 && off[1] < 0.35 * off[0], "{off:?}");
     }
 }
 
