@@ -121,6 +121,9 @@ impl Orthotropic {
     }
 }
 
+/// Differences of a stiffness from an isotropic one, over its largest entry, that are rounding.
+const ROUNDING: f64 = 1e-11;
+
 impl Stiffness {
     /// Isotropic material from Young's modulus (MPa) and Poisson's ratio.
     ///
@@ -223,6 +226,19 @@ impl Stiffness {
     pub fn component(&self, i: usize, j: usize, k: usize, l: usize) -> f64 {
         const INDEX: [[usize; 3]; 3] = [[0, 5, 4], [5, 1, 3], [4, 3, 2]];
         self.0[(INDEX[i][j], INDEX[k][l])]
+    }
+
+    /// Shear modulus (MPa) and Poisson's ratio of an isotropic material, to rounding; `None` if it is none.
+    pub fn isotropic_constants(&self) -> Option<[f64; 2]> {
+        let c = &self.0;
+        let mu = (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]) / 3.0;
+        let lambda = (c[(0, 1)] + c[(0, 2)] + c[(1, 2)]) / 3.0;
+        let isotropic = Matrix6::from_fn(|i, j| {
+            let normal = if i < 3 && j < 3 { lambda } else { 0.0 };
+            let shear = if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 };
+            normal + shear
+        });
+        ((c - isotropic).amax() <= ROUNDING * c.amax()).then(|| [mu, lambda / (2.0 * (lambda + mu))])
     }
 
     /// Active rotation: material axis i comes to lie along column i of `axes`,

@@ -7,9 +7,6 @@ use nalgebra::{Matrix3, Vector3};
 use super::point_field::PointField;
 use crate::material::Stiffness;
 
-/// Differences of a stiffness from an isotropic one, over its largest entry, that are rounding.
-const ROUNDING: f64 = 1e-11;
-
 /// Boussinesq's and Cerruti's solutions for the body z <= 0 under a force at the origin of its surface.
 ///
 /// # Source
@@ -24,16 +21,8 @@ pub(super) struct Boussinesq {
 impl Boussinesq {
     /// `None` unless the material is isotropic.
     pub(super) fn of(stiffness: &Stiffness) -> Option<Self> {
-        let c = stiffness.voigt();
-        let mu = (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]) / 3.0;
-        let lambda = (c[(0, 1)] + c[(0, 2)] + c[(1, 2)]) / 3.0;
-        let isotropic = nalgebra::Matrix6::from_fn(|i, j| {
-            let normal = if i < 3 && j < 3 { lambda } else { 0.0 };
-            let shear = if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 };
-            normal + shear
-        });
-        ((c - isotropic).amax() <= ROUNDING * c.amax())
-            .then(|| Self { factor: 1.0 / (4.0 * PI * mu), nu: lambda / (2.0 * (lambda + mu)) })
+        let [mu, nu] = stiffness.isotropic_constants()?;
+        Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
     }
 
     /// The field at a point of the body or its surface.

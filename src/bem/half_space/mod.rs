@@ -12,7 +12,7 @@
 //! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
 
 mod admittance;
-mod angular_table;
+pub(in crate::bem) mod angular_table;
 pub mod barnett_lothe;
 mod boussinesq;
 mod cell_pairs;

@@ -131,7 +131,7 @@ impl Site {
             return unsuited(why);
         }
         let stiffness = Stiffness::from_voigt(stiffness)?;
-        let isotropic = is_isotropic(&stiffness);
+        let isotropic = stiffness.isotropic_constants().is_some();
         let local = stiffness.rotated(&patch.axes.0.transpose());
         if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
             return unsuited(error.message());
@@ -281,14 +281,4 @@ fn supports(spec: &FeSpec, patch: &Patch) -> Result<Option<&'static str>> {
         }
     }
     Ok(None)
-}
-
-fn is_isotropic(stiffness: &Stiffness) -> bool {
-    let c = stiffness.voigt();
-    let (lambda, mu) = (c[(0, 1)], c[(3, 3)]);
-    let wanted = nalgebra::Matrix6::from_fn(|i, j| {
-        let axial = if i < 3 && j < 3 { lambda } else { 0.0 };
-        axial + if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 }
-    });
-    same(&wanted, c)
 }

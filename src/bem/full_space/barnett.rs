@@ -1,0 +1,133 @@
+//! Field of a point force in an anisotropic full space by integrals over directions.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bem::half_space::PointField;
+use crate::error::{Error, Result};
+use crate::material::Stiffness;
+
+/// First and largest number of directions over half a turn.
+const DIRECTIONS: [usize; 2] = [32, 16384];
+
+/// Change by doubling the directions, over the largest value, at which the sums are accepted: what is left is about its square.
+const CHANGE: f64 = 1e-7;
+
+/// Field of a unit force at the origin.
+///
+/// # Source
+/// Formulation 9.1 (D.M. Barnett, 1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr², means over the unit vectors z
+/// across T = x / r, Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹.
+#[derive(Debug, Clone)]
+pub struct BarnettField {
+    stiffness: Stiffness,
+}
+
+/// C(u, v)_ik = C_ijkl u_j v_l of the vectors about one direction.
+struct Contractions {
+    /// C(a, a), C(a, b) + C(b, a), C(b, b).
+    across: [Matrix3<f64>; 3],
+    /// C(a, T) + C(T, a), C(b, T) + C(T, b).
+    along: [Matrix3<f64>; 2],
+}
+
+/// Sums over directions.
+#[derive(Clone, Copy)]
+struct Sums {
+    /// Of Q⁻¹.
+    value: Matrix3<f64>,
+    /// Of F times the parts of z along a and b.
+    slopes: [Matrix3<f64>; 2],
+}
+
+impl BarnettField {
+    /// The field in a material.
+    pub fn new(stiffness: &Stiffness) -> Self {
+        Self { stiffness: stiffness.clone() }
+    }
+
+    /// The field at a point other than the origin, mm; derivatives along the axes.
+    ///
+    /// # Errors
+    /// If the sums do not converge (stiffness ratios above about 1e6).
+    pub fn at(&self, x: &Vector3<f64>) -> Result<PointField> {
+        let r = x.norm();
+        let t = x / r;
+        // The axis that is most across the direction.
+        let a = t.cross(&Vector3::ith(t.iamin(), 1.0)).normalize();
+        let b = t.cross(&a);
+        let contractions = Contractions::new(&self.stiffness, (&a, &b, &t));
+        let mut n = DIRECTIONS[0];
+        let mut sums = contractions.sums(n, 0.0);
+        loop {
+            let between = contractions.sums(n, 0.5);
+            let finer = sums.mean(&between);
+            let change = finer.apart(&sums);
+            (sums, n) = (finer, 2 * n);
+            if change <= CHANGE {
+                break;
+            }
+            if n >= DIRECTIONS[1] {
+                return Err(Error::numerical(
+                    "the field of a point force does not converge: the stiffness is too unequal along its axes",
+                ));
+            }
+        }
+        let factor = 1.0 / (4.0 * PI * r);
+        let gradient = [0, 1, 2]
+            .map(|s| (sums.slopes[0] * a[s] + sums.slopes[1] * b[s] - sums.value * t[s]) * (factor / r));
+        Ok(PointField { value: sums.value * factor, gradient })
+    }
+}
+
+impl Contractions {
+    fn new(stiffness: &Stiffness, (a, b, t): (&Vector3<f64>, &Vector3<f64>, &Vector3<f64>)) -> Self {
+        let contract = |u: &Vector3<f64>, v: &Vector3<f64>| {
+            Matrix3::from_fn(|i, k| {
+                let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
+                pairs.map(|(j, l)| stiffness.component(i, j, k, l) * u[j] * v[l]).sum()
+            })
+        };
+        let both = |u, v| contract(u, v) + contract(v, u);
+        Self { across: [contract(a, a), both(a, b), contract(b, b)], along: [both(a, t), both(b, t)] }
+    }
+
+    /// Means over `n` directions, the first of them `offset` steps from a.
+    fn sums(&self, n: usize, offset: f64) -> Sums {
+        let mut sums = Sums { value: Matrix3::zeros(), slopes: [Matrix3::zeros(); 2] };
+        for k in 0..n {
+            let (s, c) = (PI * (k as f64 + offset) / n as f64).sin_cos();
+            let q = self.across[0] * (c * c) + self.across[1] * (c * s) + self.across[2] * (s * s);
+            let inverse = inverse(&q);
+            let slope = inverse * (self.along[0] * c + self.along[1] * s) * inverse;
+            sums.value += inverse;
+            sums.slopes[0] += slope * c;
+            sums.slopes[1] += slope * s;
+        }
+        let share = 1.0 / n as f64;
+        Sums { value: sums.value * share, slopes: sums.slopes.map(|slope| slope * share) }
+    }
+}
+
+/// Inverse of a symmetric positive definite matrix.
+fn inverse(q: &Matrix3<f64>) -> Matrix3<f64> {
+    let (x, y, z) = (q.column(0), q.column(1), q.column(2));
+    let rows = [y.cross(&z), z.cross(&x), x.cross(&y)];
+    Matrix3::from_rows(&rows.map(|row| row.transpose())) / x.dot(&rows[0])
+}
+
+impl Sums {
+    fn mean(&self, other: &Self) -> Self {
+        let slopes = [0, 1].map(|k| (self.slopes[k] + other.slopes[k]) * 0.5);
+        Self { value: (self.value + other.value) * 0.5, slopes }
+    }
+
+    /// Largest difference over the largest entry.
+    fn apart(&self, other: &Self) -> f64 {
+        let parts = |sums: &Self| [sums.value, sums.slopes[0], sums.slopes[1]];
+        let (own, others) = (parts(self), parts(other));
+        let size = own.iter().map(Matrix3::amax).fold(0.0, f64::max);
+        own.iter().zip(&others).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / size
+    }
+}

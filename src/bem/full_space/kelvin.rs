@@ -1,0 +1,46 @@
+//! Closed form of the field of a point force in an isotropic full space.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::bem::half_space::PointField;
+use crate::material::Stiffness;
+
+/// Kelvin's solution for a force at the origin.
+///
+/// # Source
+/// U = [(3 - 4ν) 1 + T Tᵀ] / (16π μ (1 - ν) r), T = x / r.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Kelvin {
+    /// 1 / (16π μ (1 - ν)), 1/MPa.
+    factor: f64,
+    /// 3 - 4ν.
+    same: f64,
+}
+
+impl Kelvin {
+    /// `None` unless the material is isotropic.
+    pub(super) fn of(stiffness: &Stiffness) -> Option<Self> {
+        let [mu, nu] = stiffness.isotropic_constants()?;
+        Some(Self { factor: 1.0 / (16.0 * PI * mu * (1.0 - nu)), same: 3.0 - 4.0 * nu })
+    }
+
+    /// The field at a point other than the origin.
+    pub(super) fn at(&self, x: &Vector3<f64>) -> PointField {
+        let r = x.norm();
+        let t = x / r;
+        let product = t * t.transpose();
+        let value = Matrix3::identity() * self.same + product;
+        // ∂_s T_i = (δ_is - T_i T_s) / r.
+        let gradient = [0, 1, 2].map(|s| {
+            let mut slope = -(value + product * 2.0) * t[s];
+            for i in 0..3 {
+                slope[(s, i)] += t[i];
+                slope[(i, s)] += t[i];
+            }
+            slope * (self.factor / (r * r))
+        });
+        PointField { value: value * (self.factor / r), gradient }
+    }
+}
