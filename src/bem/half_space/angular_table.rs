@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use super::green::{SurfaceGreen, assemble};
 
 /// Nodes of the local Lagrange interpolation.
-pub(in crate::bem) const NODES: usize = 8;
+pub(crate) const NODES: usize = 8;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
@@ -102,7 +102,7 @@ impl AngularTable {
 }
 
 /// Weights of the nodes -3, ..., 4 at `t`, in [0, 1] for the best accuracy.
-pub(in crate::bem) fn lagrange(t: f64) -> [f64; NODES] {
+pub(crate) fn lagrange(t: f64) -> [f64; NODES] {
     products(std::array::from_fn(|j| t + 3.0 - j as f64))
 }
 

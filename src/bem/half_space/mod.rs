@@ -12,7 +12,7 @@
 //! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
 
 mod admittance;
-pub(in crate::bem) mod angular_table;
+pub(crate) mod angular_table;
 pub mod barnett_lothe;
 mod boussinesq;
 mod cell_pairs;
