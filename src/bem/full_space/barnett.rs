@@ -50,7 +50,7 @@ impl BarnettField {
     /// The field at a point other than the origin, mm; derivatives along the axes.
     ///
     /// # Errors
-    /// If the sums do not converge (stiffness ratios above about 1e6).
+    /// If the sums do not converge with 16384 directions: stiffnesses that are too unequal.
     pub fn at(&self, x: &Vector3<f64>) -> Result<PointField> {
         let r = x.norm();
         let t = x / r;

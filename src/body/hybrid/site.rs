@@ -21,7 +21,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 /// correction has a peak at the rim that a few polynomials do not have.
 pub const LEAST_DISTANCE: f64 = 0.3;
 
-/// The same to another material: nearer than that, ten polynomials along each side are not enough for cores three times softer or stiffer.
+/// The same to another material: nearer than that, ten polynomials along each side are not enough for cores ten times softer or three times stiffer.
 const LEAST_DEPTH: f64 = 0.4;
 
 /// Rise of a curved surface under the frame over the longer of half its sides, at most.

@@ -99,7 +99,7 @@ fn rigid_motions() {
 }
 
 /// Truth: a column between smooth walls under its own weight, u = g (z^2 - w^2) / 2M with the modulus M of uniaxial strain; the estimated
-/// error covers what is left of it on meshes of first order that are coarse at the base.
+/// error covers what is left of it on meshes of first order, also with cells that are larger in the middle.
 #[test]
 fn weight() {
     let frame = frame(8);
