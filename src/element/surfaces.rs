@@ -28,6 +28,14 @@ macro_rules! surfaces {
                 }
                 all
             }
+
+            /// Reference coordinates of the nodes of a surface, corners first; none for kinds that are no surfaces.
+            pub fn face_places(self) -> &'static [[f64; 2]] {
+                match self {
+                    $(Self::$element => &<$element as ShapeFunctions<$n, 2>>::NODES,)*
+                    _ => &[],
+                }
+            }
         }
     };
 }

@@ -26,6 +26,38 @@ pub struct FreeMotions {
 }
 
 impl FreeMotions {
+    /// The motions of the points `part` among `points` that move none of the `held` ones along the direction in which it is held;
+    /// orthonormal as translations and rotations.
+    pub(crate) fn left_by(
+        points: &[[f64; 3]],
+        part: &[usize],
+        held: impl Iterator<Item = (usize, Vector3<f64>)>,
+    ) -> Self {
+        let centre = centre(points, part);
+        let size = part
+            .iter()
+            .map(|&node| (Vector3::from(points[node]) - centre).norm())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let mut gram = Matrix6::zeros();
+        for (node, direction) in held {
+            let x = (Vector3::from(points[node]) - centre) / size;
+            let row: Vector6<f64> = (0..3).map(|c| motion_row(&x, c) * direction[c]).sum();
+            gram += row * row.transpose();
+        }
+        let eigen = SymmetricEigen::new(gram);
+        let limit = ZERO * eigen.eigenvalues.amax();
+        let basis: Vec<Vector6<f64>> = (0..6)
+            .filter(|&i| eigen.eigenvalues[i] <= limit)
+            .map(|i| eigen.eigenvectors.column(i).into_owned())
+            .collect();
+        let rotations: Vec<Vector3<f64>> =
+            basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
+        let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
+        let names =
+            translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
+        Self { names, centre, size, basis }
+    }
+
     /// Number of motions.
     pub fn n(&self) -> usize {
         self.basis.len()
@@ -48,7 +80,7 @@ impl FreeMotions {
 
     /// The same motions, orthonormal in the mean over the points with the given weights; `None` if they are not
     /// independent there.
-    pub(super) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
+    pub(crate) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
         let n = self.n();
         let mut gram = DMatrix::<f64>::zeros(n, n);
         for (node, point) in points.iter().enumerate() {
@@ -155,35 +187,11 @@ fn motions_of_part(
     dofs: &Dofs,
     resistances: &[Resistance],
 ) -> FreeMotions {
-    let centre = centre(points, part);
-    let size = part
-        .iter()
-        .map(|&node| (Vector3::from(points[node]) - centre).norm())
-        .fold(f64::MIN_POSITIVE, f64::max);
-    let mut gram = Matrix6::zeros();
-    for &node in part {
-        let x = (Vector3::from(points[node]) - centre) / size;
-        for component in (0..3).filter(|&c| dofs.prescribed(3 * node + c).is_some()) {
-            let row = motion_row(&x, component);
-            gram += row * row.transpose();
-        }
-    }
-    for (node, direction) in resistances.iter().filter(|(node, _)| part.binary_search(node).is_ok()) {
-        let x = (Vector3::from(points[*node]) - centre) / size;
-        let row: Vector6<f64> = (0..3).map(|c| motion_row(&x, c) * direction[c]).sum();
-        gram += row * row.transpose();
-    }
-    let eigen = SymmetricEigen::new(gram);
-    let limit = ZERO * eigen.eigenvalues.amax();
-    let basis: Vec<Vector6<f64>> = (0..6)
-        .filter(|&i| eigen.eigenvalues[i] <= limit)
-        .map(|i| eigen.eigenvectors.column(i).into_owned())
-        .collect();
-    let rotations: Vec<Vector3<f64>> =
-        basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
-    let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
-    let names = translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
-    FreeMotions { names, centre, size, basis }
+    let held = part.iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
+    let held = held.filter(|(node, c)| dofs.prescribed(3 * node + c).is_some());
+    let held = held.map(|(node, c)| (node, Vector3::ith(c, 1.0)));
+    let bedded = resistances.iter().filter(|(node, _)| part.binary_search(node).is_ok());
+    FreeMotions::left_by(points, part, held.chain(bedded.copied()))
 }
 
 /// The translations, without rotation, in the space of some orthonormal motions.

@@ -20,7 +20,7 @@ const FACE_TOLERANCE: f64 = 0.1;
 
 /// What was found under one cell.
 pub(super) struct CellCover {
-    /// (mesh node, weight), ascending.
+    /// (mesh node or other function, weight), ascending.
     pub(super) weights: Vec<(usize, f64)>,
     /// Covered part of the cell.
     pub(super) coverage: f64,
@@ -69,8 +69,19 @@ impl<'a> SpaceFaces<'a> {
         (hits, folded)
     }
 
-    /// Weights and coverage of one cell.
+    /// Weights and coverage of one cell, by nodes of the mesh.
     pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCover {
+        self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
+    }
+
+    /// The same of other functions on the faces: `parts` gives the share of each of them in the shape function of a face's local
+    /// node.
+    pub(super) fn cover_of(
+        &self,
+        frame: &ContactFrame,
+        cell: usize,
+        parts: &dyn Fn(usize, usize) -> Vec<(usize, f64)>,
+    ) -> CellCover {
         let (hits, folded) = self.parts(frame, cell);
         let area = frame.areas[cell];
         let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
@@ -78,9 +89,13 @@ impl<'a> SpaceFaces<'a> {
         let whole = if frame.grid.is_some() { area } else { area * coverage };
         let mut weights = Vec::new();
         for hit in &hits {
-            let nodes = &self.faces[self.face_of(hit)].nodes;
-            for (&node, integral) in nodes.iter().zip(hit.plane.integrate(&hit.common, area)) {
-                weights.push((node, integral / whole));
+            let face = self.face_of(hit);
+            let n_nodes = self.faces[face].nodes.len();
+            for (local, integral) in
+                hit.plane.integrate(&hit.common, area).into_iter().enumerate().take(n_nodes)
+            {
+                let weight = integral / whole;
+                weights.extend(parts(face, local).into_iter().map(|(of, share)| (of, share * weight)));
             }
         }
         CellCover { weights: merge(weights), coverage, folded }

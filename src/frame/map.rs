@@ -7,6 +7,8 @@
 //! # Source
 //! docs/theory-coupling.md.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 use sprs::CsMat;
 
@@ -66,15 +68,39 @@ impl FaceMap {
         let space = SpaceFaces::new(mesh, faces, side);
         let found: Vec<CellCover> =
             (0..frame.n_cells()).into_par_iter().map(|cell| space.cover(frame, cell)).collect();
+        Self::from_covers(frame, found, (side, faces))
+    }
+
+    /// The same for functions on the faces other than their shape functions, which are numbered in place of nodes: `parts` gives the
+    /// share of each in the shape function of a face's local node, so that they sum up to the same space.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_functions(
+        frame: &ContactFrame,
+        mesh: &Mesh,
+        (side, faces): (Side, &[SurfaceFace]),
+        parts: impl Fn(usize, usize) -> Vec<(usize, f64)> + Sync,
+    ) -> Result<Self> {
+        let space = SpaceFaces::new(mesh, faces, side);
+        let cover = |cell: usize| space.cover_of(frame, cell, &parts);
+        let found: Vec<CellCover> = (0..frame.n_cells()).into_par_iter().map(cover).collect();
+        Self::from_covers(frame, found, (side, faces))
+    }
+
+    fn from_covers(
+        frame: &ContactFrame,
+        found: Vec<CellCover>,
+        (side, faces): (Side, &[SurfaceFace]),
+    ) -> Result<Self> {
         refuse_uncovered(frame, &found, (side, faces))?;
         let mut nodes: Vec<usize> = found.iter().flat_map(|c| c.weights.iter().map(|w| w.0)).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let mut local = vec![usize::MAX; mesh.points.len()];
-        nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
+        let local: HashMap<usize, usize> = nodes.iter().enumerate().map(|(i, &node)| (node, i)).collect();
         let lists: Vec<Vec<(usize, f64)>> = found
             .into_iter()
-            .map(|c| c.weights.into_iter().map(|(node, w)| (local[node], w)).collect())
+            .map(|c| c.weights.into_iter().map(|(node, w)| (local[&node], w)).collect())
             .collect();
         let rows = matrix(&lists, nodes.len());
         let columns = rows.transpose_view().to_csr();

@@ -59,6 +59,11 @@ impl Columns {
         &self.values[j * self.n_rows..(j + 1) * self.n_rows]
     }
 
+    /// Column `j`, to change.
+    pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.values[j * self.n_rows..(j + 1) * self.n_rows]
+    }
+
     /// Entry (i, j).
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.values[j * self.n_rows + i]

@@ -8,6 +8,7 @@ mod column_counts;
 pub mod columns;
 pub mod course;
 pub mod dense;
+pub mod dense_lu;
 pub mod factor;
 pub mod gmres;
 mod fronts;

@@ -1,23 +1,23 @@
-//! Faces of the solids: the outer skin, and the faces of a physical surface with outward normals.
+//! Faces of the solids: the outer skin, and the faces of a physical surface with outward normals. In a mesh without solids the surface
+//! cells are the skin, as they are oriented ([`super::surface::outward`]).
 
 use std::collections::HashMap;
 
-use super::groups::dim_name;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
-/// A face of one solid cell that lies on the outside of the mesh.
+/// A face of one solid cell that lies on the outside of the mesh, or a surface cell of a mesh without solids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceFace {
     /// Its kind.
     pub kind: ElementKind,
     /// Its nodes, gmsh's order, the normal pointing out of the solid.
     pub nodes: Vec<usize>,
-    /// The solid it belongs to.
+    /// The solid it belongs to; the surface cell itself without solids.
     pub owner: CellRef,
-    /// Its index among the solid's [`ElementKind::local_faces`].
+    /// Its index among the solid's [`ElementKind::local_faces`]; 0 without solids.
     pub local_face: usize,
     /// The file's number of the surface element, or of the owner where there is none.
     pub tag: u64,
@@ -104,8 +104,18 @@ pub(crate) fn solid_faces(mesh: &Mesh) -> Vec<SolidFace> {
     faces
 }
 
-/// The faces that belong to exactly one solid, in the order of the solids; each has its solid's number.
+/// A surface cell of a mesh without solids.
+fn surface_cell(mesh: &Mesh, cell: CellRef) -> SurfaceFace {
+    let nodes = mesh.cell_nodes(cell).to_vec();
+    SurfaceFace { kind: mesh.kind(cell), nodes, owner: cell, local_face: 0, tag: mesh.tag(cell) }
+}
+
+/// The faces that belong to exactly one solid, in the order of the solids, each with its solid's number; the surface cells of a mesh
+/// without solids.
 pub fn outer_faces(mesh: &Mesh) -> Vec<SurfaceFace> {
+    if mesh.volume_cells().next().is_none() {
+        return mesh.cells(2).map(|cell| surface_cell(mesh, cell)).collect();
+    }
     let mut count: HashMap<FaceKey, u32> = HashMap::new();
     each_solid_face(mesh, |key, _, _| *count.entry(key).or_insert(0) += 1);
     let mut faces = Vec::new();
@@ -127,6 +137,9 @@ pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
     let group = mesh.group_of_dim(name, 2)?;
     if group.cells.is_empty() {
         return Err(Error::input(format!("the group \"{name}\" of {} has no elements", mesh.source)));
+    }
+    if mesh.volume_cells().next().is_none() {
+        return Ok(group.cells.iter().map(|&cell| surface_cell(mesh, cell)).collect());
     }
     let mut owners: HashMap<FaceKey, Vec<(CellRef, usize)>> = HashMap::with_capacity(group.cells.len());
     let key_of = |cell| face_key(&mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()]);
@@ -172,14 +185,9 @@ fn the_outer_face(
     match *owners {
         [(owner, local_face)] => Ok(surface_face(mesh, owner, local_face, mesh.tag(cell))),
         [] => {
-            let why = if mesh.volume_cells().next().is_none() {
-                format!("belongs to no solid: the mesh has no {} at all; mesh and save them too", dim_name(3))
-            } else {
-                "belongs to no solid element: mesh the volume behind it conformingly, and put the volume into a \
-                 physical group so that gmsh saves it"
-                    .to_string()
-            };
-            Err(wrong(mesh, name, cell, &why))
+            let why = "belongs to no solid element: mesh the volume behind it conformingly, and put the volume into a physical group \
+                       so that gmsh saves it";
+            Err(wrong(mesh, name, cell, why))
         }
         [(a, _), (b, _), ..] => Err(wrong(
             mesh,

@@ -6,6 +6,7 @@ mod groups;
 pub mod quality;
 pub mod size_field;
 pub mod structured;
+pub mod surface;
 
 use crate::element::ElementKind;
 

@@ -31,6 +31,22 @@ pub fn im7(tilt: f64) -> Stiffness {
     material.rotated(&fibre_axes(tilt.to_radians(), 0.0))
 }
 
+/// The CFRP that independent programs tabulated values for.
+pub fn tabulated_cfrp() -> Stiffness {
+    let constants = Orthotropic {
+        e1: 140e3,
+        e2: 10e3,
+        e3: 9e3,
+        g12: 5.2e3,
+        g13: 4.8e3,
+        g23: 3.3e3,
+        nu12: 0.30,
+        nu13: 0.28,
+        nu23: 0.45,
+    };
+    Stiffness::orthotropic(&constants).expect("the tabulated CFRP is admissible")
+}
+
 /// Steel, E = 210 GPa, nu = 0.3.
 pub fn steel() -> Stiffness {
     Stiffness::isotropic(210e3, 0.3).expect("steel is admissible")

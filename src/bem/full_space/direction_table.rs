@@ -1,19 +1,32 @@
-//! Field of a point force in a full space by interpolation in a table over directions.
-
-use std::f64::consts::PI;
+//! Field of a point force in a full space by polynomials over directions.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::barnett::BarnettField;
 use crate::bem::half_space::PointField;
-use crate::bem::half_space::angular_table::{NODES, lagrange};
 use crate::error::Result;
 use crate::interrupt;
 use crate::linalg::wide::wide;
 
-/// First and largest number of angles of a turn; a quarter as many rows from the pole to the equator.
-const ANGLES: [usize; 2] = [96, 768];
+/// Total degree of the polynomials of a patch.
+const DEGREE: usize = 10;
+
+/// Their number.
+const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
+
+/// Nodes along a side of a patch at which it is fitted: two more than its polynomials need show what they leave out.
+const NODES: usize = DEGREE + 3;
+
+/// Entries of a direction: U (xx, yy, zz, yz, xz, xy) and its derivatives along the second and third axis, and two zeros that fill
+/// wide registers.
+const ENTRIES: usize = 20;
+
+/// Of them, those that are not zero.
+const USED: usize = 18;
+
+/// Halvings of the side of a cube's face, at most.
+const MOST_HALVINGS: u32 = 7;
 
 /// Wanted error, over the largest entry.
 const ERROR: f64 = 1e-9;
@@ -21,41 +34,129 @@ const ERROR: f64 = 1e-9;
 /// Directions in which a table is compared with the integrals.
 const COMPARED: usize = 2048;
 
-/// Rows beyond the pole and the equator, angles beyond a whole turn.
-const BEYOND: usize = NODES / 2 - 1;
-
-/// Entries of a node: r U (xx, yy, zz, yz, xz, xy) and r² ∂U along x, y, z likewise.
-const ENTRIES: usize = 24;
-
 /// Rows and columns of the entries of a symmetric matrix.
 const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
-/// r U and r² ∂U at equidistant polar angles and azimuths, polynomials of degree 7 in both.
+type Entries = [f64; ENTRIES];
+
+/// The field on three faces of a cube about the force, each divided into patches until polynomials on them suffice.
 ///
-/// U is even and ∂U odd in x: the upper half of the directions suffices. Both are smooth on the sphere, so that rows go on beyond the
-/// pole with the opposite azimuth and beyond the equator with the opposite direction.
+/// On the face x_a = 1 the coordinates are (x_b, x_c), b and c following a; U being of degree -1 and even, ∂U of degree -2
+/// and odd in x, three faces suffice for all points, and x·∂U = -U gives the derivative along a.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DirectionTable {
-    /// `[row][angle][24]`, rows from -3, angles from -3 - half a turn.
-    entries: Vec<f64>,
-    angles: usize,
+    /// Squares along a side of a face that the smallest patches fill.
+    squares: usize,
+    /// Patch of each square, `[3, squares, squares]`.
+    patch_of: Vec<u32>,
+    patches: Vec<Patch>,
     /// Largest difference from the integrals, over the largest entry.
     error: f64,
 }
 
-type Entries = [f64; ENTRIES];
-
-fn entries(field: &PointField) -> Entries {
-    let parts = [&field.value, &field.gradient[0], &field.gradient[1], &field.gradient[2]];
-    std::array::from_fn(|k| parts[k / 6][SYMMETRIC[k % 6]])
+/// Chebyshev polynomials on a square of a face.
+#[derive(Debug, Clone, PartialEq)]
+struct Patch {
+    middle: [f64; 2],
+    /// 1 over half of its side.
+    scale: f64,
+    /// Of T_i(u) T_j(v), i + j up to the degree, `[TERMS]`.
+    coefficients: Vec<Entries>,
 }
 
-fn direction(polar: f64, azimuth: f64) -> Vector3<f64> {
-    Vector3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos())
+/// A square that is to be covered.
+#[derive(Clone, Copy)]
+struct Square {
+    face: usize,
+    halvings: u32,
+    place: [usize; 2],
+}
+
+fn entries(field: &PointField, face: usize) -> Entries {
+    let parts = [&field.value, &field.gradient[(face + 1) % 3], &field.gradient[(face + 2) % 3]];
+    std::array::from_fn(|k| if k < USED { parts[k / 6][SYMMETRIC[k % 6]] } else { 0.0 })
+}
+
+/// The point of a face with such coordinates.
+fn on_face(face: usize, [u, v]: [f64; 2]) -> Vector3<f64> {
+    let mut x = Vector3::zeros();
+    (x[face], x[(face + 1) % 3], x[(face + 2) % 3]) = (1.0, u, v);
+    x
+}
+
+/// T_0 to T_DEGREE at `u`.
+#[inline(always)]
+fn chebyshev(u: f64) -> [f64; DEGREE + 1] {
+    let mut values = [1.0; DEGREE + 1];
+    values[1] = u;
+    for k in 2..=DEGREE {
+        values[k] = 2.0 * u * values[k - 1] - values[k - 2];
+    }
+    values
+}
+
+/// Chebyshev nodes in [-1, 1].
+fn node(k: usize) -> f64 {
+    (std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64).cos()
+}
+
+impl Square {
+    /// Its middle and half of its side.
+    fn extent(&self) -> ([f64; 2], f64) {
+        let half = 1.0 / f64::from(1 << self.halvings);
+        (self.place.map(|k| -1.0 + half * (2 * k + 1) as f64), half)
+    }
+
+    fn quarters(&self) -> [Self; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|which| Self {
+            face: self.face,
+            halvings: self.halvings + 1,
+            place: [0, 1].map(|c| 2 * self.place[c] + which[c]),
+        })
+    }
+}
+
+impl Patch {
+    /// Fitted to the integrals, and the largest difference from them at the nodes, of displacement and derivatives.
+    fn fitted(square: &Square, integrals: &BarnettField) -> Result<(Self, [f64; 2])> {
+        interrupt::check()?;
+        let (middle, half) = square.extent();
+        let nodes: Vec<[f64; 2]> = (0..NODES * NODES).map(|k| [node(k / NODES), node(k % NODES)]).collect();
+        let sample = |[s, t]: &[f64; 2]| {
+            let x = on_face(square.face, [middle[0] + half * s, middle[1] + half * t]);
+            Ok(entries(&integrals.at(&x)?, square.face))
+        };
+        let samples = nodes.iter().map(sample).collect::<Result<Vec<Entries>>>()?;
+        let mut coefficients = vec![[0.0; ENTRIES]; TERMS];
+        for ([s, t], sample) in nodes.iter().zip(&samples) {
+            let (along, across) = (chebyshev(*s), chebyshev(*t));
+            let mut term = 0;
+            for (i, along) in along.iter().enumerate() {
+                for (j, across) in across[..=DEGREE - i].iter().enumerate() {
+                    let twice = f64::from(1 << (u8::from(i > 0) + u8::from(j > 0)));
+                    let weight = along * across * twice / (NODES * NODES) as f64;
+                    let sums = coefficients[term].iter_mut().zip(sample);
+                    sums.for_each(|(sum, value)| *sum += weight * value);
+                    term += 1;
+                }
+            }
+        }
+        let patch = Self { middle, scale: 1.0 / half, coefficients };
+        let mut apart = [0.0_f64; 2];
+        for ([s, t], sample) in nodes.iter().zip(&samples) {
+            let mut found = [0.0; ENTRIES];
+            weigh(&patch.coefficients, *s, *t, &mut found);
+            for (k, (found, wanted)) in found.iter().zip(sample).enumerate() {
+                let part = &mut apart[usize::from(k >= 6)];
+                *part = part.max((found - wanted).abs());
+            }
+        }
+        Ok((patch, apart))
+    }
 }
 
 impl DirectionTable {
-    /// A table whose error is measured to be below 1e-9, or the largest one.
+    /// A table whose error is about 1e-9; larger only where the smallest patches do not suffice.
     ///
     /// # Errors
     /// If the integrals do not converge, or a stop is wished.
@@ -66,66 +167,61 @@ impl DirectionTable {
                 // The R2 sequence of the plastic number on the sphere.
                 let [a, b] =
                     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|step| step * k as f64 % 1.0);
-                let x = direction((1.0 - 2.0 * b).acos(), 2.0 * PI * a);
+                let (height, angle) = (1.0 - 2.0 * b, 2.0 * std::f64::consts::PI * a);
+                let rho = (1.0 - height * height).sqrt();
+                let x = Vector3::new(rho * angle.cos(), rho * angle.sin(), height);
                 Ok((x, integrals.at(&x)?))
             })
             .collect::<Result<_>>()?;
-        let mut angles = ANGLES[0];
-        loop {
-            let mut table = Self::sampled(angles, integrals)?;
-            table.error = table.compared(&compared);
-            interrupt::check()?;
-            if table.error <= ERROR || angles >= ANGLES[1] {
-                return Ok(table);
-            }
-            let factor = (2.0 * table.error / ERROR).powf(1.0 / 8.0).clamp(1.1, 2.0);
-            angles = (((angles as f64 * factor / 16.0).ceil() as usize) * 16).min(ANGLES[1]);
-        }
-    }
-
-    fn sampled(angles: usize, integrals: &BarnettField) -> Result<Self> {
-        let rows = angles / 4;
-        let step = 2.0 * PI / angles as f64;
-        let row = |row: usize| -> Result<Vec<Entries>> {
-            interrupt::check()?;
-            let node = |angle: usize| {
-                Ok(entries(&integrals.at(&direction(row as f64 * step, angle as f64 * step))?))
-            };
-            // All angles of the pole are one direction.
-            if row == 0 { Ok(vec![node(0)?; angles]) } else { (0..angles).map(node).collect() }
-        };
-        let nodes: Vec<Vec<Entries>> = (0..=rows).into_par_iter().map(row).collect::<Result<_>>()?;
-        let around = angles + NODES;
-        let mut entries = Vec::with_capacity((rows + 1 + 2 * BEYOND + 1) * around * ENTRIES);
-        for place in 0..rows + 2 * BEYOND + 2 {
-            let below = place < BEYOND;
-            let row = place.abs_diff(BEYOND);
-            let beyond = row > rows;
-            let from = if beyond { 2 * rows - row } else { row };
-            let turn = if below || beyond { angles / 2 } else { 0 };
-            for angle in 0..around {
-                let node = &nodes[from][(angle + turn + angles / 2 + angles - BEYOND) % angles];
-                let sign = |k: usize| if beyond && k >= 6 { -1.0 } else { 1.0 };
-                entries.extend(node.iter().enumerate().map(|(k, value)| sign(k) * value));
+        let fields = compared.iter().map(|(_, field)| [field.value.amax(), field.steepest()]);
+        let size = fields.fold([0.0_f64; 2], |size, field| [0, 1].map(|k| size[k].max(field[k])));
+        let (mut squares, mut patches, mut covered) = (Vec::new(), Vec::new(), Vec::new());
+        squares.extend((0..3).map(|face| Square { face, halvings: 0, place: [0; 2] }));
+        while !squares.is_empty() {
+            let fitted = squares
+                .par_iter()
+                .map(|square| Ok((*square, Patch::fitted(square, integrals)?)))
+                .collect::<Result<Vec<_>>>()?;
+            squares.clear();
+            for (square, (patch, apart)) in fitted {
+                let error = (apart[0] / size[0]).max(apart[1] / size[1]);
+                if error > ERROR && square.halvings < MOST_HALVINGS {
+                    squares.extend(square.quarters());
+                } else {
+                    patches.push(patch);
+                    covered.push(square);
+                }
             }
         }
-        Ok(Self { entries, angles, error: 0.0 })
+        let mut table = Self::of(patches, &covered);
+        table.error = table.compared(&compared, size);
+        Ok(table)
     }
 
-    /// Largest difference from the integrals, over the largest entry.
-    fn compared(&self, wanted: &[(Vector3<f64>, PointField)]) -> f64 {
-        let mut apart = [0.0_f64; 2];
-        let mut size = [0.0_f64; 2];
-        for (x, wanted) in wanted {
+    /// The table of patches that cover these squares.
+    fn of(patches: Vec<Patch>, covered: &[Square]) -> Self {
+        let halvings = covered.iter().map(|square| square.halvings).max().unwrap_or(0);
+        let squares = 1 << halvings;
+        let mut patch_of = vec![0; 3 * squares * squares];
+        for (patch, square) in covered.iter().enumerate() {
+            let side = 1 << (halvings - square.halvings);
+            for i in 0..side {
+                let row = square.face * squares + square.place[0] * side + i;
+                let first = row * squares + square.place[1] * side;
+                patch_of[first..first + side].fill(patch as u32);
+            }
+        }
+        Self { squares, patch_of, patches, error: 0.0 }
+    }
+
+    /// Largest difference from the integrals, over the largest entries.
+    fn compared(&self, wanted: &[(Vector3<f64>, PointField)], size: [f64; 2]) -> f64 {
+        let apart = wanted.iter().map(|(x, wanted)| {
             let found = self.at(x);
-            apart[0] = apart[0].max((found.value - wanted.value).amax());
-            size[0] = size[0].max(wanted.value.amax());
-            for k in 0..3 {
-                apart[1] = apart[1].max((found.gradient[k] - wanted.gradient[k]).amax());
-                size[1] = size[1].max(wanted.gradient[k].amax());
-            }
-        }
-        (apart[0] / size[0]).max(apart[1] / size[1])
+            let value = (found.value - wanted.value).amax() / size[0];
+            value.max(found.steepest_difference(wanted) / size[1])
+        });
+        apart.fold(0.0, f64::max)
     }
 
     /// Largest difference found from the integrals, over the largest entry.
@@ -133,68 +229,90 @@ impl DirectionTable {
         self.error
     }
 
-    /// What a table is restored from: the angles, the error, the entries.
+    /// What a table is restored from: the error, the halvings, and of each patch face, halvings, place and coefficients.
     pub(super) fn values(&self) -> Vec<f64> {
-        [self.angles as f64, self.error].into_iter().chain(self.entries.iter().copied()).collect()
+        let mut values = vec![self.error];
+        for (index, patch) in self.patches.iter().enumerate() {
+            let first = self.patch_of.iter().position(|&of| of as usize == index).unwrap_or(0);
+            let face = first / (self.squares * self.squares);
+            values.extend([face as f64, patch.scale, patch.middle[0], patch.middle[1]]);
+            values.extend(patch.coefficients.iter().flat_map(|entries| &entries[..USED]));
+        }
+        values
     }
 
     /// The table of such values; `None` if they are none of a table.
-    pub(super) fn restored(mut values: Vec<f64>) -> Option<Self> {
-        let &[angles, error, ..] = &values[..] else { return None };
-        let angles = angles as usize;
-        if !(ANGLES[0]..=ANGLES[1]).contains(&angles) {
+    pub(super) fn restored(values: &[f64]) -> Option<Self> {
+        let (&error, rest) = values.split_first()?;
+        let of_patch = rest.chunks_exact(4 + TERMS * USED);
+        if !of_patch.remainder().is_empty() {
             return None;
         }
-        values.drain(..2);
-        let size = (angles / 4 + 2 * BEYOND + 2) * (angles + NODES) * ENTRIES;
-        (values.len() == size).then_some(Self { entries: values, angles, error })
+        let (mut patches, mut covered, mut area) = (Vec::new(), Vec::new(), 0.0);
+        for values in of_patch {
+            let &[face, scale, u, v] = &values[..4] else { return None };
+            let halvings = (0..=MOST_HALVINGS).find(|k| f64::from(1 << k) == scale)?;
+            let place = [u, v].map(|middle| ((middle + 1.0) * scale - 1.0) / 2.0);
+            let inside = |k: f64| k.fract() == 0.0 && (0.0..scale).contains(&k);
+            if ![0.0, 1.0, 2.0].contains(&face) || !place.into_iter().all(inside) {
+                return None;
+            }
+            covered.push(Square { face: face as usize, halvings, place: place.map(|k| k as usize) });
+            area += 1.0 / (scale * scale);
+            let coefficients = values[4..].chunks_exact(USED).map(|used| {
+                let mut entries = [0.0; ENTRIES];
+                entries[..USED].copy_from_slice(used);
+                entries
+            });
+            patches.push(Patch { middle: [u, v], scale, coefficients: coefficients.collect() });
+        }
+        (area == 3.0).then(|| Self { error, ..Self::of(patches, &covered) })
     }
 
     /// The field at a point other than the origin.
     #[inline]
     pub(super) fn at(&self, x: &Vector3<f64>) -> PointField {
-        let sign = if x.z < 0.0 { -1.0 } else { 1.0 };
-        let (x, y, z) = (sign * x.x, sign * x.y, sign * x.z);
-        let rho = x.hypot(y);
-        let per_radian = self.angles as f64 / (2.0 * PI);
-        let height = rho.atan2(z) * per_radian;
-        let around = (y.atan2(x) + PI) * per_radian;
-        let (row, angle) = ((height as usize).min(self.angles / 4), (around as usize).min(self.angles));
-        let weights = [lagrange(height - row as f64), lagrange(around - angle as f64)];
-        let stride = (self.angles + NODES) * ENTRIES;
+        let face = x.iamax();
+        let (b, c) = ((face + 1) % 3, (face + 2) % 3);
+        let inverse = 1.0 / x[face];
+        let (u, v) = (x[b] * inverse, x[c] * inverse);
+        let half = 0.5 * self.squares as f64;
+        let square = |u: f64| (((u + 1.0) * half) as usize).min(self.squares - 1);
+        let place = (face * self.squares + square(u)) * self.squares + square(v);
+        let patch = &self.patches[self.patch_of[place] as usize];
         let mut sums = [0.0; ENTRIES];
-        weigh(&self.entries[row * stride + angle * ENTRIES..], stride, &weights, &mut sums);
-        let inverse = 1.0 / rho.hypot(z);
+        let [s, t] = [(u - patch.middle[0]) * patch.scale, (v - patch.middle[1]) * patch.scale];
+        weigh(&patch.coefficients, s, t, &mut sums);
         let matrix = |part: usize, factor: f64| {
             let [xx, yy, zz, yz, xz, xy] = std::array::from_fn(|k| factor * sums[6 * part + k]);
             Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
         };
-        let slope = sign * inverse * inverse;
-        PointField {
-            value: matrix(0, inverse),
-            gradient: [matrix(1, slope), matrix(2, slope), matrix(3, slope)],
-        }
+        let slope = inverse * inverse.abs();
+        let value = matrix(0, inverse.abs());
+        let mut gradient = [Matrix3::zeros(); 3];
+        (gradient[b], gradient[c]) = (matrix(1, slope), matrix(2, slope));
+        gradient[face] = (value + gradient[b] * x[b] + gradient[c] * x[c]) * -inverse;
+        PointField { value, gradient }
     }
 }
 
-/// The weighted sums over nodes whose rows lie `stride` entries apart.
-fn weigh(entries: &[f64], stride: usize, weights: &[[f64; NODES]; 2], sums: &mut Entries) {
+/// The sums of the polynomials of a patch at (s, t) in [-1, 1]².
+fn weigh(coefficients: &[Entries], s: f64, t: f64, sums: &mut Entries) {
     wide!(weigh_inline(
-        entries => entries: &[f64], stride => stride: usize, weights => weights: &[[f64; NODES]; 2], sums => sums: &mut Entries
+        coefficients => coefficients: &[Entries], s => s: f64, t => t: f64, sums => sums: &mut Entries
     ))
 }
 
 #[inline(always)]
-fn weigh_inline(entries: &[f64], stride: usize, weights: &[[f64; NODES]; 2], sums: &mut Entries) {
-    let [down, around] = weights;
+fn weigh_inline(coefficients: &[Entries], s: f64, t: f64, sums: &mut Entries) {
+    let (along, across) = (chebyshev(s), chebyshev(t));
     let mut total = [0.0; ENTRIES];
-    for (row, down) in down.iter().enumerate() {
-        let mut of_row = [0.0; ENTRIES];
-        let nodes = entries[row * stride..row * stride + NODES * ENTRIES].chunks_exact(ENTRIES);
-        for (node, weight) in nodes.zip(around) {
-            (0..ENTRIES).for_each(|k| of_row[k] += weight * node[k]);
+    let mut terms = coefficients.iter();
+    for (i, along) in along.iter().enumerate() {
+        for (across, term) in across[..=DEGREE - i].iter().zip(&mut terms) {
+            let weight = along * across;
+            (0..ENTRIES).for_each(|k| total[k] += weight * term[k]);
         }
-        (0..ENTRIES).for_each(|k| total[k] += down * of_row[k]);
     }
     *sums = total;
 }

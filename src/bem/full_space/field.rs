@@ -11,7 +11,7 @@ use crate::linalg::cache::{Cache, CacheKey, KeyHash, List};
 use crate::material::Stiffness;
 
 /// Raised whenever what a table holds, or its arithmetic, changes.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 
 /// Names of kept tables end so.
 const ENDING: &str = "directions";
@@ -48,7 +48,7 @@ impl FullSpaceField {
         let mut note = None;
         if let Some(cache) = cache {
             match cache.read_list(&key, ENDING)? {
-                List::Hit(values) => match DirectionTable::restored(values) {
+                List::Hit(values) => match DirectionTable::restored(&values) {
                     Some(table) => return Ok((Self(Form::Tabulated(Box::new(table))), None)),
                     None => note = Some(damage("its shape is wrong")),
                 },

@@ -12,7 +12,7 @@
 //! [`SurfaceGreen`] -> [`PeriodicFlexibility`]
 
 mod admittance;
-pub(crate) mod angular_table;
+mod angular_table;
 pub mod barnett_lothe;
 mod boussinesq;
 mod cell_pairs;

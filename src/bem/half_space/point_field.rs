@@ -40,12 +40,12 @@ impl PointField {
     }
 
     /// Largest entry of the gradient.
-    pub(super) fn steepest(&self) -> f64 {
+    pub(crate) fn steepest(&self) -> f64 {
         self.gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
     }
 
     /// Largest difference of an entry of the gradient.
-    pub(super) fn steepest_difference(&self, other: &Self) -> f64 {
+    pub(crate) fn steepest_difference(&self, other: &Self) -> f64 {
         let apart = |k: usize| (self.gradient[k] - other.gradient[k]).amax();
         apart(0).max(apart(1)).max(apart(2))
     }

@@ -1,0 +1,124 @@
+//! The elements of a body's surface with their nodes.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::influence::{Element, Influence, Kernels, Ready};
+use super::interpolation::{ElementNodes, Interpolation};
+use super::panel::Panel;
+use crate::bem::full_space::FullSpaceField;
+use crate::geometry::Point;
+use crate::material::Stiffness;
+
+/// Elements of a surface with the kernels of the material behind it.
+#[derive(Debug)]
+pub struct BoundaryElements {
+    kernels: Kernels,
+    interpolation: Interpolation,
+    ready: Vec<Ready>,
+    /// Of triangles and quadrilaterals.
+    nodes: [ElementNodes; 2],
+    /// Number of the first node of each element, and of all nodes.
+    first: Vec<usize>,
+}
+
+impl BoundaryElements {
+    /// Elements with nodes by `interpolation`, and the field of a point force in their material; the integrals over them are
+    /// accurate to about `accuracy` of their largest values.
+    pub fn new(
+        panels: Vec<Panel>,
+        interpolation: Interpolation,
+        (stiffness, field): (&Stiffness, FullSpaceField),
+        accuracy: f64,
+    ) -> Self {
+        let kernels = Kernels::new(stiffness.clone(), field, accuracy);
+        let nodes = [true, false].map(|triangle| ElementNodes::new(interpolation, triangle));
+        let mut first = vec![0];
+        for panel in &panels {
+            let last = first[first.len() - 1];
+            first.push(last + interpolation.n_nodes(panel.is_triangle()));
+        }
+        let ready = panels.into_par_iter().map(|panel| {
+            let nodes = &nodes[usize::from(!panel.is_triangle())];
+            Ready::new(&kernels, panel.raised(interpolation), nodes, interpolation.degree())
+        });
+        let ready = ready.collect();
+        Self { kernels, interpolation, ready, nodes, first }
+    }
+
+    /// How displacement and traction vary over an element.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// The material.
+    pub fn stiffness(&self) -> &Stiffness {
+        &self.kernels.stiffness
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.ready.len()
+    }
+
+    /// Element `i`.
+    pub fn panel(&self, i: usize) -> &Panel {
+        &self.ready[i].panel
+    }
+
+    /// Number of nodes.
+    pub fn n_nodes(&self) -> usize {
+        self.first[self.ready.len()]
+    }
+
+    /// Numbers of the nodes of element `i`.
+    pub fn nodes_of(&self, i: usize) -> Range<usize> {
+        self.first[i]..self.first[i + 1]
+    }
+
+    /// The nodes of element `i` in its reference element.
+    pub fn places_of(&self, i: usize) -> &ElementNodes {
+        &self.nodes[usize::from(!self.panel(i).is_triangle())]
+    }
+
+    /// All nodes, by `of` their element and place in it.
+    fn each_node<T>(&self, of: impl Fn(&Panel, usize, &ElementNodes) -> T) -> Vec<T> {
+        let mut all = Vec::with_capacity(self.n_nodes());
+        for i in 0..self.n_elements() {
+            let nodes = self.places_of(i);
+            all.extend((0..nodes.places().len()).map(|node| of(self.panel(i), node, nodes)));
+        }
+        all
+    }
+
+    /// Where the nodes lie, mm.
+    pub fn positions(&self) -> Vec<Point> {
+        self.each_node(|panel, node, nodes| panel.position(nodes.places()[node]))
+    }
+
+    /// Outward unit normals at the nodes.
+    pub fn normals(&self) -> Vec<Point> {
+        self.each_node(|panel, node, nodes| panel.area(nodes.places()[node]).normalize())
+    }
+
+    /// Areas of the nodes, ∫ N_a dS by the rule whose points they are, mm².
+    pub fn areas(&self) -> Vec<f64> {
+        self.each_node(|panel, node, nodes| nodes.weights()[node] * panel.area(nodes.places()[node]).norm())
+    }
+
+    fn element(&self, i: usize) -> Element<'_> {
+        Element { ready: &self.ready[i], nodes: self.places_of(i) }
+    }
+
+    /// What element `i` does at a point that is not on it.
+    pub fn away(&self, i: usize, y: &Point) -> Influence {
+        self.kernels.away(self.element(i), y)
+    }
+
+    /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is
+    /// zero.
+    pub fn own(&self, i: usize, node: usize) -> Influence {
+        self.kernels.own(self.element(i), node)
+    }
+}

@@ -1,0 +1,325 @@
+//! What unit tractions and displacements of an element do at a point: integrals of the kernels.
+//!
+//! Off the element by Gauss rules, on quarters of it where the point is near; on it from the point along rays to the rim, whose
+//! length takes 1/r away. The number of points follows from how near the singularities of the kernel come to the element
+//! ([`Nearness`]).
+
+use nalgebra::Matrix3;
+
+use super::interpolation::{ElementNodes, MOST_NODES};
+use super::nearness::{Nearness, Patch};
+use super::panel::Panel;
+use crate::bem::full_space::FullSpaceField;
+use crate::bem::half_space::TractionMap;
+use crate::geometry::Point;
+use crate::material::Stiffness;
+use crate::quadrature::gauss_legendre;
+
+/// Most Gauss points along a side of a part.
+const MOST_POINTS: usize = 8;
+
+/// Rules with up to so many points along a side are kept ready on whole elements.
+const KEPT: usize = 4;
+
+/// Divisions of an element, one after the other, at most.
+const MOST_DIVISIONS: usize = 14;
+
+/// What unit tractions and displacements of the nodes of an element do at a point, rows by the displacement there.
+#[derive(Debug, Clone, Copy)]
+pub struct Influence {
+    /// ∫ U N_a dS, mm/MPa.
+    pub single: [Matrix3<f64>; MOST_NODES],
+    /// ∫ T N_a dS.
+    pub double: [Matrix3<f64>; MOST_NODES],
+}
+
+/// The kernels of a body, and how they are integrated.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    /// Its material.
+    pub stiffness: Stiffness,
+    /// Field of a point force in it.
+    field: FullSpaceField,
+    /// Gauss rules on [-1, 1] with 1, 2, ... points.
+    rules: Vec<Vec<(f64, f64)>>,
+    nearness: Nearness,
+}
+
+/// A point of an element in a rule.
+#[derive(Debug, Clone)]
+struct Sample {
+    at: Point,
+    /// Its share of the area, mm².
+    area: f64,
+    traction: TractionMap,
+    values: [f64; MOST_NODES],
+}
+
+/// An element, ready for its integrals.
+#[derive(Debug)]
+pub(super) struct Ready {
+    pub panel: Panel,
+    /// Points of the rules with 1, 2, ... points along a side on all of it; none below `least`.
+    samples: [Vec<Sample>; KEPT],
+    /// Least number of points along a side.
+    least: usize,
+    patch: Patch,
+}
+
+/// An element with its nodes.
+#[derive(Clone, Copy)]
+pub(super) struct Element<'a> {
+    pub ready: &'a Ready,
+    pub nodes: &'a ElementNodes,
+}
+
+/// A triangle or parallelogram of the reference element.
+#[derive(Clone, Copy)]
+struct Part {
+    first: [f64; 2],
+    sides: [[f64; 2]; 2],
+    triangle: bool,
+}
+
+impl Influence {
+    fn zero() -> Self {
+        Self { single: [Matrix3::zeros(); MOST_NODES], double: [Matrix3::zeros(); MOST_NODES] }
+    }
+}
+
+impl Part {
+    fn whole(triangle: bool) -> Self {
+        if triangle {
+            Self { first: [0.0; 2], sides: [[1.0, 0.0], [0.0, 1.0]], triangle }
+        } else {
+            Self { first: [-1.0; 2], sides: [[2.0, 0.0], [0.0, 2.0]], triangle }
+        }
+    }
+
+    fn at(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|c| self.first[c] + u * self.sides[0][c] + v * self.sides[1][c])
+    }
+
+    /// What it is on a panel, to the first order about its middle.
+    fn on(&self, panel: &Panel) -> Patch {
+        let middle = self.at([0.5; 2]);
+        let [a, b] = panel.tangents(middle);
+        let sides = self.sides.map(|[u, v]| 0.5 * (u * a + v * b));
+        Patch { middle: panel.position(middle), sides }
+    }
+
+    fn quarters(&self) -> [Self; 4] {
+        let sides = self.sides.map(|side| side.map(|x| 0.5 * x));
+        let part = |place: [f64; 2]| Self { first: self.at(place), sides, ..*self };
+        let last = if self.triangle {
+            // The one in the middle is turned over.
+            Self { first: self.at([0.5, 0.5]), sides: sides.map(|side| side.map(|x| -x)), ..*self }
+        } else {
+            part([0.5, 0.5])
+        };
+        [part([0.0, 0.0]), part([0.5, 0.0]), part([0.0, 0.5]), last]
+    }
+
+    /// Points and weights of the product of a rule with itself.
+    fn points<'a>(&'a self, rule: &'a [(f64, f64)]) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
+        let [a, b] = self.sides;
+        let stretch = (a[0] * b[1] - a[1] * b[0]).abs();
+        rule.iter().flat_map(move |&(u, by_u)| {
+            rule.iter().map(move |&(v, by_v)| {
+                let (mut place, mut weight) =
+                    ([0.5 * (1.0 + u), 0.5 * (1.0 + v)], 0.25 * by_u * by_v * stretch);
+                if self.triangle {
+                    weight *= 1.0 - place[0];
+                    place[1] *= 1.0 - place[0];
+                }
+                (self.at(place), weight)
+            })
+        })
+    }
+}
+
+impl Sample {
+    fn new(
+        kernels: &Kernels,
+        (panel, nodes): (&Panel, &ElementNodes),
+        (xi, weight): ([f64; 2], f64),
+    ) -> Self {
+        let area = panel.area(xi);
+        let size = area.norm();
+        Self {
+            at: panel.position(xi),
+            area: weight * size,
+            traction: TractionMap::new(&kernels.stiffness, &(area / size)),
+            values: nodes.values(xi),
+        }
+    }
+}
+
+impl Ready {
+    pub fn new(kernels: &Kernels, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
+        // The polynomials, and the collapse or the curvature of the element.
+        let affine = panel.is_affine() && !panel.is_triangle();
+        let least = degree + if affine { 1 } else { 2 };
+        let whole = Part::whole(panel.is_triangle());
+        let samples = std::array::from_fn(|i| {
+            let points = if i + 1 < least { Vec::new() } else { whole.points(&kernels.rules[i]).collect() };
+            points.into_iter().map(|point| Sample::new(kernels, (&panel, nodes), point)).collect()
+        });
+        let patch = whole.on(&panel);
+        Self { panel, samples, least, patch }
+    }
+}
+
+impl Kernels {
+    /// Kernels whose integrals over an element are accurate to about `accuracy` of their largest values.
+    pub fn new(stiffness: Stiffness, field: FullSpaceField, accuracy: f64) -> Self {
+        let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
+        let nearness = Nearness::new(&stiffness, accuracy, MOST_POINTS);
+        Self { stiffness, field, rules, nearness }
+    }
+
+    /// What an element does at a point `y` that is not on it.
+    pub fn away(&self, element: Element, y: &Point) -> Influence {
+        let mut influence = Influence::zero();
+        let Ready { panel, samples, least, patch } = element.ready;
+        match self.nearness.points(patch, y).map(|n| n.max(*least)) {
+            Some(n) if n <= KEPT => {
+                samples[n - 1].iter().for_each(|sample| self.add(element.nodes, y, sample, &mut influence));
+            }
+            _ => self.divide(element, y, (Part::whole(panel.is_triangle()), MOST_DIVISIONS), &mut influence),
+        }
+        influence
+    }
+
+    /// What an element does at its own node `node`. The block of [`Influence::double`] of that node itself, which has no value, stays
+    /// zero.
+    pub fn own(&self, element: Element, node: usize) -> Influence {
+        let mut influence = Influence::zero();
+        let panel = &element.ready.panel;
+        let xi = element.nodes.places()[node];
+        let y = panel.position(xi);
+        let corners = panel.corners();
+        for (k, from) in corners.iter().enumerate() {
+            let to = corners[(k + 1) % corners.len()];
+            self.fan(element, (xi, &y), (*from, to, MOST_DIVISIONS), &mut influence);
+        }
+        influence.double[node] = Matrix3::zeros();
+        influence
+    }
+
+    fn divide(
+        &self,
+        element: Element,
+        y: &Point,
+        (part, divisions): (Part, usize),
+        influence: &mut Influence,
+    ) {
+        let panel = &element.ready.panel;
+        let n = self.nearness.points(&part.on(panel), y).map(|n| n.max(element.ready.least));
+        if n.is_none() && divisions > 0 {
+            for quarter in part.quarters() {
+                self.divide(element, y, (quarter, divisions - 1), influence);
+            }
+            return;
+        }
+        for point in part.points(&self.rules[n.unwrap_or(MOST_POINTS) - 1]) {
+            let sample = Sample::new(self, (panel, element.nodes), point);
+            self.add(element.nodes, y, &sample, influence);
+        }
+    }
+
+    /// The triangle between a point of the element and a part of its rim, which takes away 1/r.
+    fn fan(
+        &self,
+        element: Element,
+        (xi, y): ([f64; 2], &Point),
+        (from, to, divisions): ([f64; 2], [f64; 2], usize),
+        influence: &mut Influence,
+    ) {
+        let panel = &element.ready.panel;
+        let middle = [0, 1].map(|c| 0.5 * (from[c] + to[c]));
+        let half = 0.5 * (panel.position(to) - panel.position(from));
+        let n = self.nearness.points_along(&panel.position(middle), &half, y);
+        let n = n.map(|n| (n + element.ready.least).min(MOST_POINTS));
+        if n.is_none() && divisions > 0 {
+            self.fan(element, (xi, y), (from, middle, divisions - 1), influence);
+            self.fan(element, (xi, y), (middle, to, divisions - 1), influence);
+            return;
+        }
+        let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
+        // Along a ray the integrand is a polynomial on flat elements, and smooth on curved ones.
+        let radial = &self.rules[MOST_POINTS - 1];
+        for &(t, by_t) in &self.rules[n.unwrap_or(MOST_POINTS) - 1] {
+            let end = [0, 1].map(|c| 0.5 * ((1.0 - t) * from[c] + (1.0 + t) * to[c]));
+            for &(s, by_s) in radial {
+                let share = 0.5 * (1.0 + s);
+                let at = [0, 1].map(|c| xi[c] + share * (end[c] - xi[c]));
+                let point = (at, 0.25 * by_s * by_t * share * cross.abs());
+                let sample = Sample::new(self, (panel, element.nodes), point);
+                self.add(element.nodes, y, &sample, influence);
+            }
+        }
+    }
+
+    /// Adds a point of a rule.
+    #[inline]
+    fn add(&self, nodes: &ElementNodes, y: &Point, sample: &Sample, influence: &mut Influence) {
+        let field = self.field.at(&(sample.at - y));
+        // The force acts at y, the displacement is asked for there: transposed.
+        let traction = sample.traction.of(&field).transpose();
+        for (a, value) in sample.values.iter().enumerate().take(nodes.places().len()) {
+            let factor = value * sample.area;
+            influence.single[a] += field.value * factor;
+            influence.double[a] += traction * factor;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::interpolation::Interpolation;
+    use super::*;
+    use crate::element::ElementKind;
+
+    /// Truth: the tractions of a force at y on a closed box balance it: the sum over its faces is minus the unit matrix for y inside, and
+    /// zero outside, at any distance from the nearest face, for integrals wanted to 1e-9 of a face's.
+    #[test]
+    fn flux_through_a_box_near_its_faces() {
+        let steel = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let fibres = Stiffness::transversely_isotropic(140e3, 10e3, 5e3, 0.3, 0.4).unwrap();
+        for stiffness in [steel, fibres] {
+            flux(stiffness);
+        }
+    }
+
+    fn flux(stiffness: Stiffness) {
+        let field = FullSpaceField::new(&stiffness).unwrap();
+        let kernels = Kernels::new(stiffness, field, 1e-9);
+        let nodes = ElementNodes::new(Interpolation::Constant, false);
+        let faces: [[[f64; 3]; 4]; 6] = [
+            [[0., 0., 0.], [0., 1., 0.], [1., 1., 0.], [1., 0., 0.]],
+            [[0., 0., 1.], [1., 0., 1.], [1., 1., 1.], [0., 1., 1.]],
+            [[0., 0., 0.], [1., 0., 0.], [1., 0., 1.], [0., 0., 1.]],
+            [[0., 1., 0.], [0., 1., 1.], [1., 1., 1.], [1., 1., 0.]],
+            [[0., 0., 0.], [0., 0., 1.], [0., 1., 1.], [0., 1., 0.]],
+            [[1., 0., 0.], [1., 1., 0.], [1., 1., 1.], [1., 0., 1.]],
+        ];
+        let panels = faces
+            .map(|nodes| Panel { kind: ElementKind::Quad4, nodes: nodes.map(Point::from).to_vec() })
+            .map(|panel| Ready::new(&kernels, panel, &nodes, 0));
+        let cases = [
+            ([0.5, 0.5, 0.5], -1.0),
+            ([0.3, 0.6, 0.99], -1.0),
+            ([0.3, 0.6, 0.999], -1.0),
+            ([0.999, 0.998, 0.997], -1.0),
+            ([0.3, 0.6, 1.001], 0.0),
+            ([3.0, -2.0, 0.5], 0.0),
+        ];
+        for (y, flux) in cases {
+            let at = |ready| kernels.away(Element { ready, nodes: &nodes }, &Point::from(y)).double[0];
+            let sum: Matrix3<f64> = panels.iter().map(at).sum();
+            let error = (sum - Matrix3::identity() * flux).amax();
+            assert!(error < 2e-8, "{y:?}: {error:e}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! How displacement and traction vary over a boundary element, with nodes inside it.
+
+use nalgebra::DMatrix;
+
+use crate::quadrature::{RulePoint, quadrilateral, triangle};
+
+/// Most nodes of an element.
+pub const MOST_NODES: usize = 9;
+
+/// Barycentric distances from the sides, and weights, of the six points of degree 4 of Strang and Fix (1973).
+const SIX_POINTS: [(f64, f64); 2] =
+    [(0.091_576_213_509_771, 0.054_975_871_827_661), (0.445_948_490_915_965, 0.111_690_794_839_006)];
+
+/// Polynomials of displacement and traction on an element. The nodes lie inside, at the points of a quadrature rule, so that tractions may jump from
+/// element to element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Interpolation {
+    /// One node in the middle.
+    Constant,
+    /// Three nodes on triangles, 2 x 2 on quadrilaterals.
+    Linear,
+    /// Six nodes on triangles, 3 x 3 on quadrilaterals.
+    Quadratic,
+}
+
+impl Interpolation {
+    /// Every interpolation.
+    pub const ALL: [Self; 3] = [Self::Constant, Self::Linear, Self::Quadratic];
+
+    /// Degree of its polynomials (along each direction on quadrilaterals).
+    pub const fn degree(self) -> usize {
+        match self {
+            Self::Constant => 0,
+            Self::Linear => 1,
+            Self::Quadratic => 2,
+        }
+    }
+
+    /// Its name in scenes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Linear => "linear",
+            Self::Quadratic => "quadratic",
+        }
+    }
+
+    /// Number of nodes on an element.
+    pub const fn n_nodes(self, triangle: bool) -> usize {
+        let side = self.degree() + 1;
+        if triangle { side * (side + 1) / 2 } else { side * side }
+    }
+}
+
+/// The nodes of an interpolation on the reference triangle or square, and the polynomials that are 1 at one of them and 0 at the
+/// others.
+#[derive(Debug, Clone)]
+pub struct ElementNodes {
+    places: Vec<[f64; 2]>,
+    weights: Vec<f64>,
+    triangle: bool,
+    /// Of the monomials in each polynomial, `[node, monomial]`.
+    coefficients: DMatrix<f64>,
+}
+
+impl ElementNodes {
+    /// On triangles or quadrilaterals.
+    pub fn new(interpolation: Interpolation, triangle: bool) -> Self {
+        let rule =
+            if triangle { on_triangle(interpolation) } else { quadrilateral(interpolation.degree() + 1) };
+        let (places, weights): (Vec<[f64; 2]>, Vec<f64>) = rule.into_iter().unzip();
+        let n = places.len();
+        let matrix = DMatrix::from_fn(n, n, |monomial, node| monomials(n, triangle, places[node])[monomial]);
+        let coefficients = matrix.try_inverse().expect("nodes of a rule determine their polynomials");
+        Self { places, weights, triangle, coefficients }
+    }
+
+    /// Where the nodes lie in the reference element.
+    pub fn places(&self) -> &[[f64; 2]] {
+        &self.places
+    }
+
+    /// Weights of the rule whose points the nodes are: the integrals of the polynomials over the reference element.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The polynomials at a point of the reference element; those beyond the number of nodes are zero.
+    pub fn values(&self, xi: [f64; 2]) -> [f64; MOST_NODES] {
+        let n = self.places.len();
+        let monomials = monomials(n, self.triangle, xi);
+        let mut values = [0.0; MOST_NODES];
+        for (node, value) in values.iter_mut().enumerate().take(n) {
+            *value = (0..n).map(|k| self.coefficients[(node, k)] * monomials[k]).sum();
+        }
+        values
+    }
+}
+
+fn monomials(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [f64; MOST_NODES] {
+    if triangle {
+        return [1.0, u, v, u * u, u * v, v * v, 0.0, 0.0, 0.0];
+    }
+    let mut values = [0.0; MOST_NODES];
+    let side = if n == 9 { 3 } else { n.min(2) };
+    for (k, value) in values.iter_mut().enumerate().take(n) {
+        *value = u.powi((k / side) as i32) * v.powi((k % side) as i32);
+    }
+    values
+}
+
+fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
+    match interpolation {
+        Interpolation::Constant => triangle(1),
+        Interpolation::Linear => triangle(2),
+        Interpolation::Quadratic => {
+            let around = |(a, weight): (f64, f64)| {
+                [[a, a], [1.0 - 2.0 * a, a], [a, 1.0 - 2.0 * a]].map(|place| (place, weight))
+            };
+            SIX_POINTS.map(around).concat()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: polynomials of the degree of the interpolation are reproduced, and the products of two of them integrated: on [-1, 1]²
+    /// ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b, on the triangle a! b! / (a + b + 2)!.
+    #[test]
+    fn polynomials_are_reproduced() {
+        for interpolation in Interpolation::ALL {
+            for triangle in [true, false] {
+                let nodes = ElementNodes::new(interpolation, triangle);
+                assert_eq!(nodes.places().len(), interpolation.n_nodes(triangle));
+                let degree = interpolation.degree() as i32;
+                let powers = (0..=degree).flat_map(|a| (0..=degree).map(move |b| (a, b)));
+                for (a, b) in powers.filter(|(a, b)| !triangle || a + b <= degree) {
+                    let f = |[u, v]: [f64; 2]| u.powi(a) * v.powi(b);
+                    for xi in [[0.2, 0.3], [0.0, 0.0], [0.7, 0.1]] {
+                        let values = nodes.values(xi);
+                        let sum: f64 =
+                            nodes.places().iter().zip(values).map(|(x, value)| f(*x) * value).sum();
+                        assert!((sum - f(xi)).abs() < 1e-12, "{interpolation:?} {xi:?}");
+                    }
+                    let found: f64 =
+                        nodes.places().iter().zip(nodes.weights()).map(|(x, w)| f(*x).powi(2) * w).sum();
+                    let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+                    let exact = if triangle {
+                        factorial(2 * a) * factorial(2 * b) / factorial(2 * a + 2 * b + 2)
+                    } else {
+                        4.0 / (f64::from(2 * a + 1) * f64::from(2 * b + 1))
+                    };
+                    assert!((found - exact).abs() < 1e-13, "{interpolation:?} {a} {b}");
+                }
+            }
+        }
+    }
+}

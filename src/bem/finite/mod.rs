@@ -1,0 +1,24 @@
+//! Finite bodies of boundary elements: collocation with nodes inside the elements, isotropic or of any anisotropy.
+//!
+//! At each node y of each element c u(y) + ∫ T u dS = ∫ U t dS, with the kernels of [`super::full_space`]. The nodes lie inside the
+//! elements, at the points of a quadrature rule: tractions may jump from element to element, so that edges and corners need no
+//! care.
+//!
+//! # Source
+//! Formulation 9; C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).
+
+mod elements;
+mod influence;
+mod inside;
+mod interpolation;
+mod nearness;
+mod panel;
+mod system;
+mod weight;
+
+pub use elements::BoundaryElements;
+pub use influence::Influence;
+pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
+pub use panel::Panel;
+pub use system::{Domain, Problem, Solution, SurfaceState};
+pub use weight::Weight;

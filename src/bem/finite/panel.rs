@@ -1,0 +1,64 @@
+//! Elements of a surface.
+
+use super::interpolation::Interpolation;
+use crate::element::ElementKind;
+use crate::geometry::Point;
+
+/// An element of a surface, the normal of its nodes' order pointing out of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Its kind: a triangle or a quadrilateral.
+    pub kind: ElementKind,
+    /// Its nodes, gmsh's order, mm.
+    pub nodes: Vec<Point>,
+}
+
+impl Panel {
+    /// Whether it is a triangle.
+    pub fn is_triangle(&self) -> bool {
+        self.kind.n_corners() == 3
+    }
+
+    /// The point at `xi` of the reference element, mm.
+    pub fn position(&self, xi: [f64; 2]) -> Point {
+        self.nodes.iter().zip(self.kind.face_values(xi)).map(|(node, value)| node * value).sum()
+    }
+
+    /// Tangents: derivatives of the position along the reference element's directions.
+    pub fn tangents(&self, xi: [f64; 2]) -> [Point; 2] {
+        let gradients = self.kind.face_gradients(xi);
+        [0, 1].map(|axis| self.nodes.iter().zip(&gradients).map(|(node, g)| node * g[axis]).sum())
+    }
+
+    /// Outward normal times the area per area of the reference element.
+    pub fn area(&self, xi: [f64; 2]) -> Point {
+        let [a, b] = self.tangents(xi);
+        a.cross(&b)
+    }
+
+    /// The same element with nodes that suffice for the polynomials of an interpolation: of second order for quadratic ones.
+    pub fn raised(self, interpolation: Interpolation) -> Self {
+        let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
+        if interpolation != Interpolation::Quadratic || self.kind == kind {
+            return self;
+        }
+        let nodes = kind.face_places().iter().map(|xi| self.position(*xi)).collect();
+        Self { kind, nodes }
+    }
+
+    /// Corners of the reference element.
+    pub(super) fn corners(&self) -> &'static [[f64; 2]] {
+        &self.kind.face_places()[..self.kind.n_corners()]
+    }
+
+    /// Whether its tangents are the same everywhere.
+    pub(super) fn is_affine(&self) -> bool {
+        let first = self.tangents(self.corners()[0]);
+        let size = first[0].norm().max(first[1].norm());
+        let same = |xi: &[f64; 2]| {
+            let other = self.tangents(*xi);
+            (0..2).all(|axis| (first[axis] - other[axis]).norm() <= 1e-9 * size)
+        };
+        self.kind.face_places().iter().all(same)
+    }
+}

@@ -1,0 +1,299 @@
+//! Collocation equations of a body of boundary elements.
+//!
+//! The block of a node on itself, which is strongly singular, follows from rigid translations, under which there is no traction: it is
+//! minus the sum of the others, and for the body around a cavity 1 more.
+//!
+//! A body that is not held has as many more unknowns as rigid motions are free: tractions of their shape over all of its surface,
+//! which balance its loads, and as many more equations: its mean displacement along each is zero.
+
+use faer::Par;
+use nalgebra::{DMatrix, Matrix3};
+use rayon::prelude::*;
+
+use super::elements::BoundaryElements;
+use crate::error::{Error, Result};
+use crate::fem::FreeMotions;
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::columns::Columns;
+use crate::linalg::dense_lu::DenseLu;
+
+/// Nodes whose rows are made side by side.
+const BATCH: usize = 64;
+
+/// Rows computed afresh to check a solution.
+const CHECKED: usize = 24;
+
+/// Which side of its surface a body lies on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Domain {
+    /// The surface encloses it.
+    Inside,
+    /// It goes on to infinity around the surface, whose normals point into the cavity.
+    Outside,
+}
+
+/// What is known of a body: at every node the displacement or the traction along each axis (component c of node i is dof 3 i + c).
+pub struct Problem<'a> {
+    /// Its surface.
+    pub elements: &'a BoundaryElements,
+    /// Where it lies.
+    pub domain: Domain,
+    /// Whether the displacement of a dof is known, `[3 n]`.
+    pub held: &'a [bool],
+    /// That displacement (mm), or the traction on the body (MPa) of the other dofs, `[3 n]`.
+    pub known: &'a [f64],
+    /// Nodes that further tractions act on, whose response is wanted; none of them held.
+    pub loaded: &'a [usize],
+    /// Rigid motions that the known displacements leave free, of mean square 1 over the surface.
+    pub free: Option<&'a FreeMotions>,
+}
+
+/// Displacement and traction of all nodes of a surface, global axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceState {
+    /// mm.
+    pub displacement: Vec<[f64; 3]>,
+    /// On the body, MPa.
+    pub traction: Vec<[f64; 3]>,
+}
+
+/// What is not known, for what is known and for unit tractions of the loaded nodes.
+pub struct Solution {
+    held: Vec<bool>,
+    known: Vec<f64>,
+    loaded: Vec<usize>,
+    /// `[3 n + free motions, 1 + 3 loaded nodes]`, the first for what is known.
+    unknown: Columns,
+    /// Unknown tractions are solved for over this, which brings them near displacements, MPa/mm.
+    scale: f64,
+    residual: f64,
+}
+
+/// Rows of a node: the blocks of displacements and of tractions of all nodes.
+type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
+
+impl BoundaryElements {
+    /// The three rows of node `node` of an element.
+    fn rows(&self, (element, node): (usize, usize), domain: Domain) -> Rows {
+        let n = self.n_nodes();
+        let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
+        let y = self.panel(element).position(self.places_of(element).places()[node]);
+        for i in 0..self.n_elements() {
+            let influence = if i == element { self.own(i, node) } else { self.away(i, &y) };
+            for (a, column) in self.nodes_of(i).enumerate() {
+                g[column] = influence.single[a];
+                h[column] = influence.double[a];
+            }
+        }
+        let sum: Matrix3<f64> = h.iter().sum();
+        h[self.nodes_of(element).start + node] = match domain {
+            Domain::Inside => -sum,
+            Domain::Outside => Matrix3::identity() - sum,
+        };
+        (h, g)
+    }
+
+    /// The rigid motions that known displacements of the dofs `held` leave free, of mean square 1 over the surface; `None` where it is
+    /// held.
+    ///
+    /// # Errors
+    /// If all nodes lie on a line.
+    pub fn free_motions(&self, held: &[bool]) -> Result<Option<FreeMotions>> {
+        let points: Vec<[f64; 3]> = self.positions().into_iter().map(Into::into).collect();
+        let all: Vec<usize> = (0..points.len()).collect();
+        let directions =
+            (0..held.len()).filter(|&dof| held[dof]).map(|dof| (dof / 3, Point::ith(dof % 3, 1.0)));
+        let free = FreeMotions::left_by(&points, &all, directions);
+        if free.n() == 0 {
+            return Ok(None);
+        }
+        let areas = self.areas();
+        let total: f64 = areas.iter().sum();
+        let free = free.orthonormal(&points, |node| areas[node] / total);
+        let lost =
+            || Error::input("the rigid motions of the body are not determined: its nodes lie on a line");
+        Ok(Some(free.ok_or_else(lost)?))
+    }
+
+    /// Element and place in it of every node.
+    fn places(&self) -> Vec<(usize, usize)> {
+        (0..self.n_elements()).flat_map(|i| (0..self.nodes_of(i).len()).map(move |node| (i, node))).collect()
+    }
+}
+
+impl Problem<'_> {
+    /// Bytes that solving it takes.
+    pub fn bytes(n_nodes: usize, n_loaded: usize) -> u128 {
+        let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
+        8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48
+    }
+
+    /// The equations, and the right sides of what is known and of unit tractions.
+    fn equations(&self, scale: f64) -> Result<(Columns, Columns)> {
+        let n = 3 * self.elements.n_nodes();
+        let motions = self.motions();
+        let size = n + motions.ncols();
+        let mut left = Columns::zeros(size, size)?;
+        let mut right = Columns::zeros(size, 1 + 3 * self.loaded.len())?;
+        let places = self.elements.places();
+        for (batch, nodes) in places.chunks(BATCH).enumerate() {
+            interrupt::check()?;
+            let rows: Vec<Rows> =
+                nodes.par_iter().map(|&place| self.elements.rows(place, self.domain)).collect();
+            for (k, (h, g)) in rows.iter().enumerate() {
+                let row = 3 * (batch * BATCH + k);
+                let mut known = Point::zeros();
+                for (node, (h, g)) in h.iter().zip(g).enumerate() {
+                    for c in 0..3 {
+                        let column = 3 * node + c;
+                        let (unknown, with) = if self.held[column] { (-g * scale, -h) } else { (*h, *g) };
+                        left.column_mut(column)[row..row + 3].copy_from_slice(unknown.column(c).as_slice());
+                        known += with.column(c) * self.known[column];
+                    }
+                }
+                right.column_mut(0)[row..row + 3].copy_from_slice(known.as_slice());
+                for (j, &node) in self.loaded.iter().enumerate() {
+                    for c in 0..3 {
+                        let column = right.column_mut(1 + 3 * j + c);
+                        column[row..row + 3].copy_from_slice(g[node].column(c).as_slice());
+                    }
+                }
+                for j in 0..motions.ncols() {
+                    let balance: Point =
+                        (0..g.len()).map(|node| g[node] * motions.fixed_view::<3, 1>(3 * node, j)).sum();
+                    left.column_mut(n + j)[row..row + 3].copy_from_slice((balance * scale).as_slice());
+                }
+            }
+        }
+        let areas = self.elements.areas();
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        for j in 0..motions.ncols() {
+            for dof in (0..n).filter(|&dof| !self.held[dof]) {
+                left.column_mut(dof)[n + j] = motions[(dof, j)] * areas[dof / 3] / mean;
+            }
+        }
+        Ok((left, right))
+    }
+
+    /// The free motions at the dofs, `[3 n, motions]`.
+    fn motions(&self) -> DMatrix<f64> {
+        let Some(free) = self.free else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
+        let positions = self.elements.positions();
+        DMatrix::from_fn(3 * positions.len(), free.n(), |dof, j| {
+            if self.held[dof] { 0.0 } else { free.displacement(&positions[dof / 3], j)[dof % 3] }
+        })
+    }
+
+    /// What brings tractions near displacements.
+    fn scale(&self) -> f64 {
+        let modulus = self.elements.stiffness().voigt().diagonal().max();
+        let size = self.elements.areas().into_iter().fold(0.0, f64::max).sqrt();
+        modulus / size
+    }
+
+    /// Solves for what is not known.
+    ///
+    /// # Errors
+    /// If memory does not suffice, the body is not held, or a stop is wished.
+    pub fn solve(&self, par: Par) -> Result<Solution> {
+        let scale = self.scale();
+        let (left, mut unknown) = self.equations(scale)?;
+        DenseLu::new(left, par)?.solve_in_place(&mut unknown, par)?;
+        let mut solution = Solution {
+            held: self.held.to_vec(),
+            known: self.known.to_vec(),
+            loaded: self.loaded.to_vec(),
+            unknown,
+            scale,
+            residual: 0.0,
+        };
+        solution.residual = self.residual(&solution)?;
+        Ok(solution)
+    }
+
+    /// Largest residual of rows computed afresh, under all loads, over the largest sum of sizes in one of them.
+    fn residual(&self, solution: &Solution) -> Result<f64> {
+        let state = solution.state(1.0, &vec![1.0; 3 * self.loaded.len()]);
+        let balance = solution.balance(1.0, &vec![1.0; 3 * self.loaded.len()]);
+        let motions = self.motions();
+        let places = self.elements.places();
+        let step = places.len().div_ceil(CHECKED);
+        let checked: Vec<(usize, usize)> = places.iter().copied().step_by(step).collect();
+        let of_row = |place: &(usize, usize)| {
+            let (h, g) = self.elements.rows(*place, self.domain);
+            let (mut sum, mut size) = (Point::zeros(), 0.0);
+            for (node, (h, g)) in h.iter().zip(&g).enumerate() {
+                let mut traction = Point::from(state.traction[node]);
+                for (j, balance) in balance.iter().enumerate() {
+                    traction -= motions.fixed_view::<3, 1>(3 * node, j) * *balance;
+                }
+                let parts = [h * Point::from(state.displacement[node]), -g * traction];
+                sum += parts[0] + parts[1];
+                size += parts[0].norm() + parts[1].norm();
+            }
+            (sum.norm(), size)
+        };
+        interrupt::check()?;
+        let found: Vec<(f64, f64)> = checked.par_iter().map(of_row).collect();
+        let most = found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(*x), b.max(*y)));
+        Ok(most.0 / most.1)
+    }
+}
+
+impl Solution {
+    /// Residual of equations computed afresh over the size of their terms.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// Nodes that further tractions act on.
+    pub fn loaded(&self) -> &[usize] {
+        &self.loaded
+    }
+
+    /// Displacement of a dof by a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
+    pub fn response(&self, dof: usize, loaded: usize) -> f64 {
+        self.unknown.at(dof, 1 + loaded)
+    }
+
+    /// Bytes that it keeps.
+    pub fn bytes(&self) -> usize {
+        8 * self.unknown.values().len()
+    }
+
+    /// The unknowns for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa.
+    fn combined(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.unknown.n_rows()];
+        for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
+            if *factor != 0.0 {
+                sum.iter_mut().zip(self.unknown.column(j)).for_each(|(sum, x)| *sum += factor * x);
+            }
+        }
+        sum
+    }
+
+    /// Displacement and traction of all nodes for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa,
+    /// beside it.
+    pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
+        let n = self.known.len() / 3;
+        let found = self.combined(own, tractions);
+        let mut state = SurfaceState { displacement: vec![[0.0; 3]; n], traction: vec![[0.0; 3]; n] };
+        for (dof, held) in self.held.iter().enumerate() {
+            let known = own * self.known[dof];
+            let (u, t) = if *held { (known, found[dof] * self.scale) } else { (found[dof], known) };
+            state.displacement[dof / 3][dof % 3] = u;
+            state.traction[dof / 3][dof % 3] = t;
+        }
+        for (j, &node) in self.loaded.iter().enumerate() {
+            (0..3).for_each(|c| state.traction[node][c] += tractions[3 * j + c]);
+        }
+        state
+    }
+
+    /// Tractions along the free motions that balance such loads, MPa.
+    pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+        let found = self.combined(own, tractions);
+        found[self.known.len()..].iter().map(|x| x * self.scale).collect()
+    }
+}

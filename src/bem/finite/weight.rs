@@ -1,0 +1,52 @@
+//! A force per volume of a body, carried by a displacement that is known everywhere: what is left acts on the surface.
+
+use nalgebra::Matrix3;
+
+use crate::geometry::Point;
+use crate::material::Stiffness;
+
+/// u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b.
+///
+/// # Source
+/// By substitution: σ_ij = -C_ijkl n_l (x·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weight {
+    origin: Point,
+    direction: Point,
+    /// T⁻¹ b.
+    curvature: Point,
+    /// σ_p per (x - x0)·n.
+    stress: Matrix3<f64>,
+}
+
+impl Weight {
+    /// Of the force per volume `force` (N/mm³), about the point `origin`.
+    pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
+        let direction = force.try_normalize(0.0).unwrap_or_else(Point::z);
+        let acoustic = Matrix3::from_fn(|i, k| {
+            let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
+            pairs.map(|(j, l)| stiffness.component(i, j, k, l) * direction[j] * direction[l]).sum()
+        });
+        let inverse = acoustic.try_inverse().expect("a stiffness is positive definite");
+        let curvature = inverse * force;
+        let stress = Matrix3::from_fn(|i, j| {
+            let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
+            -pairs.map(|(k, l)| stiffness.component(i, j, k, l) * curvature[k] * direction[l]).sum::<f64>()
+        });
+        Self { origin, direction, curvature, stress }
+    }
+
+    fn height(&self, x: &Point) -> f64 {
+        (x - self.origin).dot(&self.direction)
+    }
+
+    /// u_p, mm.
+    pub fn displacement(&self, x: &Point) -> Point {
+        -0.5 * self.height(x).powi(2) * self.curvature
+    }
+
+    /// σ_p, MPa.
+    pub fn stress(&self, x: &Point) -> Matrix3<f64> {
+        self.stress * self.height(x)
+    }
+}

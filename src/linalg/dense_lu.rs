@@ -1,0 +1,99 @@
+//! Dense LU factorisation with row exchanges (faer's), with its residual checked.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
+use faer::perm::PermRef;
+use faer::{MatMut, MatRef, Par};
+
+use super::columns::Columns;
+use crate::error::{Error, Result};
+
+/// P A = L U of a square matrix.
+pub struct DenseLu {
+    /// L below the diagonal, U on and above it.
+    factors: Columns,
+    forward: Vec<usize>,
+    backward: Vec<usize>,
+}
+
+fn out_of_memory() -> Error {
+    Error::resources("not enough memory for a dense factorisation")
+}
+
+impl DenseLu {
+    /// Factorises a matrix, which is overwritten.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or the matrix is singular.
+    pub fn new(mut matrix: Columns, par: Par) -> Result<Self> {
+        let n = matrix.n_rows();
+        let (mut forward, mut backward) = (vec![0; n], vec![0; n]);
+        let request = lu_in_place_scratch::<usize, f64>(n, n, par, Default::default());
+        let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+        lu_in_place(
+            MatMut::from_column_major_slice_mut(matrix.values_mut(), n, n),
+            &mut forward,
+            &mut backward,
+            par,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        let pivots = (0..n).map(|k| matrix.at(k, k).abs());
+        let (least, most) = pivots.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
+        if least.is_nan() || least <= f64::EPSILON * most {
+            return Err(Error::numerical("the equations are singular: a body is not held"));
+        }
+        Ok(Self { factors: matrix, forward, backward })
+    }
+
+    /// Solves A X = B in place.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn solve_in_place(&self, columns: &mut Columns, par: Par) -> Result<()> {
+        let n = self.factors.n_rows();
+        let count = columns.n_columns();
+        let request = solve_in_place_scratch::<usize, f64>(n, count, par);
+        let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory())?;
+        let factors = MatRef::from_column_major_slice(self.factors.values(), n, n);
+        solve_in_place(
+            factors,
+            factors,
+            PermRef::new_checked(&self.forward, &self.backward, n),
+            MatMut::from_column_major_slice_mut(columns.values_mut(), n, count),
+            par,
+            MemStack::new(&mut memory),
+        );
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: the product of a matrix with known columns; a matrix of rank one is refused.
+    #[test]
+    fn known_columns() {
+        let n = 40;
+        let entry =
+            |i: usize, j: usize| ((i * 7 + j * 13) % 11) as f64 - 5.0 + if i == j { 9.0 } else { 0.0 };
+        let values = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+        let matrix = Columns::from_values(n, n, values);
+        let known = |k: usize| (k as f64 * 0.37).sin();
+        let mut columns = Columns::zeros(n, 2).unwrap();
+        for c in 0..2 {
+            for i in 0..n {
+                columns.values_mut()[c * n + i] = (0..n).map(|j| entry(i, j) * known(j + 100 * c)).sum();
+            }
+        }
+        let lu = DenseLu::new(matrix, Par::Seq).unwrap();
+        lu.solve_in_place(&mut columns, Par::Seq).unwrap();
+        for (k, value) in columns.values().iter().enumerate() {
+            assert!((value - known(k % n + 100 * (k / n))).abs() < 1e-11, "{k}");
+        }
+        let single = Columns::from_values(n, n, (0..n * n).map(|k| (1 + k % n) as f64).collect());
+        assert!(DenseLu::new(single, Par::Seq).is_err());
+    }
+}

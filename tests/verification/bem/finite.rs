@@ -1,0 +1,236 @@
+//! Finite bodies of boundary elements: uniform stress, spheres and cavities under pressure, rigid motions, Somigliana's identity.
+
+use faer::Par;
+use nalgebra::{Matrix3, Vector3};
+use orthowear::bem::finite::{
+    BoundaryElements, Domain, Interpolation, Panel, Problem, Solution, SurfaceState,
+};
+use orthowear::bem::full_space::FullSpaceField;
+use orthowear::element::ElementKind::{Quad9, Tri6};
+use orthowear::geometry::Point;
+use orthowear::material::Stiffness;
+
+use crate::common::{steel, tabulated_cfrp as cfrp};
+
+/// Quadrilaterals of nine nodes, or triangles of six, on the six sides of the cube [-1, 1]³, `n` x `n` on each, moved by `map`; normals
+/// outward.
+fn cube(n: usize, triangles: bool, map: impl Fn(Point) -> Point) -> Vec<Panel> {
+    let mut panels = Vec::new();
+    for (axis, sign) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+        let (u_axis, v_axis) = ((axis + 1) % 3, (axis + 2) % 3);
+        let at = |[u, v]: [f64; 2]| {
+            let mut x = Point::zeros();
+            x[axis] = sign;
+            x[u_axis] = u;
+            // The sense of the nodes follows the normal.
+            x[v_axis] = sign * v;
+            map(x)
+        };
+        let h = 2.0 / n as f64;
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let node = |s: f64, t: f64| at([-1.0 + h * (i as f64 + s), -1.0 + h * (j as f64 + t)]);
+            let of = |places: &[[f64; 2]]| places.iter().map(|[s, t]| node(*s, *t)).collect();
+            if triangles {
+                let halves = [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]];
+                for [a, b, c] in halves {
+                    let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+                    let nodes = of(&[a, b, c, middle(a, b), middle(b, c), middle(c, a)]);
+                    panels.push(Panel { kind: Tri6, nodes });
+                }
+            } else {
+                let places = Quad9.face_places().iter().map(|[s, t]| [0.5 + 0.5 * s, 0.5 + 0.5 * t]);
+                panels.push(Panel { kind: Quad9, nodes: of(&places.collect::<Vec<_>>()) });
+            }
+        }
+    }
+    panels
+}
+
+/// The cube's sides on a sphere.
+fn sphere(n: usize, radius: f64, triangles: bool) -> Vec<Panel> {
+    // Equal angles instead of equal lengths.
+    let even = |x: Point| x.map(|c| (c * std::f64::consts::FRAC_PI_4).tan());
+    cube(n, triangles, |x| even(x).normalize() * radius)
+}
+
+fn elements(
+    panels: Vec<Panel>,
+    interpolation: Interpolation,
+    stiffness: &Stiffness,
+    accuracy: f64,
+) -> BoundaryElements {
+    let field = FullSpaceField::new(stiffness).unwrap();
+    BoundaryElements::new(panels, interpolation, (stiffness, field), accuracy)
+}
+
+fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
+    values.flat_map(|x| [x.x, x.y, x.z]).collect()
+}
+
+/// The body `elements` whose displacement is known where `held` holds, and its traction elsewhere.
+fn solved(
+    elements: &BoundaryElements,
+    domain: Domain,
+    held: impl Fn(&Point) -> bool,
+    (displacement, traction): (impl Fn(&Point) -> Point, impl Fn(&Point, &Point) -> Point),
+) -> Solution {
+    let (positions, normals) = (elements.positions(), elements.normals());
+    let is_held: Vec<bool> = positions.iter().flat_map(|x| [held(x); 3]).collect();
+    let of_node = |(x, n): (&Point, &Point)| if held(x) { displacement(x) } else { traction(x, n) };
+    let known = flat(positions.iter().zip(&normals).map(of_node));
+    let free = elements.free_motions(&is_held).unwrap().filter(|_| domain == Domain::Inside);
+    let problem =
+        Problem { elements, domain, held: &is_held, known: &known, loaded: &[], free: free.as_ref() };
+    let solution = problem.solve(Par::Seq).unwrap();
+    assert!(solution.residual() < 1e-12, "{}", solution.residual());
+    solution
+}
+
+/// Largest difference of the displacement of the nodes from an exact one, over its largest size.
+fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl Fn(&Point) -> Point) -> f64 {
+    let positions = elements.positions();
+    let apart = positions.iter().zip(&state.displacement).map(|(x, u)| (Point::from(*u) - exact(x)).norm());
+    let size = positions.iter().map(|x| exact(x).norm()).fold(0.0, f64::max);
+    apart.fold(0.0, f64::max) / size
+}
+
+/// Root mean square over the surface of the same.
+fn off_in_the_mean(
+    elements: &BoundaryElements,
+    state: &SurfaceState,
+    exact: impl Fn(&Point) -> Point,
+) -> f64 {
+    let nodes = || elements.positions().into_iter().zip(elements.areas());
+    let apart = nodes().zip(&state.displacement);
+    let apart: f64 = apart.map(|((x, area), u)| (Point::from(*u) - exact(&x)).norm_squared() * area).sum();
+    (apart / nodes().map(|(x, area)| exact(&x).norm_squared() * area).sum::<f64>()).sqrt()
+}
+
+/// A field of uniform strain.
+struct Linear {
+    gradient: Matrix3<f64>,
+    stress: Matrix3<f64>,
+}
+
+impl Linear {
+    fn new(stiffness: &Stiffness, gradient: Matrix3<f64>) -> Self {
+        let stress = Matrix3::from_fn(|i, j| {
+            let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
+            pairs.map(|(k, l)| stiffness.component(i, j, k, l) * gradient[(k, l)]).sum()
+        });
+        Self { gradient, stress }
+    }
+}
+
+/// Truth: a linear field, which linear elements have exactly, from its displacements on one side and its tractions on the others (in
+/// tension u_x = p x / E, u_y = -ν p y / E: be-cube-tension): 1e-6 by the integrals. Somigliana's identity: inside the
+/// field, outside nothing, a thousandth of the side from the surface too; the stress inside likewise.
+#[test]
+fn uniform_strain_in_a_cube() {
+    let any = Matrix3::new(1e-3, 2e-4, -3e-4, -5e-4, 7e-4, 1e-4, 4e-4, -2e-4, -9e-4);
+    let tension = Matrix3::from_diagonal(&Vector3::new(100.0, -30.0, -30.0)) / 210e3;
+    let cases = [(steel(), false, tension), (steel(), true, any), (cfrp(), false, any)];
+    for (stiffness, triangles, gradient) in cases {
+        let elements = elements(cube(2, triangles, |x| x), Interpolation::Linear, &stiffness, 1e-8);
+        let linear = Linear::new(&stiffness, gradient);
+        let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
+        let solution = solved(&elements, Domain::Inside, |x| x.z < -1.0 + 1e-9, data);
+        let state = solution.state(1.0, &[]);
+        let wrong = off(&elements, &state, |x| linear.gradient * x);
+        assert!(wrong < 1e-6, "{triangles} {wrong:e}");
+        for (traction, normal) in state.traction.iter().zip(elements.normals()) {
+            let wrong = (Point::from(*traction) - linear.stress * normal).norm() / linear.stress.norm();
+            assert!(wrong < 1e-5, "{triangles} {wrong:e}");
+        }
+        let places =
+            [([0.0; 3], 1.0), ([0.4, -0.3, 0.9], 1.0), ([0.3, 0.2, 0.999], 1.0), ([0.2, 1.5, 0.0], 0.0)];
+        for (y, inside) in places {
+            let y = Point::from(y);
+            let wrong = elements.displacement_at(&state, &y) - linear.gradient * y * inside;
+            assert!(wrong.norm() < 1e-6 * gradient.norm(), "{y} {wrong:e}");
+        }
+        for (y, distance, bound) in [([0.1, -0.2, 0.0], 0.8, 1e-5), ([0.4, -0.3, 0.98], 0.02, 1e-3)] {
+            let stress = elements.stress_at(&state, &Point::from(y), distance);
+            for ((i, j), found) in orthowear::material::VOIGT.into_iter().zip(stress) {
+                let wrong = (found - linear.stress[(i, j)]).abs() / linear.stress.norm();
+                assert!(wrong < bound, "{y:?} {i}{j} {wrong:e}");
+            }
+        }
+    }
+}
+
+/// Relative error of the displacement of a body under pressure, in the mean over its surface: a sphere that floats, or the body around a cavity.
+fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
+    let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
+    let mut panels = sphere(n, radius, triangles);
+    if domain == Domain::Outside {
+        // Normals into the cavity: mirrored.
+        panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
+    }
+    let elements = elements(panels, interpolation, &steel(), 1e-7);
+    let exact = |x: &Point| match domain {
+        Domain::Inside => -x * (pressure * (1.0 - 2.0 * nu) / e),
+        Domain::Outside => x * (pressure / (4.0 * e / (2.0 * (1.0 + nu)))),
+    };
+    let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| -n * pressure);
+    let state = solved(&elements, domain, |_| false, data).state(1.0, &[]);
+    off_in_the_mean(&elements, &state, exact)
+}
+
+/// Truth: Lamé: a solid sphere under pressure shrinks by p R (1 - 2ν) / E, the wall of a cavity moves by p a / 4G; errors fall with order 2 at
+/// least for linear and quadratic elements, and with 384 quadratic ones (768 triangles) are below 1e-3.
+#[test]
+fn spheres_under_pressure() {
+    for domain in [Domain::Inside, Domain::Outside] {
+        for (interpolation, triangles, order) in [
+            (Interpolation::Constant, false, 1.0),
+            (Interpolation::Linear, false, 2.0),
+            (Interpolation::Linear, true, 2.0),
+            (Interpolation::Quadratic, false, 2.0),
+        ] {
+            let [coarse, fine] = [2, 4].map(|n| pressed(n, interpolation, triangles, domain));
+            let found = (coarse / fine).log2();
+            println!("{domain:?} {interpolation:?} {triangles} {coarse:.2e} {fine:.2e} {found:.2}");
+            assert!(found > order - 0.1 || fine < 1e-6, "{domain:?} {interpolation:?} {triangles} {found}");
+        }
+        let error = pressed(8, Interpolation::Linear, false, domain);
+        println!("{domain:?} {error:.2e}");
+        assert!(error < 1e-3, "{domain:?} {error:e}");
+    }
+}
+
+/// Truth: uniform stress σ_xx in a sphere of CFRP, whose strain is the first column of the compliance: displacements differ from it by the
+/// rigid motion that the mean takes off, which vanishes by symmetry; 1e-3 and order 2.
+#[test]
+fn anisotropic_sphere_under_uniform_stress() {
+    let stiffness = cfrp();
+    let strain = Vector3::new(100.0, -30.0, -28.0) / 140e3;
+    let linear = Linear::new(&stiffness, Matrix3::from_diagonal(&strain));
+    assert!((linear.stress - Matrix3::from_diagonal(&Vector3::new(100.0, 0.0, 0.0))).amax() < 1e-9);
+    let error = |n: usize| {
+        let elements = elements(sphere(n, 10.0, false), Interpolation::Linear, &stiffness, 1e-7);
+        let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| linear.stress * n);
+        let state = solved(&elements, Domain::Inside, |_| false, data).state(1.0, &[]);
+        off_in_the_mean(&elements, &state, |x| linear.gradient * x)
+    };
+    let [coarse, fine] = [3, 6].map(error);
+    println!("{coarse:.2e} {fine:.2e}");
+    assert!(fine < 1e-3 && (coarse / fine).log2() > 1.9, "{coarse:e} {fine:e}");
+}
+
+/// Truth: rigid motions need no traction: translations by construction, rotations to the accuracy of the integrals.
+#[test]
+fn rigid_motions() {
+    let stiffness = cfrp();
+    let elements = elements(cube(2, false, |x| x), Interpolation::Linear, &stiffness, 1e-8);
+    let turn = Vector3::new(1.0, -2.0, 0.5);
+    for (turn, bound) in [(Point::zeros(), 1e-12), (turn, 1e-6)] {
+        let motion = |x: &Point| Point::new(0.3, -0.1, 0.2) + turn.cross(x);
+        let data = (motion, |_: &Point, _: &Point| Point::zeros());
+        let state = solved(&elements, Domain::Inside, |x| x.x > 1.0 - 1e-9, data).state(1.0, &[]);
+        let most = state.traction.iter().map(|t| Point::from(*t).norm()).fold(0.0, f64::max) / 140e3;
+        let wrong = off(&elements, &state, motion);
+        println!("{wrong:.1e} {most:.1e}");
+        assert!(wrong < bound && most < 10.0 * bound, "{wrong:e} {most:e}");
+    }
+}
