@@ -1,5 +1,6 @@
 //! Elastic bodies as the contact sees them: a flexibility on the frame, and the recovery of their fields.
 
+pub mod boundary_elements;
 pub mod condensed;
 pub mod finite_elements;
 pub mod floating;
@@ -15,6 +16,7 @@ use crate::error::Result;
 use crate::frame::MeshedSurface;
 use crate::linalg::operator::Flexibility;
 
+pub use boundary_elements::{BeBody, BeSpec};
 pub use finite_elements::FeBody;
 pub use floating::{Floating, FloatingMotion};
 pub use half_space::HalfSpaceBody;
@@ -41,6 +43,8 @@ pub enum BodyEquations<'a> {
     FiniteElements(&'a FeBody),
     /// u = G t at the cells, and what a finite body lacks of it.
     Hybrid(&'a HybridBody),
+    /// Collocation equations, solved for the nodes under the frame.
+    BoundaryElements(&'a BeBody),
     /// Nothing but the flexibility is known.
     Unknown,
 }

@@ -130,7 +130,10 @@ fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize)
     let rows = |body: &dyn ElasticBody| match body.equations() {
         BodyEquations::FiniteElements(body) => body.condensed().model().n_free(),
         BodyEquations::HalfSpace(_) => 3 * n_cells,
-        BodyEquations::Rigid | BodyEquations::Hybrid(_) | BodyEquations::Unknown => 0,
+        BodyEquations::Rigid
+        | BodyEquations::Hybrid(_)
+        | BodyEquations::BoundaryElements(_)
+        | BodyEquations::Unknown => 0,
     };
     let n = rows(body1) + rows(body2) + 3 * n_cells;
     if n <= MOST_UNKNOWNS {

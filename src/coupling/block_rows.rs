@@ -62,11 +62,13 @@ impl BodyRows {
             BodyEquations::FiniteElements(body) => {
                 Ok(Self::FiniteElements(Box::new(MeshRows::new(body, side))))
             }
-            BodyEquations::Hybrid(_) | BodyEquations::Unknown => Err(Error::input(format!(
-                "{} ({}) gives no equations for the block system: use solver.coupling = \"schur\"",
-                side.name(),
-                body.describe()
-            ))),
+            BodyEquations::Hybrid(_) | BodyEquations::BoundaryElements(_) | BodyEquations::Unknown => {
+                Err(Error::input(format!(
+                    "{} ({}) gives no equations for the block system: use solver.coupling = \"schur\"",
+                    side.name(),
+                    body.describe()
+                )))
+            }
         }
     }
 

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::faces::SurfaceFace;
-use super::{CellRef, Mesh};
+use super::faces::{SurfaceFace, group_faces, outer_faces};
+use super::{Block, CellRef, Mesh, PhysicalGroup};
 use crate::error::{Error, Result};
 use crate::geometry::{Point, place};
 
@@ -47,6 +47,46 @@ pub fn outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
         )
     });
     Ok((mesh, notes.into_iter().collect()))
+}
+
+/// The skin of the solids of a mesh as a mesh of its own: the outer faces, normals outward, with the groups of surfaces that lie on it
+/// and the points that it has.
+pub fn skin(mesh: &Mesh) -> Mesh {
+    let faces = outer_faces(mesh);
+    let mut number = vec![usize::MAX; mesh.n_points()];
+    let mut points = Vec::new();
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut place = HashMap::new();
+    for face in &faces {
+        let block = match blocks.iter().position(|block| block.kind == face.kind) {
+            Some(block) => block,
+            None => {
+                blocks.push(Block { kind: face.kind, nodes: Vec::new(), tags: Vec::new() });
+                blocks.len() - 1
+            }
+        };
+        place.insert((face.owner, face.local_face), CellRef { block, cell: blocks[block].tags.len() });
+        for &node in &face.nodes {
+            if number[node] == usize::MAX {
+                number[node] = points.len();
+                points.push(mesh.points[node]);
+            }
+            blocks[block].nodes.push(number[node]);
+        }
+        blocks[block].tags.push(face.tag);
+    }
+    let mut groups = Vec::new();
+    for group in mesh.groups.iter().filter(|group| group.dim == 2) {
+        // Groups of inner faces are none of the skin.
+        let Ok(own) = group_faces(mesh, &group.name) else { continue };
+        for face in &own {
+            let at: &CellRef = &place[&(face.owner, face.local_face)];
+            blocks[at.block].tags[at.cell] = face.tag;
+        }
+        let cells = own.iter().map(|face| place[&(face.owner, face.local_face)]).collect();
+        groups.push(PhysicalGroup { cells, ..group.clone() });
+    }
+    Mesh { source: mesh.source.clone(), points, blocks, groups, ..Mesh::default() }
 }
 
 /// Turns a cell over, gmsh's order of nodes.
@@ -301,8 +341,7 @@ fn cuts(a: &[Point], b: &[Point]) -> bool {
 mod tests {
     use super::*;
     use crate::element::ElementKind;
-    use crate::mesh::Block;
-    use crate::mesh::faces::outer_faces;
+    use crate::mesh::structured::GradedBlock;
 
     /// The twelve triangles of a box of side `side` about `middle`, normals outward, as corners.
     fn cube(middle: f64, side: f64, first: usize) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
@@ -369,6 +408,18 @@ mod tests {
         let branched = refusal(points.clone(), &wall);
         assert!(branched.contains("open") || branched.contains("more than two"), "{branched}");
         assert!(refusal(points, &[]).contains("neither solids nor surface"));
+    }
+
+    /// Truth: the skin of a block of 4 x 3 x 2 elements has 2 (12 + 8 + 6) faces and the block's volume; its top stays a group.
+    #[test]
+    fn skins() {
+        let solids = GradedBlock::uniform([1.0, 1.5], 2.0, [4, 3, 2]).mesh().unwrap();
+        let skin = skin(&solids);
+        assert_eq!(skin.cells(2).count(), 52);
+        let (same, notes) = outward(&skin).unwrap();
+        assert!(notes.is_empty() && (volume(&same) - 2.0 * 3.0 * 2.0).abs() < 1e-12, "{}", volume(&same));
+        let group = solids.groups.iter().find(|group| group.dim == 2).unwrap();
+        assert_eq!(skin.group_of_dim(&group.name, 2).unwrap().cells.len(), group.cells.len());
     }
 
     /// Truth: two triangles through one another by construction, and the same moved apart.

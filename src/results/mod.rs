@@ -8,6 +8,7 @@ pub mod body_fields;
 pub mod body_peaks;
 pub mod checkpoint;
 pub mod comparison;
+pub mod boundary_elements;
 pub mod condensation;
 pub mod fields;
 pub mod file;

@@ -9,6 +9,7 @@ use crate::error::{Error, Kind, Result};
 use crate::frame::Grid;
 use crate::history::record::{FrettingLoop, IncrementRecord, Outcome, Skipped};
 use crate::results::body_peaks::BodyRecord;
+use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 
@@ -144,6 +145,9 @@ pub struct Summary {
     /// How the meshed bodies were condensed to their contact nodes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub condensation: Vec<CondensationRecord>,
+    /// The bodies of boundary elements.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary_elements: Vec<BoundaryRecord>,
     /// Where the near fields of meshed bodies were computed, and how good the corrections are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub near_fields: Vec<NearFieldRecord>,
@@ -176,6 +180,7 @@ impl Summary {
             skipped: Vec::new(),
             loops: Vec::new(),
             condensation: Vec::new(),
+            boundary_elements: Vec::new(),
             near_fields: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,

@@ -4,7 +4,6 @@ use serde_json::Value as Json;
 
 use super::document::{Document, Entry, Node, Value, is_whole, join};
 use super::mistake::Mistake;
-use super::not_yet;
 use super::suggest::{closest, list};
 
 /// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
@@ -102,10 +101,6 @@ impl<'a> Walk<'a> {
             return;
         }
         let name = last(key);
-        if let Some(what) = not_yet::value(name, found) {
-            let message = format!("`{name} = \"{found}\"` ({what}) is not available in this version");
-            return self.report(key, message, "not available yet", format!("available: {allowed}"));
-        }
         let hint = match closest(found, words) {
             Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
             None => format!("allowed: {allowed}"),

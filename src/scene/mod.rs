@@ -8,7 +8,6 @@ pub mod check;
 pub mod document;
 pub mod keys;
 pub mod mistake;
-mod not_yet;
 pub mod parse;
 pub mod plan;
 mod resolve;

@@ -12,6 +12,8 @@ use super::keys::body::{Element, Fibre, NearField};
 use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
+use crate::bem::finite::Interpolation;
+use crate::body;
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
 use crate::friction::FrictionLaw;
@@ -70,7 +72,9 @@ pub struct Plan {
 #[derive(Debug, Clone)]
 pub enum BodySpec {
     /// Finite elements.
-    Fe(Box<FeSpec>),
+    Fe(Box<MeshedSpec>),
+    /// Boundary elements.
+    Be(Box<BeSpec>),
     /// Boundary-element half-space.
     HalfSpace(Box<Elastic>),
     /// Does not deform.
@@ -99,9 +103,18 @@ pub struct FibreAngles {
     pub azimuth: f64,
 }
 
-/// A finite-element body.
+/// A finite body of boundary elements.
 #[derive(Debug, Clone)]
-pub struct FeSpec {
+pub struct BeSpec {
+    /// Its closed surface as a mesh without solids, normals outward, of one material; no foundations.
+    pub meshed: MeshedSpec,
+    /// How displacement and traction vary over an element.
+    pub interpolation: Interpolation,
+}
+
+/// A meshed body.
+#[derive(Debug, Clone)]
+pub struct MeshedSpec {
     /// Its material, with its fibre where that is one direction.
     pub elastic: Elastic,
     /// Whether fibres are given, in whichever way.
@@ -206,7 +219,24 @@ impl Elastic {
     }
 }
 
-impl FeSpec {
+impl BeSpec {
+    /// What the body takes; `name` is what its messages call it.
+    pub fn inputs(&self, name: &str) -> body::BeSpec {
+        let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.inputs(name);
+        body::BeSpec {
+            name: name.to_owned(),
+            mesh,
+            stiffness: self.meshed.elastic.in_axes(0.0),
+            interpolation: self.interpolation,
+            supports,
+            pressures,
+            tractions,
+            body_force,
+        }
+    }
+}
+
+impl MeshedSpec {
     /// What the finite-element module takes; `name` is what its messages call the body.
     pub fn inputs(&self, name: &str) -> fem::FeSpec {
         let supports = self.supports.iter().map(|support| fem::Support {
@@ -238,6 +268,7 @@ impl BodySpec {
     pub fn elastic(&self) -> Option<&Elastic> {
         match self {
             Self::Fe(fe) => Some(&fe.elastic),
+            Self::Be(be) => Some(&be.meshed.elastic),
             Self::HalfSpace(elastic) => Some(elastic),
             Self::Rigid => None,
         }
@@ -247,16 +278,34 @@ impl BodySpec {
     pub fn has_fibre(&self) -> bool {
         match self {
             Self::Fe(fe) => fe.has_fibre,
+            Self::Be(be) => be.meshed.has_fibre,
             Self::HalfSpace(elastic) => elastic.fibre.is_some(),
             Self::Rigid => false,
         }
     }
 
     /// The finite-element body, if it is one.
-    pub fn fe(&self) -> Option<&FeSpec> {
+    pub fn fe(&self) -> Option<&MeshedSpec> {
         match self {
             Self::Fe(fe) => Some(fe),
             _ => None,
+        }
+    }
+
+    /// The boundary-element body, if it is one.
+    pub fn be(&self) -> Option<&BeSpec> {
+        match self {
+            Self::Be(be) => Some(be),
+            _ => None,
+        }
+    }
+
+    /// The meshed body, of finite or boundary elements, if it is one.
+    pub fn meshed(&self) -> Option<&MeshedSpec> {
+        match self {
+            Self::Fe(fe) => Some(fe),
+            Self::Be(be) => Some(&be.meshed),
+            Self::HalfSpace(_) | Self::Rigid => None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
-use super::plan::{Elastic, FeSpec, FibreAngles, FrameSpec};
+use super::plan::{Elastic, FibreAngles, FrameSpec, MeshedSpec};
 use crate::error::{Error, Result};
 use crate::fem::Regions;
 use crate::geometry::{Point, fibre_axes};
@@ -27,7 +27,7 @@ pub struct SurfaceMaterial {
 ///
 /// # Errors
 /// If the group is no surface, or the elements have no materials.
-pub fn surface_material(fe: &FeSpec, frame: &FrameSpec) -> Result<SurfaceMaterial> {
+pub fn surface_material(fe: &MeshedSpec, frame: &FrameSpec) -> Result<SurfaceMaterial> {
     let mesh = &fe.mesh;
     let regions = Regions::new(&fe.inputs("body"))?;
     let faces = group_faces(mesh, &fe.contact)?;

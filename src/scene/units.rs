@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::keys::body::NearField;
-use super::plan::{BodySpec, FeSpec, FrameSpec, Plan};
+use super::plan::{BodySpec, FrameSpec, MeshedSpec, Plan};
 use crate::frame::GapShape;
 use crate::history::step::{Normal, Tangential};
 use crate::material::{Placed, Stiffness};
@@ -55,6 +55,7 @@ fn materials(body: &BodySpec) -> Vec<(&str, &Stiffness)> {
     let mut found: Vec<(&str, &Stiffness)> = match body {
         BodySpec::Rigid => Vec::new(),
         BodySpec::HalfSpace(elastic) => vec![(&elastic.name, &elastic.stiffness)],
+        BodySpec::Be(be) => vec![(&be.meshed.elastic.name, &be.meshed.elastic.stiffness)],
         BodySpec::Fe(fe) => {
             let placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
             placed.map(|Placed { name, stiffness, .. }| (name.as_str(), stiffness)).collect()
@@ -140,7 +141,7 @@ fn period(frame: &FrameSpec) -> Option<f64> {
 /// The same of any frame: of a mesh frame half of its largest extent, and the side of a square as large as a face.
 fn frame_sizes(plan: &Plan) -> Option<[f64; 2]> {
     let FrameSpec::Mesh { body, .. } = plan.frame else { return grid_sizes(&plan.frame) };
-    let fe = plan.bodies[body].fe()?;
+    let fe = plan.bodies[body].meshed()?;
     let mut sides = extent(fe, Some(&fe.contact))?;
     sides.sort_by(f64::total_cmp);
     let faces = fe.mesh.group_of_dim(&fe.contact, 2).ok()?.cells.len();
@@ -218,7 +219,7 @@ fn force_estimate(plan: &Plan, radius: f64) -> Option<(String, f64)> {
 }
 
 /// Extent along x, y, z of the nodes of a group, or of the whole mesh.
-fn extent(fe: &FeSpec, group: Option<&str>) -> Option<[f64; 3]> {
+fn extent(fe: &MeshedSpec, group: Option<&str>) -> Option<[f64; 3]> {
     let nodes = match group {
         Some(group) => fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?,
         None => (0..fe.mesh.n_points()).collect(),
@@ -234,7 +235,7 @@ fn extent(fe: &FeSpec, group: Option<&str>) -> Option<[f64; 3]> {
 /// Meshes against the frame and the displacements.
 fn meshes(plan: &Plan, notes: &mut Vec<String>) {
     for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
-        let Some(fe) = body.fe() else { continue };
+        let Some(fe) = body.meshed() else { continue };
         let (Some(contact), Some(whole)) = (extent(fe, Some(&fe.contact)), extent(fe, None)) else {
             continue;
         };

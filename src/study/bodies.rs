@@ -9,10 +9,10 @@ use super::near_field::Near;
 use super::prepare::cross;
 use super::skips::needs_solves;
 use crate::body::hybrid::{Indicators, Site};
-use crate::body::{ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody};
+use crate::body::{BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
-use crate::fem::{Keep, Resources};
+use crate::fem::{self, FreeMotions, Keep, Resources};
 use crate::frame::map::covered;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::place;
@@ -21,7 +21,7 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::results::near_field::NearFieldRecord;
 use crate::scene::keys::frame::FramePoints;
-use crate::scene::plan::{BodySpec, Elastic, FeSpec, FrameSpec, Plan};
+use crate::scene::plan::{BodySpec, Elastic, FrameSpec, MeshedSpec, Plan};
 
 /// Keys of the two bodies in the scene.
 pub(super) const KEYS: [&str; 2] = ["body1", "body2"];
@@ -53,7 +53,7 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
             }
         }
         FrameSpec::Mesh { body, points, center, azimuth, normal } => {
-            let fe = plan.bodies[body].fe().ok_or_else(|| Failure {
+            let fe = plan.bodies[body].meshed().ok_or_else(|| Failure {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
@@ -71,13 +71,13 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
 /// stay open whatever happens.
 fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, Failure> {
     let other = 1 - index;
-    let Some(fe) = plan.bodies[other].fe() else { return Ok(frame) };
+    let Some(fe) = plan.bodies[other].meshed() else { return Ok(frame) };
     let contact = format!("{}.contact", KEYS[other]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     let covered = covered(&frame, &fe.mesh, &faces, SIDES[other]);
     if !covered.contains(&true) {
         for (body, key) in KEYS.into_iter().enumerate() {
-            let Some(fe) = plan.bodies[body].fe() else { continue };
+            let Some(fe) = plan.bodies[body].meshed() else { continue };
             let contact = format!("{key}.contact");
             let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
             faces_the_other(fe, &faces, &frame, body).at(&contact)?;
@@ -86,7 +86,7 @@ fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<Cont
             "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
              the groups and the places of the two meshes, or take the frame from the body with the smaller faces \
              (frame.body)",
-            plan.bodies[index].fe().map_or("", |fe| fe.contact.as_str()),
+            plan.bodies[index].meshed().map_or("", |fe| fe.contact.as_str()),
             KEYS[index],
             fe.contact,
             KEYS[other]
@@ -117,6 +117,15 @@ impl Made {
     }
 }
 
+/// The rigid motions that the supports of `body` leave free; `None` if it is held, or has none.
+pub(super) fn free_motions(body: &BodySpec, key: &str) -> Result<Option<FreeMotions>, Failure> {
+    match body {
+        BodySpec::Fe(fe) => fem::free_motions(&fe.inputs(key)).at(key),
+        BodySpec::Be(be) => be.inputs(key).free_motions().at(key),
+        BodySpec::HalfSpace(_) | BodySpec::Rigid => Ok(None),
+    }
+}
+
 /// The half-space of a body that must not be used: why, and its indicators.
 pub(super) struct GivenUp {
     pub reason: String,
@@ -139,6 +148,13 @@ pub(super) fn body(
             memory::ensure(plan, frame, &body, &left).at(key)?;
             let held = memory::of_half_space(plan, frame, &body);
             Made::new(body, held)
+        }
+        BodySpec::Be(be) => {
+            face_map(&be.meshed, index, frame)?;
+            let contact = (be.meshed.contact.as_str(), SIDES[index]);
+            let body = BeBody::new(&be.inputs(key), contact, frame, (plan.cache.as_ref(), &left)).at(key)?;
+            let (held, note) = (body.held_bytes(), body.note().map(str::to_owned));
+            Made { note, ..Made::new(body, held) }
         }
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
@@ -171,7 +187,7 @@ pub(super) fn body(
 /// Body `index` as the half-space of `site`, corrected by its mesh.
 fn half_space_under(
     plan: &Plan,
-    fe: &FeSpec,
+    fe: &MeshedSpec,
     (index, frame, site): (usize, &ContactFrame, &Site),
     left: MemoryLimit,
 ) -> Result<Result<Made, GivenUp>, Failure> {
@@ -217,7 +233,7 @@ pub(super) fn half_space(
 
 /// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
 /// mistake where it is a grid.
-pub(super) fn face_map(fe: &FeSpec, index: usize, frame: &ContactFrame) -> Result<FaceMap, Failure> {
+pub(super) fn face_map(fe: &MeshedSpec, index: usize, frame: &ContactFrame) -> Result<FaceMap, Failure> {
     let contact = format!("{}.contact", KEYS[index]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     if frame.grid.is_some() {
@@ -228,7 +244,12 @@ pub(super) fn face_map(fe: &FeSpec, index: usize, frame: &ContactFrame) -> Resul
 }
 
 /// Refuses a contact group none of whose faces look towards the other body over a plane frame.
-fn faces_the_other(fe: &FeSpec, faces: &[SurfaceFace], frame: &ContactFrame, index: usize) -> Checked<()> {
+fn faces_the_other(
+    fe: &MeshedSpec,
+    faces: &[SurfaceFace],
+    frame: &ContactFrame,
+    index: usize,
+) -> Checked<()> {
     let towards = frame.axes.normal() * if index == 0 { 1.0 } else { -1.0 };
     let outward = |face: &SurfaceFace| face.area_vector(&fe.mesh).dot(&towards);
     let looking: f64 = faces.iter().map(|face| outward(face).max(0.0)).sum();
@@ -257,13 +278,13 @@ pub(super) fn distances(
 ) -> Result<Vec<f64>, Failure> {
     let mut faces = [Vec::new(), Vec::new()];
     for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
-        if let Some(fe) = body.fe() {
+        if let Some(fe) = body.meshed() {
             *faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
         }
     }
     let mut surfaces = [None, None];
     for (index, heights) in heights.into_iter().enumerate() {
-        surfaces[index] = plan.bodies[index].fe().zip(heights).map(|(fe, heights)| MeshedSurface {
+        surfaces[index] = plan.bodies[index].meshed().zip(heights).map(|(fe, heights)| MeshedSurface {
             mesh: &fe.mesh,
             faces: &faces[index],
             side: SIDES[index],

@@ -4,15 +4,14 @@
 //! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
 //! it is nearly always right.
 
-use super::bodies::{KEYS, distances, face_map};
+use super::bodies::{KEYS, distances, face_map, free_motions};
 use super::failure::{AtKey, Failure};
 use super::near_field::Near;
-use crate::fem;
 use crate::frame::{ContactFrame, GapShape};
 use crate::history::record::Skipped;
 use crate::history::step::{Cycles, Normal, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::{Plan, Support};
+use crate::scene::plan::{BodySpec, Plan, Support};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
 const MARGIN: f64 = 1.25;
@@ -57,7 +56,8 @@ pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
 ///
 /// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
 fn reach(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Option<f64> {
-    let meshed = near.iter().any(Near::is_condensed);
+    let condensed = |(body, near): (&BodySpec, &Near)| body.fe().is_some() && near.is_condensed();
+    let meshed = plan.bodies.iter().zip(near).any(condensed);
     if !plan.solver.skip || plan.solver.coupling == Coupling::Block || !meshed {
         return None;
     }
@@ -93,13 +93,13 @@ fn along_the_plane(before: f64, step: &Step) -> Option<f64> {
 /// Whether no meshed body floats, or deforms without contact.
 fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
     for (body, key) in plan.bodies.iter().zip(KEYS) {
-        let Some(fe) = body.fe() else { continue };
+        let Some(fe) = body.meshed() else { continue };
         let moved = |support: &Support| {
             let values = support.values.iter().flatten();
             values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
         };
         let loaded = !fe.pressures.is_empty() || !fe.tractions.is_empty() || fe.body_force != [0.0; 3];
-        if loaded || fe.supports.iter().any(moved) || fem::free_motions(&fe.inputs(key)).at(key)?.is_some() {
+        if loaded || fe.supports.iter().any(moved) || free_motions(body, key)?.is_some() {
             return Ok(false);
         }
     }
@@ -111,7 +111,7 @@ fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Ve
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {
-            let fe = plan.bodies[index].fe();
+            let fe = plan.bodies[index].meshed();
             *heights = fe
                 .map(|fe| Ok::<_, Failure>(face_map(fe, index, frame)?.heights(frame, &fe.mesh)))
                 .transpose()?;

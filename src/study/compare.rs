@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::near_field::choose;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape};
-use crate::scene::plan::{BodySpec, FeSpec, Plan, Support};
+use crate::scene::plan::{BodySpec, MeshedSpec, Plan, Support};
 use crate::scene::surface::surface_material;
 
 /// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
@@ -92,7 +92,7 @@ fn is_plane(frame: &ContactFrame) -> bool {
 }
 
 /// The half-space of the material that a meshed body has under the frame.
-fn half_space(plan: &Plan, fe: &FeSpec, index: usize, notes: &mut Vec<String>) -> Result<BodySpec> {
+fn half_space(plan: &Plan, fe: &MeshedSpec, index: usize, notes: &mut Vec<String>) -> Result<BodySpec> {
     let surface = surface_material(fe, &plan.frame)?;
     let body = KEYS[index];
     if surface.materials.len() > 1 {

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::bodies::{KEYS, SIDES};
-use super::failure::{AtKey, Failure};
+use super::bodies::{KEYS, SIDES, free_motions};
+use super::failure::Failure;
 use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
-use crate::fem::{self, FreeMotions};
+use crate::fem::FreeMotions;
 use crate::frame::ContactFrame;
 use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::solver::Coupling;
@@ -26,8 +26,7 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     refuse_moments_without_lever(plan, frame)?;
     let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
     for (index, key) in KEYS.into_iter().enumerate() {
-        let Some(fe) = plan.bodies[index].fe() else { continue };
-        if let Some(motions) = fem::free_motions(&fe.inputs(key)).at(key)? {
+        if let Some(motions) = free_motions(&plan.bodies[index], key)? {
             let relative = relative(&motions, index, frame);
             floating.push((index, motions, relative));
         }

@@ -18,7 +18,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::mesh::{CellRef, Mesh};
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::frame::FramePoints;
-use crate::scene::plan::{BodySpec, FeSpec, FrameSpec, Plan};
+use crate::scene::plan::{BodySpec, FrameSpec, MeshedSpec, Plan};
 use crate::wear::WearLaw;
 
 /// Cells smaller than this share of the area per contact node of the finest body are refused.
@@ -52,20 +52,20 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
     notes.extend(cells_left_out(plan, frame));
     notes.extend(repetition::check(plan, frame)?);
     for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
-        let Some(fe) = body.fe() else { continue };
+        let Some(fe) = body.meshed() else { continue };
         let map = face_map(fe, index, frame)?;
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];
         map.nodes().iter().for_each(|&node| under[node] = true);
         // Under a half-space supports only have to be far enough from the frame.
-        if near[index].site().is_none() {
+        if near[index].site().is_none() && body.be().is_none() {
             free_along_normal(fe, index, &map, frame)?;
         }
         let faces: Vec<&SurfaceFace> =
             faces.iter().filter(|face| face.nodes.iter().all(|&node| under[node])).collect();
         notes.extend(other_fibre(plan, fe, index, &faces));
         if near[index].is_condensed() {
-            per_node[index] = Some(area_per_node(&fe.mesh, &faces));
+            per_node[index] = Some(area_per_node(body, &fe.mesh, &faces));
         }
         let over_cells = map.heights(frame, &fe.mesh);
         notes.extend(uneven(plan, key, &over_cells));
@@ -93,7 +93,7 @@ fn cells_and_faces(
         |index: usize| near[index].site().is_some() || matches!(plan.bodies[index], BodySpec::HalfSpace(_));
     let mut why = String::new();
     for (near, (body, key)) in near.iter().zip(plan.bodies.iter().zip(KEYS)) {
-        let auto = body.fe().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
+        let auto = body.meshed().is_some_and(|fe| fe.near_field == NearField::Auto) && frame.grid.is_some();
         if let (Near::Mesh(reason), true) = (near, auto) {
             why.push_str(&format!("; {key} has no place for the near field of a half-space: {reason}"));
         }
@@ -127,7 +127,7 @@ fn beside_a_half_space(
         return None;
     }
     let (unit, key) = (&plan.units.length, KEYS[index]);
-    let own = plan.bodies[index].fe().is_some_and(|fe| fe.near_field == NearField::Mesh);
+    let own = plan.bodies[index].meshed().is_some_and(|fe| fe.near_field == NearField::Mesh);
     let half_space = if own { format!(", or {key}.near_field = \"auto\"") } else { String::new() };
     Some(format!(
         "the cells of the frame are finer than the contact faces of {key}, whose near field is that of its mesh: a cell is only {} times \
@@ -166,7 +166,7 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
 fn cells_left_out(plan: &Plan, frame: &ContactFrame) -> Option<String> {
     let FrameSpec::Mesh { body, points, .. } = plan.frame else { return None };
     let cells = if points == FramePoints::Nodes { "cells" } else { "faces" };
-    let group = plan.bodies[body].fe().map_or("", |fe| fe.contact.as_str());
+    let group = plan.bodies[body].meshed().map_or("", |fe| fe.contact.as_str());
     (frame.left_out > 0).then(|| {
         format!(
             "{} of the {} {cells} of `{group}` do not lie over faces of {} with nine tenths of their area; they are left \
@@ -179,7 +179,12 @@ fn cells_left_out(plan: &Plan, frame: &ContactFrame) -> Option<String> {
 }
 
 /// Refuses supports that leave no freedom along the normal to a node under the frame.
-fn free_along_normal(fe: &FeSpec, index: usize, map: &FaceMap, frame: &ContactFrame) -> Result<(), Failure> {
+fn free_along_normal(
+    fe: &MeshedSpec,
+    index: usize,
+    map: &FaceMap,
+    frame: &ContactFrame,
+) -> Result<(), Failure> {
     let local: HashMap<usize, usize> = map.nodes().iter().enumerate().map(|(i, &node)| (node, i)).collect();
     for support in &fe.supports {
         let held = |node: &usize| {
@@ -260,7 +265,7 @@ fn cells_against_faces(
 
 /// Whether the contact faces of body `index` are of first order.
 fn first_order(plan: &Plan, index: usize) -> bool {
-    let Some(fe) = plan.bodies[index].fe() else { return false };
+    let Some(fe) = plan.bodies[index].meshed() else { return false };
     let group = fe.mesh.group_of_dim(&fe.contact, 2);
     let linear = |kind: ElementKind| kind.n_nodes() == kind.n_corners();
     group.is_ok_and(|group| group.cells.iter().all(|&cell| linear(fe.mesh.kind(cell))))
@@ -274,7 +279,7 @@ fn at_most(frame: &ContactFrame, ratio: f64, wanted: f64) -> String {
 }
 
 /// A note if a law takes the body's fibre although elements with another one lie under the frame.
-fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -> Option<String> {
+fn other_fibre(plan: &Plan, fe: &MeshedSpec, index: usize, faces: &[&SurfaceFace]) -> Option<String> {
     let own = fe.elastic.fibre?;
     let mut laws = Vec::new();
     if matches!(plan.friction, FrictionLaw::Frp { tilt, .. } if tilt == own.tilt) {
@@ -305,12 +310,13 @@ fn other_fibre(plan: &Plan, fe: &FeSpec, index: usize, faces: &[&SurfaceFace]) -
 }
 
 /// Area per node of many faces like `faces`, mm2: a node shared by many faces counts for its part in each.
-fn area_per_node(mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
-    let nodes = |face: &&SurfaceFace| match face.kind {
-        ElementKind::Tri3 => 0.5,
-        ElementKind::Tri6 => 2.0,
-        ElementKind::Quad8 => 3.0,
-        ElementKind::Quad9 => 4.0,
+fn area_per_node(body: &BodySpec, mesh: &Mesh, faces: &[&SurfaceFace]) -> f64 {
+    let nodes = |face: &&SurfaceFace| match (face.kind, body.be()) {
+        (kind, Some(be)) => be.interpolation.n_nodes(kind.n_corners() == 3) as f64,
+        (ElementKind::Tri3, None) => 0.5,
+        (ElementKind::Tri6, None) => 2.0,
+        (ElementKind::Quad8, None) => 3.0,
+        (ElementKind::Quad9, None) => 4.0,
         _ => 1.0,
     };
     faces.iter().map(|face| face.area(mesh)).sum::<f64>() / faces.iter().map(nodes).sum::<f64>()

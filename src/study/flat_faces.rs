@@ -12,7 +12,7 @@ use crate::geometry::number;
 use crate::history::record::IncrementRecord;
 use crate::history::step::Normal;
 use crate::mesh::faces::group_faces;
-use crate::scene::plan::{FeSpec, Plan};
+use crate::scene::plan::{MeshedSpec, Plan};
 
 /// More than this share of the approach cut off by flat faces puts loads in doubt. Tried with a cap of R = 20 mm as condensed mesh
 /// (docs/theory-coupling.md): the load errs by one to two times the share.
@@ -46,7 +46,9 @@ pub(super) fn check(
 ) -> Result<Vec<String>, Failure> {
     let mut doubts = Vec::new();
     for (index, bowed) in bowed.into_iter().enumerate() {
-        let Some(fe) = plan.bodies[index].fe().filter(|_| plan.gap.shape == GapShape::Mesh) else { continue };
+        let Some(fe) = plan.bodies[index].meshed().filter(|_| plan.gap.shape == GapShape::Mesh) else {
+            continue;
+        };
         let cuts = cuts(fe, index, frame, &|cell| gap[cell] <= depth)?;
         let lost = |cut: &Cut| if bowed { cut.left() } else { cut.sag() };
         let worst = cuts.into_iter().max_by(|a, b| lost(a).total_cmp(&lost(b)));
@@ -63,7 +65,7 @@ pub(super) fn check(
 /// If frame and faces do not fit.
 pub(super) fn largest_bow(
     plan: &Plan,
-    fe: &FeSpec,
+    fe: &MeshedSpec,
     index: usize,
     frame: &ContactFrame,
 ) -> Result<Option<f64>, Failure> {
@@ -77,7 +79,7 @@ pub(super) fn largest_bow(
 
 /// What the faces of body `index` cut off whose nodes all belong to cells that `counts`.
 fn cuts(
-    fe: &FeSpec,
+    fe: &MeshedSpec,
     index: usize,
     frame: &ContactFrame,
     counts: &dyn Fn(usize) -> bool,

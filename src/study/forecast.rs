@@ -8,6 +8,7 @@ use super::flat_faces::largest_bow;
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
+use crate::body::BeBody;
 use crate::body::hybrid::{Correction, Site};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
@@ -16,7 +17,8 @@ use crate::history::record::Skipped;
 use crate::history::step::{Integrator, Jumps, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
-use crate::scene::plan::{BodySpec, FeSpec, Plan};
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan};
 
 /// Floating-point operations per second that factorisations reach on one core.
 const FLOPS: f64 = 2.8e10;
@@ -47,6 +49,9 @@ const TABLE: f64 = 1.0;
 /// Seconds per quadrature point in other materials and force, by closed forms and by a table, and per pair of columns.
 const PER_FORCE: [f64; 2] = [6e-8, 3e-7];
 const PER_PAIR: f64 = 5e-10;
+
+/// Seconds per node and element of their integrals, by closed forms and by a table.
+const PER_INFLUENCE: [f64; 2] = [2e-6, 4.5e-6];
 
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
@@ -202,6 +207,7 @@ fn body(
                 cached: Cached::Nothing,
             }
         }
+        BodySpec::Be(be) => boundary_elements(be, index, (frame, left))?,
         BodySpec::Fe(fe) => match near.site() {
             Some(site) => far_field(plan, (fe, index), (frame, site), &left)?,
             None => finite_elements(plan, fe, index, (frame, left))?,
@@ -209,10 +215,47 @@ fn body(
     })
 }
 
+/// A body of boundary elements.
+fn boundary_elements(
+    be: &BeSpec,
+    index: usize,
+    (frame, left): (&ContactFrame, MemoryLimit),
+) -> Result<BodyForecast, Failure> {
+    let key = KEYS[index];
+    // Its elements are those that the frame lies over.
+    let map = face_map(&be.meshed, index, frame)?;
+    let spec = be.inputs(key);
+    let faces = group_faces(&be.meshed.mesh, &be.meshed.contact).at(key)?;
+    let under = |face: &&SurfaceFace| face.nodes.iter().any(|node| map.nodes().binary_search(node).is_ok());
+    let under: Vec<SurfaceFace> = faces.iter().filter(under).cloned().collect();
+    let [nodes, contact] = spec.n_nodes(&under);
+    let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
+    left.ensure(spec.bytes(contact), &what, BeBody::MEND).at(key)?;
+    let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);
+    let elements = outer_faces(&be.meshed.mesh).len();
+    let per_pair = PER_INFLUENCE[usize::from(!be.meshed.elastic.isotropic)];
+    let table = if be.meshed.elastic.isotropic { 0.0 } else { TABLE };
+    let flops = 2.0 / 3.0 * n.powi(3) + 2.0 * n * n * columns;
+    Ok(BodyForecast {
+        what: format!(
+            "boundary elements, {}: {elements} {} elements, {} unknowns, {contact} contact nodes",
+            be.meshed.elastic.name,
+            be.interpolation.name(),
+            3 * nodes
+        ),
+        memory_bytes: spec.bytes(contact) as f64,
+        held_bytes: 8 * 3 * nodes * (3 * contact + 1) + 36 * contact * contact,
+        note: None,
+        seconds: table + per_pair * (nodes * elements) as f64 + flops / FLOPS,
+        application: 4.0 * columns * columns / BANDWIDTH,
+        cached: Cached::Nothing,
+    })
+}
+
 /// A meshed body that carries what the half-space of `site` lacks.
 fn far_field(
     plan: &Plan,
-    (fe, index): (&FeSpec, usize),
+    (fe, index): (&MeshedSpec, usize),
     (frame, site): (&ContactFrame, &Site),
     left: &MemoryLimit,
 ) -> Result<BodyForecast, Failure> {
@@ -278,7 +321,7 @@ fn how(model: &FeModel, analysis: &Analysis, method: Method) -> (String, f64) {
 /// A meshed body: the structure of its factor is found, and whether its flexibility is in the cache.
 fn finite_elements(
     plan: &Plan,
-    fe: &FeSpec,
+    fe: &MeshedSpec,
     index: usize,
     (frame, left): (&ContactFrame, MemoryLimit),
 ) -> Result<BodyForecast, Failure> {

@@ -3,7 +3,7 @@
 use super::prepare::cross;
 use crate::bem::half_space::CrossBlocks;
 use crate::bem::half_space::compressed::MEND;
-use crate::body::BodyEquations::FiniteElements;
+use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
 use crate::body::half_space::compressed;
 use crate::body::{ElasticBody, HalfSpaceBody};
 use crate::contact::solver;
@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::keys::solver::{Coupling, Method};
-use crate::scene::plan::{BodySpec, Plan};
+use crate::scene::plan::Plan;
 
 /// Bytes of the program and of what a run has beside its frame and bodies.
 const PROGRAM: usize = 30_000_000;
@@ -27,7 +27,7 @@ pub(super) fn left(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimi
 /// Bytes of a run with this frame and no bodies, the solver's entries included.
 pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
-    let meshed = plan.bodies.iter().any(|body| matches!(body, BodySpec::Fe(_)));
+    let meshed = plan.bodies.iter().any(|body| body.meshed().is_some());
     let entries = match plan.solver.method {
         Method::GaussSeidel => solver::entries_bytes(n),
         // As a start, on the matrix of half-spaces.
@@ -76,6 +76,7 @@ pub(super) fn ensure(
 pub(super) fn held(body: &dyn ElasticBody) -> usize {
     match body.equations() {
         FiniteElements(body) => body.condensed().held_bytes(),
+        BoundaryElements(body) => body.held_bytes(),
         _ => 0,
     }
 }

@@ -17,7 +17,7 @@ use crate::history::record::Skipped;
 use crate::history::{Before, Snapshot};
 use crate::mesh::Mesh;
 use crate::results::keeper::Moves;
-use crate::scene::plan::{FeSpec, Plan};
+use crate::scene::plan::{MeshedSpec, Plan};
 
 /// Meshes of the two bodies, where they have moved.
 pub type Meshes = [Option<Arc<Mesh>>; 2];
@@ -59,7 +59,7 @@ impl Room {
 }
 
 /// The meshed bodies of a plan that wear: index, body, part of the worn depth.
-pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &FeSpec, f64)> {
+pub(crate) fn worn_bodies(plan: &Plan) -> impl Iterator<Item = (usize, &MeshedSpec, f64)> {
     let parts = [plan.wear_share, 1.0 - plan.wear_share];
     let bodies = plan.bodies.iter().zip(parts).enumerate();
     bodies

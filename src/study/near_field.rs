@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::frame::ContactFrame;
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::{FeSpec, Plan};
+use crate::scene::plan::{MeshedSpec, Plan};
 
 /// How a body comes by its flexibility on the frame.
 #[derive(Debug, Clone)]
@@ -50,14 +50,24 @@ impl Near {
 pub(super) fn choose(plan: &Plan, frame: &ContactFrame) -> Result<[Near; 2], Failure> {
     let mut choices = [Near::Own, Near::Own];
     for (index, choice) in choices.iter_mut().enumerate() {
-        if let Some(fe) = plan.bodies[index].fe() {
+        if let Some(fe) = plan.bodies[index].meshed() {
             *choice = of_body(plan, fe, index, frame)?;
         }
     }
     Ok(choices)
 }
 
-fn of_body(plan: &Plan, fe: &FeSpec, index: usize, frame: &ContactFrame) -> Result<Near, Failure> {
+fn of_body(plan: &Plan, fe: &MeshedSpec, index: usize, frame: &ContactFrame) -> Result<Near, Failure> {
+    if plan.bodies[index].be().is_some() {
+        if plan.solver.coupling == Coupling::Block {
+            let error = Error::input(format!(
+                "{} is one of boundary elements, which the block system does not take: remove it, \"schur\" is the default",
+                KEYS[index]
+            ));
+            return Err(Failure { error, key: "solver.coupling".to_owned() });
+        }
+        return Ok(Near::Mesh("boundary elements have that of their mesh".to_owned()));
+    }
     if fe.near_field == NearField::Mesh {
         return Ok(Near::Mesh("near_field is \"mesh\"".to_owned()));
     }
@@ -80,7 +90,7 @@ fn of_body(plan: &Plan, fe: &FeSpec, index: usize, frame: &ContactFrame) -> Resu
 /// If the body is not sound.
 pub(super) fn place(
     plan: &Plan,
-    fe: &FeSpec,
+    fe: &MeshedSpec,
     index: usize,
     frame: &ContactFrame,
 ) -> Result<std::result::Result<Site, Unsuited>, Failure> {

@@ -25,6 +25,7 @@ use crate::history::record::{Observer, Skipped};
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
+use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
@@ -48,6 +49,8 @@ pub struct Study<'p> {
     pub skipped: Vec<Skipped>,
     /// How the meshed bodies were condensed.
     pub condensation: Vec<CondensationRecord>,
+    /// The bodies of boundary elements.
+    pub boundary_elements: Vec<BoundaryRecord>,
     /// Where the near fields of the meshed bodies are computed.
     pub near_fields: Vec<NearFieldRecord>,
     /// Seconds by stage so far.
@@ -161,8 +164,18 @@ pub fn prepare_worn<'p>(
     skipped.extend(grow::skipped(plan));
     skipped.extend(moving::skipped(plan));
     let mut condensation = Vec::new();
+    let mut boundary_elements = Vec::new();
     for (index, body) in [&body1, &body2].into_iter().enumerate() {
-        let BodyEquations::FiniteElements(body) = body.equations() else { continue };
+        let body = match body.equations() {
+            BodyEquations::FiniteElements(body) => body,
+            BodyEquations::BoundaryElements(body) => {
+                let record = BoundaryRecord::new(index, body);
+                notes.extend(record.doubt());
+                boundary_elements.push(record);
+                continue;
+            }
+            _ => continue,
+        };
         let origin = body.condensed().origin();
         // Loads and fields need the factor all the same.
         let condensed = body.condensed();
@@ -191,6 +204,7 @@ pub fn prepare_worn<'p>(
         contact_nodes,
         skipped,
         condensation,
+        boundary_elements,
         near_fields,
         notes,
         timings,
@@ -231,7 +245,7 @@ fn too_stiff(key: &str, record: &NearFieldRecord) -> Option<String> {
 
 /// Nodes of the contact surface of body `index`; none without a mesh.
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, Failure> {
-    let Some(fe) = plan.bodies[index].fe() else { return Ok(Vec::new()) };
+    let Some(fe) = plan.bodies[index].meshed() else { return Ok(Vec::new()) };
     Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(KEYS[index])?))
 }
 
@@ -366,6 +380,7 @@ impl Study<'_> {
                 let shape = match spec {
                     BodySpec::Rigid => return None,
                     BodySpec::HalfSpace(_) => BodyShape::Frame,
+                    BodySpec::Be(be) => BodyShape::Mesh { mesh: &be.meshed.mesh, contact_nodes },
                     BodySpec::Fe(fe) => {
                         // It may have moved with wear.
                         let now = self

@@ -120,7 +120,7 @@ pub(super) fn cached(index: usize, seconds: Option<f64>, solves: bool) -> Skippe
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.
 fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Failure> {
-    let meshed = plan.bodies.iter().any(|body| body.fe().is_some());
+    let meshed = plan.bodies.iter().any(|body| body.meshed().is_some());
     // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
     if meshed || (frame.grid.is_some() && cross(plan) == CrossBlocks::Keep) {
         return Ok(true);

@@ -14,6 +14,8 @@ use super::direction::{Direction, Layup};
 pub enum Body {
     /// Finite elements on a gmsh mesh.
     Fe(Box<FeBody>),
+    /// A finite body of boundary elements on a gmsh mesh: a closed surface, or the skin of a volume mesh.
+    Be(Box<BeBody>),
     /// Boundary elements: a half-space, its surface in the plane of the frame.
     HalfSpace {
         /// Name of its material.
@@ -77,6 +79,56 @@ pub struct FeBody {
     /// takes the half-space where it is valid.
     #[serde(default)]
     pub near_field: NearField,
+}
+
+/// A finite body of boundary elements: of one material, meshed on its surface.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BeBody {
+    /// Name of its material.
+    pub material: String,
+    /// Direction of material axis 1; default along x.
+    #[serde(default)]
+    #[schemars(with = "Fibre")]
+    pub fibre: Option<Fibre>,
+    /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file: a closed surface, or solids, whose skin is taken.
+    pub mesh: String,
+    /// Physical group of the contact surface.
+    pub contact: String,
+    /// Surface groups held in place.
+    #[serde(default)]
+    pub fixed: Vec<Fixed>,
+    /// Surface groups with prescribed displacements.
+    #[serde(default)]
+    pub displaced: Vec<Displaced>,
+    /// Plane surface groups without displacement along their normals, which lie along x, y or z, and without shear.
+    #[serde(default)]
+    pub symmetry: Vec<String>,
+    /// Surface groups under pressure.
+    #[serde(default)]
+    pub pressure: Vec<Pressure>,
+    /// Surface groups under a traction.
+    #[serde(default)]
+    pub traction: Vec<Traction>,
+    /// Force per volume.
+    #[serde(default)]
+    pub body_force: [f64; 3],
+    /// How displacement and traction vary over an element; default "linear".
+    #[serde(default)]
+    pub element: BoundaryElement,
+}
+
+/// Polynomials of displacement and traction on a boundary element, whose nodes lie inside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundaryElement {
+    /// One node.
+    Constant,
+    /// Three nodes on triangles, 2 x 2 on quadrilaterals.
+    #[default]
+    Linear,
+    /// Six nodes on triangles, 3 x 3 on quadrilaterals.
+    Quadratic,
 }
 
 /// Fibre direction (cos tilt cos azimuth, cos tilt sin azimuth, sin tilt).

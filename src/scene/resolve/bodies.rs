@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
-use super::{contradictions, orientations, placements};
+use super::{boundary, contradictions, orientations, placements};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
@@ -14,7 +14,7 @@ use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::document::join;
 use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
-use crate::scene::plan::{BodySpec, Elastic, FeSpec, Support};
+use crate::scene::plan::{BodySpec, Elastic, MeshedSpec, Support};
 use crate::scene::suggest::{closest, list};
 
 /// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
@@ -26,6 +26,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
             elastic(r, key, &material, fibre, materials).map(|elastic| BodySpec::HalfSpace(Box::new(elastic)))
         }
         Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
+        Body::Be(be) => boundary::resolve(r, key, *be, materials),
     }
 }
 
@@ -64,6 +65,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         elastic(r, key, &body.material, None, materials);
         return None;
     };
+    check_quality(r, &format!("{key}.mesh"), &mesh);
     // A mesh without solids is reported; everything else would say the same in other words.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
@@ -73,7 +75,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     check_contact(r, key, body, &mesh);
     check_element(r, key, body, &mesh);
     let symmetry = symmetry(r, key, body, &mesh);
-    let spec = FeSpec {
+    let spec = MeshedSpec {
         elastic: own_elastic(body, materials)?,
         has_fibre: has_fibre(body),
         mesh: Arc::new(mesh),
@@ -96,7 +98,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
 }
 
 /// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
-fn own_elastic(body: &FeBody, materials: &Materials) -> Option<Elastic> {
+pub(super) fn own_elastic(body: &FeBody, materials: &Materials) -> Option<Elastic> {
     let (stiffness, isotropic) = materials.get(&body.material)?.clone()?;
     let fibre = body.fibre.as_ref().and_then(orientations::angles);
     Some(Elastic { name: body.material.clone(), stiffness, isotropic, fibre })
@@ -111,7 +113,7 @@ fn has_fibre(body: &FeBody) -> bool {
 }
 
 /// Reports contact elements that are not on the outside of the solids.
-fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     // A missing group is reported with the others.
     if mesh.group_of_dim(&body.contact, 2).is_err() {
         return;
@@ -123,7 +125,7 @@ fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
 }
 
 /// Reports supports that contradict one another or let a part float, and notes that the body floats.
-fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
     if contradictions::report(r, spec) > 0 {
         return;
     }
@@ -145,7 +147,7 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
     }
 }
 
-fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {
+pub(super) fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {
     let mut supports: Vec<Support> = Vec::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
         repeated(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
@@ -232,7 +234,7 @@ fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Fo
 }
 
 /// The supports that planes of symmetry are.
-fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<Support>> {
+pub(super) fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<Support>> {
     let mut supports = Vec::new();
     for (i, group) in body.symmetry.iter().enumerate() {
         match fem::symmetry_component(mesh, group) {
@@ -277,7 +279,8 @@ fn index(component: Component) -> usize {
     }
 }
 
-fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
+/// The mesh named at `key`, as it is.
+pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
     let place = format!("{key}.mesh");
     let path = r.file(&place, name);
     if path.is_dir() {
@@ -292,10 +295,7 @@ fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
         return None;
     }
     match gmsh::read(&path) {
-        Ok(mesh) => {
-            check_quality(r, &place, &mesh);
-            Some(mesh)
-        }
+        Ok(mesh) => Some(mesh),
         Err(error) => {
             r.wrong(&place, error.to_string(), "this file", "gmsh writes .msh files of versions 2.2 and 4.1");
             None
@@ -304,7 +304,7 @@ fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh> {
 }
 
 /// Reports solids that are not fit for analysis, and notes what the reader mended and what deserves a look.
-fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
+pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
     let mut warnings = mesh.warnings.clone();
     match quality::check(mesh) {
         Ok(quality) => warnings.extend(quality.warnings()),
@@ -331,7 +331,7 @@ fn neighbours(path: &Path) -> String {
 }
 
 /// Reports every group that the mesh does not have, or has in another dimension.
-fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let mut check = |place: String, found: Result<()>| {
         if let Err(error) = found {
             r.wrong(&place, error.message().to_owned(), "this group", "name a physical group of the mesh");

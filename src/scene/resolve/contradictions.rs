@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use super::Resolver;
 use crate::geometry::{number, place};
-use crate::scene::plan::{FeSpec, Support};
+use crate::scene::plan::{MeshedSpec, Support};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Reports each support that prescribes another displacement at a node than one before it; their number.
-pub(super) fn report(r: &mut Resolver, spec: &FeSpec) -> usize {
+pub(super) fn report(r: &mut Resolver, spec: &MeshedSpec) -> usize {
     let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
     let mut count = 0;
     for (index, support) in spec.supports.iter().enumerate() {

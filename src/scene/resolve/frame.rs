@@ -4,7 +4,7 @@ use crate::frame::heights::Heights;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
 use crate::scene::check::SIZES;
 use crate::scene::keys::frame::{Frame, FramePoints, Gap, Outline};
-use crate::scene::plan::{BodySpec, FeSpec, FrameSpec};
+use crate::scene::plan::{BodySpec, FrameSpec, MeshedSpec};
 
 use super::Resolver;
 
@@ -47,7 +47,7 @@ fn check_repetition(
 ) -> Option<()> {
     let before = r.mistakes.len();
     for (index, body) in bodies.iter().enumerate() {
-        if body.as_ref().is_some_and(|body| body.fe().is_some()) {
+        if body.as_ref().is_some_and(|body| body.meshed().is_some()) {
             let message = format!(
                 "a periodic frame takes half-spaces and rigid bodies, but body{} is meshed",
                 index + 1
@@ -80,7 +80,7 @@ fn cut_outline(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 
 }
 
 /// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
-fn mean_face_area(fe: &FeSpec) -> f64 {
+fn mean_face_area(fe: &MeshedSpec) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
 }
@@ -88,13 +88,14 @@ fn mean_face_area(fe: &FeSpec) -> f64 {
 /// One cell per node where faces of first order meet a mesh or a rigid body: a checkerboard of tractions on faces would
 /// move neither side. A half-space feels every cell.
 fn mesh_points(bodies: &[Option<BodySpec>; 2], body: usize) -> FramePoints {
-    let linear = |fe: &FeSpec| {
+    let linear = |fe: &MeshedSpec| {
         let group = fe.mesh.group_of_dim(&fe.contact, 2);
         group.is_ok_and(|group| {
             group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
         })
     };
     let half_space = bodies.iter().flatten().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    // Boundary elements have nodes inside their faces.
     let own = bodies[body].as_ref().and_then(BodySpec::fe);
     if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }
 }
@@ -103,7 +104,7 @@ fn mesh_points(bodies: &[Option<BodySpec>; 2], body: usize) -> FramePoints {
 fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2]) -> Option<usize> {
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = bodies else { return None };
-    let faces = [body1, body2].map(|body| body.fe().map(mean_face_area));
+    let faces = [body1, body2].map(|body| body.meshed().map(mean_face_area));
     match (wanted, faces) {
         (None, [None, None]) => {
             let message = "the frame takes the faces of a meshed body, but neither body has a mesh";
@@ -160,7 +161,7 @@ pub(super) fn resolve_gap(
             plain(GapShape::Heights(heights), offset)
         }
         Gap::Mesh {} => {
-            let meshed = bodies.iter().flatten().any(|body| body.fe().is_some());
+            let meshed = bodies.iter().flatten().any(|body| body.meshed().is_some());
             if !meshed && bodies.iter().all(Option::is_some) {
                 let message = "the gap comes from the meshes, but neither body has one";
                 r.wrong("gap.kind", message, "no mesh", "name a shape, e.g. kind = \"sphere\" with radius");

@@ -4,7 +4,7 @@ use super::Resolver;
 use crate::friction::FrictionLaw;
 use crate::scene::keys::body::Fibre;
 use crate::scene::keys::laws::{Friction, Integrator, Tolerance, Wear};
-use crate::scene::plan::{BodySpec, FeSpec, FibreAngles, FrameSpec};
+use crate::scene::plan::{BodySpec, FibreAngles, FrameSpec, MeshedSpec};
 use crate::scene::surface::surface_material;
 use crate::wear::WearLaw;
 
@@ -214,7 +214,7 @@ fn fibre_under_frame(
     ground: Ground<'_>,
     section: &str,
     index: usize,
-    fe: &FeSpec,
+    fe: &MeshedSpec,
 ) -> Option<FibreAngles> {
     // What is wrong with elements or contact group is reported elsewhere.
     let surface = surface_material(fe, ground.frame?).ok()?;

@@ -1,6 +1,7 @@
 //! From the keys as written to the plan: what makes no sense is collected as mistakes.
 
 mod bodies;
+mod boundary;
 mod carried;
 mod cycles;
 mod contradictions;

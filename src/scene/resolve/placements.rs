@@ -15,7 +15,7 @@ use crate::mesh::{CellRef, Mesh};
 use crate::scene::document::join;
 use crate::scene::keys::body::{FeBody, Region};
 use crate::scene::keys::direction::Layup;
-use crate::scene::plan::{Elastic, FeSpec};
+use crate::scene::plan::{Elastic, MeshedSpec};
 
 /// What the schema allows.
 const MOST_REPEATS: usize = 100_000;
@@ -173,7 +173,7 @@ fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
 }
 
 /// Reports elements without a material or a direction, and notes those that straddle plies.
-pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &FeSpec) {
+pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
             r.notes.push(format!(

@@ -1,0 +1,54 @@
+//! How bodies of boundary elements were solved, for `summary.json`.
+
+use crate::body::BeBody;
+use crate::error::doubtful;
+
+/// Asymmetry of a flexibility from which on its elements are in doubt.
+const DOUBTFUL: f64 = 0.05;
+
+/// How a body of boundary elements was condensed to its nodes under the frame.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BoundaryRecord {
+    /// The body, 1 or 2.
+    pub body: usize,
+    /// Number of elements.
+    pub elements: usize,
+    /// "constant", "linear" or "quadratic".
+    pub interpolation: &'static str,
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Norm of the antisymmetric part of the flexibility over that of the whole, which only the error of the elements makes
+    /// differ from 0.
+    pub asymmetry: f64,
+    /// Error of the tabulated kernels, over their largest values.
+    pub kernel_error: f64,
+    /// Relative residual of equations computed afresh.
+    pub residual: f64,
+}
+
+impl BoundaryRecord {
+    /// Of body `index` (0 or 1).
+    pub fn new(index: usize, body: &BeBody) -> Self {
+        Self {
+            body: index + 1,
+            elements: body.n_elements(),
+            interpolation: body.interpolation().name(),
+            unknowns: body.n_unknowns(),
+            asymmetry: body.asymmetry(),
+            kernel_error: body.kernel_error(),
+            residual: body.residual(),
+        }
+    }
+
+    /// What the user should know of it.
+    pub fn doubt(&self) -> Option<String> {
+        (self.asymmetry > DOUBTFUL).then(|| {
+            doubtful(&format!(
+                "the flexibility of body{} of boundary elements is not symmetric by {:.1} %: its elements are too large beside their distances or bend \
+                 too much; take smaller ones, or of higher order (`element`)",
+                self.body,
+                100.0 * self.asymmetry
+            ))
+        })
+    }
+}
