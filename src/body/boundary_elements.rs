@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use faer::Par;
+use nalgebra::DMatrix;
 
 use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
@@ -168,23 +169,40 @@ impl BeSpec {
     /// # Errors
     /// If a group is missing, or supports contradict one another.
     pub fn free_motions(&self) -> Result<Option<FreeMotions>> {
-        // Motions do not depend on the material: one without a table.
-        let plain = Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() };
+        // Motions do not depend on the material.
+        let plain = self.plain()?;
         let (elements, number, _) = plain.elements(None)?;
         elements.free_motions(&plain.known(&elements, &number)?.held)
     }
 
-    /// Number of nodes of all elements, and of those in `faces`.
-    pub fn n_nodes(&self, faces: &[SurfaceFace]) -> [usize; 2] {
-        let of = |faces: &[SurfaceFace]| {
-            faces.iter().map(|face| self.interpolation.n_nodes(face.kind.n_corners() == 3)).sum()
-        };
-        [of(&outer_faces(&self.mesh)), of(faces)]
+    /// Number of nodes of all elements.
+    pub fn n_nodes(&self) -> usize {
+        let of_face = |face: &SurfaceFace| self.interpolation.n_nodes(face.kind.n_corners() == 3);
+        outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// Bytes that a body with so many loaded nodes takes while it is made.
+    /// Number of nodes under a frame, after all that [`BeBody::new`] checks before it integrates anything.
+    ///
+    /// # Errors
+    /// As [`BeBody::new`], memory excepted.
+    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<usize> {
+        let faces = self.faces(contact)?;
+        refuse_crossing(&self.mesh, &faces, contact)?;
+        let plain = self.plain()?;
+        let (elements, number, _) = plain.elements(None)?;
+        let map = map(&plain, (&elements, &number), (frame, side), &faces)?;
+        refuse_held(&map, &plain.known(&elements, &number)?, &elements)?;
+        Ok(map.nodes().len())
+    }
+
+    /// The same of a material that needs no table.
+    fn plain(&self) -> Result<Self> {
+        Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
+    }
+
+    /// Bytes that a body with so many nodes under the frame takes while it is made.
     pub fn bytes(&self, n_loaded: usize) -> u128 {
-        Problem::bytes(self.n_nodes(&[])[0], n_loaded) + 9 * 8 * (n_loaded as u128).pow(2)
+        Problem::bytes(self.n_nodes(), n_loaded) + 9 * 8 * (n_loaded as u128).pow(2)
     }
 }
 
@@ -265,7 +283,7 @@ impl BeBody {
         let all = elements.areas();
         let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
         let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
-        let asymmetry = asymmetry(3 * areas.len(), nodal);
+        let asymmetry = asymmetry(&map, frame, nodal);
         let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i));
         let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
         let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.heights(frame, &spec.mesh);
@@ -292,17 +310,6 @@ impl BeBody {
         Ok(body)
     }
 
-    /// Displacement of the nodes, mm: `own` times that of its own loads, and of tractions at the nodes under the frame.
-    fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
-        let mut state = self.solution.state(own, tractions);
-        if let Some(weight) = &self.weight {
-            for (u, x) in state.displacement.iter_mut().zip(self.elements.positions()) {
-                *u = (Point::from(*u) + weight.displacement(&x) * own).into();
-            }
-        }
-        state
-    }
-
     /// Gap change of displacements of the nodes.
     fn gap(&self, displacement: impl Fn(usize) -> Point) -> Vec<f64> {
         let nodal: Vec<f64> =
@@ -315,8 +322,11 @@ impl BeBody {
 
     /// Share of the body's own deformation in the gap.
     fn own_gap(&self) -> Vec<f64> {
-        let state = self.state(1.0, &vec![0.0; 3 * self.areas.len()]);
-        self.gap(|node| state.displacement[node].into())
+        let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
+        let positions = self.elements.positions();
+        let of_weight =
+            |node: usize| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&positions[node]));
+        self.gap(|node| Point::from(state.displacement[node]) + of_weight(node))
     }
 
     /// The free motions as the frame sees them.
@@ -355,7 +365,8 @@ impl BeBody {
         self.elements.interpolation()
     }
 
-    /// Norm of the antisymmetric part of its flexibility over that of the whole: 0 but for the error of the elements.
+    /// Norm of the antisymmetric part over that of the whole of the works that constant and linear tractions over the frame do on the
+    /// displacements by one another: 0 but for the error of the elements.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
@@ -380,7 +391,7 @@ impl BeBody {
         self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
     }
 
-    /// Displacement of the points of the mesh: means over the elements around.
+    /// Displacement of the points of the mesh by a state without the weight's share: means over the elements around.
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
         for (i, face) in outer_faces(&self.mesh).iter().enumerate() {
@@ -398,21 +409,38 @@ impl BeBody {
                 sums[point].1 += weight;
             }
         }
-        sums.into_iter().map(|(sum, weight)| (sum / weight.max(f64::MIN_POSITIVE)).into()).collect()
+        let of_weight =
+            |x: &[f64; 3]| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&Point::from(*x)));
+        let means = sums.into_iter().zip(&self.mesh.points);
+        means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
 }
 
-/// Root of the sum of the squares of the antisymmetric part over that of the whole.
-fn asymmetry(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
-    let (mut apart, mut all) = (0.0, 0.0);
-    for i in 0..n {
-        for j in 0..n {
-            let (a, b) = (entry(i, j), entry(j, i));
-            apart += 0.25 * (a - b).powi(2);
-            all += a * a;
-        }
-    }
-    if all > 0.0 { f64::sqrt(apart / all) } else { 0.0 }
+/// Norm of the antisymmetric part over that of the whole of the works of constant and linear tractions over the frame on the
+/// displacements by one another; `entry` is the flexibility of the nodes of `map`.
+fn asymmetry(map: &FaceMap, frame: &ContactFrame, entry: impl Fn(usize, usize) -> f64) -> f64 {
+    let (n, n_cells) = (3 * map.nodes().len(), map.n_cells());
+    let size = frame.size();
+    let tractions: Vec<Vec<f64>> = (0..9)
+        .map(|k| {
+            let mut tractions = vec![0.0; 3 * n_cells];
+            for (cell, centre) in frame.centers.iter().enumerate() {
+                let x = frame.axes.to_local(&(centre - frame.origin)) / size;
+                tractions[k / 3 * n_cells + cell] = [1.0, x.x, x.y][k % 3];
+            }
+            let mut forces = vec![0.0; n];
+            map.apply_transpose(&tractions, &mut forces);
+            forces
+        })
+        .collect();
+    let moved = |forces: &Vec<f64>| -> Vec<f64> {
+        (0..n).map(|i| (0..n).map(|j| entry(i, j) * forces[j]).sum()).collect()
+    };
+    let displaced: Vec<Vec<f64>> = tractions.iter().map(moved).collect();
+    let works = DMatrix::from_fn(9, 9, |i, j| {
+        tractions[i].iter().zip(&displaced[j]).map(|(f, u)| f * u).sum::<f64>()
+    });
+    0.5 * (&works - works.transpose()).norm() / works.norm().max(f64::MIN_POSITIVE)
 }
 
 fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {
@@ -481,7 +509,7 @@ impl ElasticBody for BeBody {
         for (dof, force) in forces.iter_mut().enumerate() {
             *force *= self.side.gap_sign() / self.areas[dof / 3];
         }
-        let state = self.state(1.0, &forces);
+        let state = self.solution.state(1.0, &forces);
         Ok(BodyField { displacement: self.at_points(&state), stress: None })
     }
 }

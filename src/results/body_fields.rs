@@ -178,10 +178,12 @@ fn push_faces(
     let mut index = vec![usize::MAX; n];
     let mut points = Vec::new();
     for face in faces {
-        let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
-        let owner = mesh.volume_index(face.owner);
         let recovered: Vec<usize> = match &field.stress {
-            Some(stress) => local.iter().map(|&i| stress.points.of_cell(owner)[i]).collect(),
+            Some(stress) => {
+                let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
+                let of_cell = stress.points.of_cell(mesh.volume_index(face.owner));
+                local.iter().map(|&i| of_cell[i]).collect()
+            }
             None => face.nodes.clone(),
         };
         for (&node, &point) in face.nodes.iter().zip(&recovered) {

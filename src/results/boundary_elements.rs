@@ -4,7 +4,7 @@ use crate::body::BeBody;
 use crate::error::doubtful;
 
 /// Asymmetry of a flexibility from which on its elements are in doubt.
-const DOUBTFUL: f64 = 0.05;
+const DOUBTFUL: f64 = 0.02;
 
 /// How a body of boundary elements was condensed to its nodes under the frame.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -17,8 +17,7 @@ pub struct BoundaryRecord {
     pub interpolation: &'static str,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// Norm of the antisymmetric part of the flexibility over that of the whole, which only the error of the elements makes
-    /// differ from 0.
+    /// Asymmetry of the flexibility under constant and linear tractions ([`BeBody::asymmetry`]).
     pub asymmetry: f64,
     /// Error of the tabulated kernels, over their largest values.
     pub kernel_error: f64,

@@ -194,6 +194,7 @@ impl<'a> FieldWriter<'a> {
         }
         if let BodyShape::Mesh { mesh, .. } = body.shape
             && wanted.contains(&FieldKind::Volume)
+            && mesh.volume_cells().next().is_some()
         {
             self.write(output, &format!("{name}_volume"), &volume_grid(mesh, &field)?)?;
         }

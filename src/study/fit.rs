@@ -108,6 +108,13 @@ fn cells_and_faces(
     // A cell per node is as many as the nodes can feel.
     let nodal = matches!(plan.frame, FrameSpec::Mesh { points: FramePoints::Nodes, .. });
     let finest = per_node.into_iter().flatten().reduce(f64::min).filter(|_| !nodal);
+    // Boundary elements feel the tractions of each of their own nodes by themselves.
+    let cell = frame.areas.iter().sum::<f64>() / frame.n_cells() as f64;
+    let by_boundary = |face: &f64| {
+        let of_boundary = |index: usize| plan.bodies[index].be().is_some() && per_node[index] == Some(*face);
+        (0..2).any(of_boundary) && cell >= LEAST_RATIO * face
+    };
+    let finest = finest.filter(|face| !by_boundary(face));
     let note = finest.map(|face| cells_against_faces(plan, frame, face, &why)).transpose()?.flatten();
     Ok(note.into_iter().collect())
 }

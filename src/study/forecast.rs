@@ -1,6 +1,6 @@
 //! What a run of a plan would compute, skip and need, without doing it.
 
-use super::bodies::{KEYS, face_map, frame, half_space_of};
+use super::bodies::{KEYS, SIDES, face_map, frame, half_space_of};
 use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
 use super::failure::{AtKey, Failure};
@@ -17,7 +17,7 @@ use crate::history::record::Skipped;
 use crate::history::step::{Integrator, Jumps, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
-use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::mesh::faces::outer_faces;
 use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan};
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -222,13 +222,10 @@ fn boundary_elements(
     (frame, left): (&ContactFrame, MemoryLimit),
 ) -> Result<BodyForecast, Failure> {
     let key = KEYS[index];
-    // Its elements are those that the frame lies over.
-    let map = face_map(&be.meshed, index, frame)?;
+    face_map(&be.meshed, index, frame)?;
     let spec = be.inputs(key);
-    let faces = group_faces(&be.meshed.mesh, &be.meshed.contact).at(key)?;
-    let under = |face: &&SurfaceFace| face.nodes.iter().any(|node| map.nodes().binary_search(node).is_ok());
-    let under: Vec<SurfaceFace> = faces.iter().filter(under).cloned().collect();
-    let [nodes, contact] = spec.n_nodes(&under);
+    let nodes = spec.n_nodes();
+    let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?;
     let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
     left.ensure(spec.bytes(contact), &what, BeBody::MEND).at(key)?;
     let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);

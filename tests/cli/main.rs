@@ -1,6 +1,7 @@
 //! Command line: runs, refusals, outputs.
 mod bad_input;
 mod bad_loads;
+mod boundary;
 mod cache;
 mod compare;
 mod compressed;

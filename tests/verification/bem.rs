@@ -1,6 +1,7 @@
 //! Half-spaces: surface Green's function, polygon integrals, operators on the frame.
 
 mod compressed;
+mod bodies;
 mod finite;
 mod full_space;
 mod graded;

@@ -105,7 +105,8 @@ mod tests {
         assert!((size(1.0, 0.0, 9.0) - 10f64.sqrt()).abs() < 1e-15);
         let fibres = Stiffness::transversely_isotropic(140e3, 10e3, 5e3, 0.3, 0.4).unwrap();
         let side = Point::new(0.0, 1.0, 0.0);
-        let nearest = metrics(&fibres).iter().map(|metric| {
+        let metrics = metrics(&fibres);
+        let nearest = metrics.iter().map(|metric| {
             let (a, y) = (metric * side, Point::new(10.0, 0.0, 0.0));
             size(a.dot(&side), a.dot(&y), (metric * y).dot(&y))
         });

@@ -1,6 +1,6 @@
 //! Finite bodies with the near field of a half-space.
 
-mod blocks;
+pub mod blocks;
 mod correction;
 mod curved;
 mod fields;

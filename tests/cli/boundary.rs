@@ -1,0 +1,178 @@
+//! Finite bodies of boundary elements as a user meets them: results beside finite elements, surfaces that are wrong.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::moved::layer;
+use crate::near_field::{call, force, run};
+
+const SCENE: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "be"
+material = "steel"
+mesh = "block.msh"
+contact = "top"
+fixed = [{ group = "base" }]
+element = "constant"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [1.0, 1.0]
+cells = [8, 8]
+[gap]
+kind = "sphere"
+radius = 50.0
+[friction]
+law = "coulomb"
+mu = 0.3
+[[steps]]
+name = "press"
+approach = 0.01
+[[steps]]
+name = "pull"
+shift = { distance = 0.002, angle = 20.0 }
+[output]
+fields = ["vtu"]
+"#;
+
+fn place(mesh: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
+    fs::write(folder.path().join("block.msh"), mesh).unwrap();
+    folder
+}
+
+/// The elements of a mesh that `keep` holds for, changed by `change`.
+fn elements(mesh: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
+    let (head, rest) = mesh.split_once("$Elements\n").unwrap();
+    let list: Vec<String> = rest
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.starts_with('$'))
+        .enumerate()
+        .filter_map(|(i, line)| change(i, line))
+        .collect();
+    format!("{head}$Elements\n{}\n{}\n$EndElements\n", list.len(), list.join("\n"))
+}
+
+/// The surface of a layer without its solids.
+fn surface(mesh: &str) -> String {
+    elements(mesh, |_, line| (line.split(' ').nth(1) == Some("3")).then(|| line.to_owned()))
+}
+
+fn block() -> String {
+    layer([2.0, 2.0], 2.0, [16, 16, 8])
+}
+
+fn grids(folder: &Path) -> Vec<String> {
+    let all = fs::read_dir(folder.join("scene.out")).unwrap().map(|entry| entry.unwrap().file_name());
+    all.map(|name| name.into_string().unwrap()).filter(|name| name.ends_with(".vtu")).collect()
+}
+
+/// Truth: the same block of finite elements (with the near field of a half-space, docs/theory-hybrid.md), to 3 % (constant elements,
+/// three across the contact); the surface alone gives the same as the solids whose skin it is to rounding, and says what was turned.
+#[test]
+fn the_block_of_finite_elements() {
+    let folder = place(&block());
+    let by_boundary = run(folder.path(), &[]);
+    assert!(grids(folder.path()).iter().any(|name| name.starts_with("body1")), "{:?}", grids(folder.path()));
+    let record = &by_boundary["boundary_elements"][0];
+    assert_eq!(record["elements"], 2 * 16 * 16 + 4 * 16 * 8);
+    assert_eq!(record["unknowns"].as_u64(), record["elements"].as_u64().map(|n| 3 * n));
+    assert!(
+        record["asymmetry"].as_f64().unwrap() < 0.05 && record["residual"].as_f64().unwrap() < 1e-12,
+        "{record}"
+    );
+    fs::write(folder.path().join("block.msh"), surface(&block())).unwrap();
+    let of_surface = run(folder.path(), &[]);
+    let said = of_surface["warnings"].to_string();
+    assert!(said.contains("pointed into the body and were turned outward"), "{said}");
+    fs::write(folder.path().join("block.msh"), block()).unwrap();
+    let scene = SCENE.replace("kind = \"be\"", "kind = \"fe\"").replace("element = \"constant\"\n", "");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let by_finite = run(folder.path(), &["frame.cells=[16,16]"]);
+    for step in 0..2 {
+        let [found, same, wanted] =
+            [&by_boundary, &of_surface, &by_finite].map(|summary| force(summary, step));
+        for c in 0..3 {
+            assert!((found[c] - same[c]).abs() < 1e-6 * found[0], "{found:?} {same:?}");
+            assert!((found[c] - wanted[c]).abs() < 0.03 * wanted[0], "{found:?} {wanted:?}");
+        }
+    }
+}
+
+/// Truth: a rigid plate on all of a block that floats along z between smooth walls bears its base's pressure, uniform, and what is pressed on
+/// it beside.
+#[test]
+fn a_block_that_floats() {
+    let folder = place(&layer([1.0, 1.0], 1.0, [4, 4, 3]));
+    let walls = "fixed = [{ group = \"x\", components = [\"x\"] }, { group = \"y\", components = [\"y\"] }]\n\
+                 pressure = [{ group = \"base\", value = 40.0 }]";
+    let scene = SCENE
+        .replace("fixed = [{ group = \"base\" }]", walls)
+        .replace("kind = \"sphere\"\nradius = 50.0", "kind = \"flat\"")
+        .replace("approach = 0.01", "normal_force = 20.0");
+    let scene = scene.split("[[steps]]\nname = \"pull\"").next().unwrap().to_owned();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let summary = run(folder.path(), &["output.fields=[]", "frame.cells=[4,4]", "body1.element=\"linear\""]);
+    let step = &summary["steps"][0];
+    let [load, peak] = ["normal_force", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
+    assert!((load - 180.0).abs() < 1e-3 && (peak - 45.0).abs() < 1e-2, "{load} {peak}");
+    let said = summary["warnings"].to_string();
+    assert!(said.contains("floats by translation z"), "{said}");
+}
+
+/// Truth: what is wrong with each scene by construction, exit code 2, and the element or key that is meant.
+#[test]
+fn surfaces_and_supports_that_are_wrong() {
+    let refused = |mesh: &str, sets: &[&str], words: &[&str]| {
+        let folder = place(mesh);
+        for verb in ["check", "run"] {
+            let (code, text) = call(verb, folder.path(), sets);
+            let text = text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+            assert_eq!(code, Some(2), "{verb} {words:?}: {text}");
+            assert!(words.iter().all(|word| text.contains(word)), "{verb} {words:?}: {text}");
+        }
+    };
+    let small = layer([2.0, 2.0], 2.0, [8, 8, 4]);
+    let cells = "frame.cells=[4,4]";
+    let skin = surface(&small);
+    // The first element, of 64 on top.
+    let open = elements(&skin, |i, line| (i > 0).then(|| line.to_owned()));
+    refused(&open, &[cells], &["is open at 4 edges", "body1.mesh"]);
+    let turned = elements(&skin, |i, line| {
+        let words: Vec<&str> = line.split(' ').collect();
+        Some(if i == 20 {
+            [&words[..5], &[words[8], words[7], words[6], words[5]]].concat().join(" ")
+        } else {
+            line.to_owned()
+        })
+    });
+    refused(&turned, &[cells], &["inconsistently oriented", "4 edges", "21"]);
+    refused(&small, &[cells, "body1.fixed=[{group=\"body\"}]"], &["body1.fixed.0", "volumes"]);
+    refused(&small, &[cells, "body1.fixed=[{group=\"top\"}]"], &["holds faces under the contact frame"]);
+    refused(&small, &[cells, "solver.coupling=\"block\""], &["solver.coupling", "boundary elements"]);
+    refused(&small, &[cells, "body1.contact=\"base\""], &["looks towards"]);
+    refused(&small, &[cells, "body1.near_field=\"mesh\""], &["near_field"]);
+    let displaced = "body1.displaced=[{group=\"base\",components=[\"z\"],value=[0.1]}]";
+    refused(&small, &[cells, displaced], &["prescribes another displacement along z"]);
+}
+
+/// Truth: exit code 4 before anything is allocated, with what would help.
+#[test]
+fn too_little_memory() {
+    let folder = place(&block());
+    for verb in ["check", "run"] {
+        let (code, text) = call(verb, folder.path(), &["solver.memory_limit=60000000"]);
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(code, Some(4), "{text}");
+        assert!(text.contains("boundary-element body of 3072 unknowns") && text.contains("memory"), "{text}");
+    }
+}
