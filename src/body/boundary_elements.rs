@@ -2,17 +2,17 @@
 //!
 //! The displacement u = S_bb t of the nodes b under the frame by tractions there follows from the collocation equations. The frame's
 //! tractions reach the nodes as those whose polynomials do the same work, t = M⁻¹ Iᵀ A t_frame with the areas M of the nodes, so that
-//! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit, and
-//! the half of the difference from its transpose, which is taken off, estimates its error.
+//! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
+//! so in the way of [`Smooth`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use faer::Par;
-use nalgebra::DMatrix;
 
 use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
+use super::smooth::Smooth;
 use super::{BodyEquations, BodyField, ElasticBody};
 use crate::bem::finite::{
     BoundaryElements, Domain, Interpolation, Panel, Problem, Solution, SurfaceState, Weight,
@@ -283,8 +283,9 @@ impl BeBody {
         let all = elements.areas();
         let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
         let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
-        let asymmetry = asymmetry(&map, frame, nodal);
-        let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i));
+        let smooth = Smooth::new(&map, frame, &areas, nodal);
+        let asymmetry = smooth.asymmetry();
+        let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
         let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
         let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.heights(frame, &spec.mesh);
         let mut body = Self {
@@ -414,33 +415,6 @@ impl BeBody {
         let means = sums.into_iter().zip(&self.mesh.points);
         means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
-}
-
-/// Norm of the antisymmetric part over that of the whole of the works of constant and linear tractions over the frame on the
-/// displacements by one another; `entry` is the flexibility of the nodes of `map`.
-fn asymmetry(map: &FaceMap, frame: &ContactFrame, entry: impl Fn(usize, usize) -> f64) -> f64 {
-    let (n, n_cells) = (3 * map.nodes().len(), map.n_cells());
-    let size = frame.size();
-    let tractions: Vec<Vec<f64>> = (0..9)
-        .map(|k| {
-            let mut tractions = vec![0.0; 3 * n_cells];
-            for (cell, centre) in frame.centers.iter().enumerate() {
-                let x = frame.axes.to_local(&(centre - frame.origin)) / size;
-                tractions[k / 3 * n_cells + cell] = [1.0, x.x, x.y][k % 3];
-            }
-            let mut forces = vec![0.0; n];
-            map.apply_transpose(&tractions, &mut forces);
-            forces
-        })
-        .collect();
-    let moved = |forces: &Vec<f64>| -> Vec<f64> {
-        (0..n).map(|i| (0..n).map(|j| entry(i, j) * forces[j]).sum()).collect()
-    };
-    let displaced: Vec<Vec<f64>> = tractions.iter().map(moved).collect();
-    let works = DMatrix::from_fn(9, 9, |i, j| {
-        tractions[i].iter().zip(&displaced[j]).map(|(f, u)| f * u).sum::<f64>()
-    });
-    0.5 * (&works - works.transpose()).norm() / works.norm().max(f64::MIN_POSITIVE)
 }
 
 fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {

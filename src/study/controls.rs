@@ -15,6 +15,20 @@ use crate::scene::plan::Plan;
 /// Share of a displacement along a free direction that is rounding.
 const NO_PART: f64 = 1e-9;
 
+/// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
+fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(), Failure> {
+    if plan.bodies[index].be().is_none() || plan.friction.ellipse().is_none() {
+        return Ok(());
+    }
+    let error = Error::input(format!(
+        "{} of boundary elements floats by {}: with friction it must be held, for slip is counted from the state without contact, which its supports do \
+         not determine; support it (`fixed`, `symmetry`), make it one of finite elements (kind = \"fe\"), or leave out friction",
+        KEYS[index],
+        motions.names.join(", ")
+    ));
+    Err(Failure { error, key: KEYS[index].to_owned() })
+}
+
 /// Refuses moments that no cell can bear, displacements along directions in which a body floats, and bodies that float
 /// together.
 ///
@@ -27,6 +41,7 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
     let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
     for (index, key) in KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {
+            refuse_friction(plan, index, &motions)?;
             let relative = relative(&motions, index, frame);
             floating.push((index, motions, relative));
         }

@@ -119,17 +119,16 @@ fn the_block_of_finite_elements() {
         let on_fine: Vec<f64> =
             (0..3 * quarters).map(|k| tractions[k / quarters * cells + cell_of(k)]).collect();
         let reference =
-            blocks::hybrid(blocks::body(Hex27, (w, 8, 3.0), &stiffness), "z1", Side::Lower, &fine);
+            blocks::hybrid(blocks::body(Hex27, (w, 6, 3.0), &stiffness), "z1", Side::Lower, &fine);
         let wanted = work(&on_fine, &single(reference, &fine, &on_fine)) / 16.0;
         let found = work(&tractions, &single(be, &frame, &tractions));
-        println!("{interpolation:?} {n} {:.2e} {asymmetry:.2e}", found / wanted - 1.0);
         ((found / wanted - 1.0).abs(), asymmetry)
     };
     let [coarse, fine] = [8, 16].map(|n| run(n, Constant));
     assert!(fine.0 < 0.5 * coarse.0 && fine.0 < 5e-3, "{coarse:?} {fine:?}");
     assert!(fine.1 < coarse.1 && coarse.1 < 0.02, "{coarse:?} {fine:?}");
-    let [coarse, fine] = [4, 8].map(|n| run(n, Linear));
-    assert!(fine.0 < 5e-3 && coarse.0 < 1e-2 && fine.1 < coarse.1, "{coarse:?} {fine:?}");
+    let (difference, asymmetry) = run(8, Linear);
+    assert!(difference < 5e-3 && asymmetry < fine.1, "{difference} {asymmetry}");
 }
 
 /// Truth: bodies that are large beside their contact are half-spaces: what they lack falls as 1 over their size, here doubled twice.
@@ -166,7 +165,6 @@ fn large_bodies_become_half_spaces() {
         1.0 - work(&tractions, &gap([&mut lower, &mut upper], &frame, &tractions)) / infinite
     };
     let found = [4.0, 8.0, 16.0].map(lacks);
-    println!("{found:?}");
     // The rest that does not fall is the error of the elements, which drops out of the differences.
     let ratio = (found[0] - found[1]) / (found[1] - found[2]);
     assert!((1.6..2.4).contains(&ratio), "{ratio}");
