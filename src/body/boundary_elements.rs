@@ -34,6 +34,9 @@ use crate::mesh::{CellRef, Mesh};
 /// Accuracy of the integrals, over the largest values: far below what elements leave.
 const ACCURACY: f64 = 1e-6;
 
+/// Share of a function in the mean over a cell that is rounding.
+const NO_PART: f64 = 1e-9;
+
 /// Names of the displacement components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -58,6 +61,18 @@ pub struct BeSpec {
     pub body_force: [f64; 3],
 }
 
+/// How a body lies under a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnderFrame {
+    /// Nodes of elements there.
+    pub n_nodes: usize,
+    /// Whether no cell lies over two elements.
+    pub aligned: bool,
+    /// The element whose nodes lie farthest apart beside the thickness of the body behind it: its number among the outer faces, and distance over
+    /// thickness.
+    pub thin: Option<(usize, f64)>,
+}
+
 /// What is known of a body at its nodes.
 struct Known {
     /// By dof.
@@ -66,6 +81,26 @@ struct Known {
     values: Vec<f64>,
     /// Of the force per volume: known everywhere, and taken off the values.
     weight: Option<Weight>,
+}
+
+impl Known {
+    /// The mean displacement along free motions that takes that of the weight's share off.
+    fn counter_mean(&self, free: &FreeMotions, elements: &BoundaryElements) -> Vec<f64> {
+        let Some(weight) = &self.weight else { return Vec::new() };
+        let (positions, areas) = (elements.positions(), elements.areas());
+        let total: f64 = areas.iter().sum();
+        let along = |j: usize| -> f64 {
+            let nodes = positions.iter().zip(&areas).enumerate();
+            nodes
+                .map(|(node, (x, area))| {
+                    let (u, motion) = (weight.displacement(x), free.displacement(x, j));
+                    let free = (0..3).filter(|c| !self.held[3 * node + c]);
+                    -free.map(|c| u[c] * motion[c]).sum::<f64>() * area / total
+                })
+                .sum()
+        };
+        (0..free.n()).map(along).collect()
+    }
 }
 
 /// A boundary-element body tied to a frame through the faces of one physical group.
@@ -181,18 +216,29 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// Number of nodes under a frame, after all that [`BeBody::new`] checks before it integrates anything.
+    /// How it lies under a frame, after all that [`BeBody::new`] checks before it integrates anything.
     ///
     /// # Errors
     /// As [`BeBody::new`], memory excepted.
-    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<usize> {
+    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<UnderFrame> {
         let faces = self.faces(contact)?;
         refuse_crossing(&self.mesh, &faces, contact)?;
         let plain = self.plain()?;
         let (elements, number, _) = plain.elements(None)?;
         let map = map(&plain, (&elements, &number), (frame, side), &faces)?;
         refuse_held(&map, &plain.known(&elements, &number)?, &elements)?;
-        Ok(map.nodes().len())
+        let element: Vec<usize> =
+            (0..elements.n_elements()).flat_map(|i| elements.nodes_of(i).map(move |_| i)).collect();
+        let of_cell = |cell: usize| {
+            let mut own = map
+                .row(cell)
+                .filter(|(_, weight)| weight.abs() > NO_PART)
+                .map(|(node, _)| element[map.nodes()[node]]);
+            let first = own.next();
+            own.all(|other| Some(other) == first)
+        };
+        let aligned = (0..map.n_cells()).all(of_cell);
+        Ok(UnderFrame { n_nodes: map.nodes().len(), aligned, thin: elements.thinnest() })
     }
 
     /// The same of a material that needs no table.
@@ -271,6 +317,7 @@ impl BeBody {
         let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
         memory.ensure(spec.bytes(map.nodes().len()), &what, Self::MEND)?;
         let free = elements.free_motions(&known.held)?;
+        let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
         let problem = Problem {
             elements: &elements,
             domain: Domain::Inside,
@@ -278,6 +325,7 @@ impl BeBody {
             known: &known.values,
             loaded: map.nodes(),
             free: free.as_ref(),
+            mean: &mean,
         };
         let solution = problem.solve(Par::rayon(0))?;
         let all = elements.areas();
@@ -285,6 +333,7 @@ impl BeBody {
         let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
         let smooth = Smooth::new(&map, frame, &areas, nodal);
         let asymmetry = smooth.asymmetry();
+        refuse_negative(3 * areas.len(), &nodal)?;
         let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
         let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
         let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.heights(frame, &spec.mesh);
@@ -415,6 +464,17 @@ impl BeBody {
         let means = sums.into_iter().zip(&self.mesh.points);
         means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
     }
+}
+
+/// Refuses flexibilities that elements far too large have made nonsense of.
+fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
+    if (0..n).all(|i| entry(i, i) > 0.0) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "forces on nodes under the frame move them backwards: the elements are far too large beside the thickness of the body, or their \
+         surface is damaged; take smaller elements, or quadratic ones (`element`)",
+    ))
 }
 
 fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::frame::MeshedSurface;
 use crate::linalg::operator::Flexibility;
 
-pub use boundary_elements::{BeBody, BeSpec};
+pub use boundary_elements::{BeBody, BeSpec, UnderFrame};
 pub use finite_elements::FeBody;
 pub use floating::{Floating, FloatingMotion};
 pub use half_space::HalfSpaceBody;

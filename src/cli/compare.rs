@@ -92,8 +92,7 @@ fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
 /// A warning where there is nothing to compare.
 fn one_only(variants: &[Variant]) -> Option<String> {
     (variants.len() == 1).then(|| {
-        "neither body has a mesh: a half-space or a rigid body cannot become a finite-element body, so there is one \
-         variant only"
+        "neither body is one of finite elements, which half-spaces could stand for, so there is one variant only"
             .to_owned()
     })
 }

@@ -157,8 +157,9 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
     };
     match (chosen.as_slice(), &arguments.out) {
         ([], _) => Err(Error::input(match arguments.body {
-            Some(body) => format!("body {body} has no mesh; only finite-element bodies can be refined"),
-            None => "no body of the scene has a mesh; only finite-element bodies can be refined".to_owned(),
+            Some(body) => format!("body {body} is not one of finite elements: only those have an error estimate to refine by"),
+            None => "no body of the scene is one of finite elements: only those have an error estimate to refine by"
+                .to_owned(),
         })),
         ([_, _], Some(_)) => {
             Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2"))

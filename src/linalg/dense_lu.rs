@@ -39,9 +39,9 @@ impl DenseLu {
             MemStack::new(&mut memory),
             Default::default(),
         );
-        let pivots = (0..n).map(|k| matrix.at(k, k).abs());
-        let (least, most) = pivots.fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
-        if least.is_nan() || least <= f64::EPSILON * most {
+        let pivots = || (0..n).map(|k| matrix.at(k, k).abs());
+        let (least, most) = pivots().fold((f64::INFINITY, 0.0_f64), |(l, m), p| (l.min(p), m.max(p)));
+        if pivots().any(f64::is_nan) || least <= f64::EPSILON * most {
             return Err(Error::numerical("the equations are singular: a body is not held"));
         }
         Ok(Self { factors: matrix, forward, backward })
@@ -95,5 +95,6 @@ mod tests {
         }
         let single = Columns::from_values(n, n, (0..n * n).map(|k| (1 + k % n) as f64).collect());
         assert!(DenseLu::new(single, Par::Seq).is_err());
+        assert!(DenseLu::new(Columns::from_values(n, n, vec![f64::NAN; n * n]), Par::Seq).is_err());
     }
 }

@@ -13,6 +13,9 @@ const NAMED: usize = 6;
 /// Cosine of the angle of normals from which on two faces form an edge of the geometry.
 const CREASE: f64 = 0.95;
 
+/// Area over the square of the longest edge below which an element has none.
+const FLAT: f64 = 1e-6;
+
 /// Two cells at an edge: indices, and whether each runs along it from the smaller node number.
 type Sides = Vec<(usize, bool)>;
 
@@ -29,23 +32,31 @@ struct Surface<'a> {
 ///
 /// # Errors
 /// If there are no surface cells, the surface is open or branches (the edges are named), two neighbours on a smooth surface are
-/// turned against each other, it cannot be turned to one side, encloses no volume, or consists of parts that lie apart.
+/// turned against each other, it cannot be turned to one side, encloses no volume, crosses itself, or consists of parts that lie apart;
+/// if an element has no area.
 pub fn outward(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let surface = Surface::new(mesh)?;
+    surface.refuse_flat()?;
     surface.refuse_open()?;
     let (mut turned, part) = surface.turned()?;
-    let inverted = surface.sides(&mut turned, &part)?;
+    surface.sides(&mut turned, &part)?;
     let count = turned.iter().filter(|&&is| is).count();
     let mut mesh = mesh.clone();
     for (cell, _) in surface.cells.iter().zip(&turned).filter(|(_, turned)| **turned) {
         turn(&mut mesh, *cell);
     }
     let notes = (count > 0).then(|| {
-        let (all, whole) = (turned.len(), if inverted { " (the surface as a whole lay inside out)" } else { "" });
-        format!(
-            "the normals of {count} of the {all} surface elements pointed into the body and were turned outward{whole}"
-        )
+        let all = turned.len();
+        format!("the normals of {count} of the {all} surface elements pointed into the body and were turned outward")
     });
+    let faces = outer_faces(&mesh);
+    if let Some(pair) = crossing(&mesh, &faces) {
+        let [a, b] = pair.map(|k| faces[k].tag);
+        return Err(Error::input(format!(
+            "the surface in {} crosses itself: its elements {a} and {b} cut one another; mend the mesh there",
+            mesh.source
+        )));
+    }
     Ok((mesh, notes.into_iter().collect()))
 }
 
@@ -140,6 +151,24 @@ impl<'a> Surface<'a> {
         words.join("; ")
     }
 
+    /// Refuses elements whose area vanishes beside the square of their longest edge.
+    fn refuse_flat(&self) -> Result<()> {
+        let flat = |&cell: &usize| {
+            let corners =
+                &self.mesh.cell_nodes(self.cells[cell])[..self.mesh.kind(self.cells[cell]).n_corners()];
+            let at = |k: usize| Point::from(self.mesh.points[corners[k % corners.len()]]);
+            let longest = (0..corners.len()).map(|k| (at(k + 1) - at(k)).norm_squared()).fold(0.0, f64::max);
+            // Also where a coordinate is no number.
+            !(self.area(cell).norm() > FLAT * longest)
+        };
+        let Some(cell) = (0..self.cells.len()).find(flat) else { return Ok(()) };
+        Err(Error::input(format!(
+            "the surface element {} of {} has no area: its corners lie on a line; mend the mesh there",
+            self.tag(cell),
+            self.mesh.source
+        )))
+    }
+
     fn refuse_open(&self) -> Result<()> {
         let with = |few: bool| {
             let other = |sides: &Sides| if few { sides.len() < 2 } else { sides.len() > 2 };
@@ -231,7 +260,7 @@ impl<'a> Surface<'a> {
 
     /// Turns whole parts so that their normals point out of the body: the outermost away from what it encloses, those inside it into
     /// what they enclose; whether one was turned.
-    fn sides(&self, turned: &mut [bool], part: &[usize]) -> Result<bool> {
+    fn sides(&self, turned: &mut [bool], part: &[usize]) -> Result<()> {
         let n_parts = part.iter().max().map_or(0, |last| last + 1);
         let area = |cell: usize| if turned[cell] { -self.area(cell) } else { self.area(cell) };
         let first = |cell: usize| Point::from(self.mesh.points[self.mesh.cell_nodes(self.cells[cell])[0]]);
@@ -271,7 +300,7 @@ impl<'a> Surface<'a> {
         for (turned, part) in turned.iter_mut().zip(part) {
             *turned ^= inverted(*part);
         }
-        Ok((0..n_parts).any(inverted))
+        Ok(())
     }
 
     /// Solid angle of a cell seen from a point (van Oosterom and Strackee, 1983).
@@ -400,6 +429,13 @@ mod tests {
             inconsistent.contains("inconsistently oriented") && inconsistent.contains("elements 1, 2"),
             "{inconsistent}"
         );
+        let (mut bent, same) = (points.clone(), triangles.clone());
+        bent[7] = [0.2, 0.1, -3.0];
+        let crossing = refusal(bent, &same);
+        assert!(crossing.contains("crosses itself"), "{crossing}");
+        let mut flat = points.clone();
+        flat[3] = flat[1];
+        assert!(refusal(flat, &triangles).contains("has no area"));
         let (others, beside) = cube(5.0, 1.0, 8);
         let apart = refusal([points.clone(), others].concat(), &[&triangles[..], &beside[..]].concat());
         assert!(apart.contains("ambiguous"), "{apart}");

@@ -225,7 +225,7 @@ fn boundary_elements(
     face_map(&be.meshed, index, frame)?;
     let spec = be.inputs(key);
     let nodes = spec.n_nodes();
-    let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?;
+    let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?.n_nodes;
     let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
     left.ensure(spec.bytes(contact), &what, BeBody::MEND).at(key)?;
     let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);

@@ -11,6 +11,19 @@ use crate::bem::full_space::FullSpaceField;
 use crate::geometry::Point;
 use crate::material::Stiffness;
 
+/// Distance along a ray to a polygon; `None` if it misses.
+fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
+    (1..corners.len() - 1).find_map(|k| {
+        let (u, v) = (corners[k] - corners[0], corners[k + 1] - corners[0]);
+        let normal = u.cross(&v);
+        let distance = normal.dot(&(corners[0] - from)) / normal.dot(along);
+        let x = from + along * distance - corners[0];
+        let square = normal.norm_squared();
+        let [s, t] = [x.cross(&v).dot(&normal) / square, u.cross(&x).dot(&normal) / square];
+        (distance > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= 1.0).then_some(distance)
+    })
+}
+
 /// Elements of a surface with the kernels of the material behind it.
 #[derive(Debug)]
 pub struct BoundaryElements {
@@ -105,6 +118,32 @@ impl BoundaryElements {
     /// Areas of the nodes, ∫ N_a dS by the rule whose points they are, mm².
     pub fn areas(&self) -> Vec<f64> {
         self.each_node(|panel, node, nodes| nodes.weights()[node] * panel.area(nodes.places()[node]).norm())
+    }
+
+    /// The element whose nodes lie farthest apart beside the thickness of the body behind its middle, and distance over thickness; `None`
+    /// for an open surface.
+    pub fn thinnest(&self) -> Option<(usize, f64)> {
+        let corners = |panel: &Panel| -> Vec<Point> {
+            let places = &panel.kind.face_places()[..panel.kind.n_corners()];
+            places.iter().map(|xi| panel.position(*xi)).collect()
+        };
+        let all: Vec<Vec<Point>> = self.ready.iter().map(|ready| corners(&ready.panel)).collect();
+        let of_element = |i: usize| {
+            let panel = self.panel(i);
+            let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
+            let (from, area) = (panel.position(middle), panel.area(middle));
+            let inward = -area.normalize();
+            // Neighbours at a sharp edge are no thickness.
+            let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
+            let hits =
+                all.iter().filter_map(|corners| depth(&from, &inward, corners).filter(|_| !joined(corners)));
+            let thickness = hits.fold(f64::INFINITY, f64::min);
+            let size = area.norm() * if panel.is_triangle() { 0.5 } else { 4.0 };
+            let spacing = (size / self.nodes_of(i).len() as f64).sqrt();
+            (i, spacing / thickness)
+        };
+        let ratios: Vec<(usize, f64)> = (0..self.n_elements()).into_par_iter().map(of_element).collect();
+        ratios.into_iter().filter(|(_, ratio)| *ratio > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     fn element(&self, i: usize) -> Element<'_> {

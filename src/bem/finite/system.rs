@@ -47,6 +47,8 @@ pub struct Problem<'a> {
     pub loaded: &'a [usize],
     /// Rigid motions that the known displacements leave free, of mean square 1 over the surface.
     pub free: Option<&'a FreeMotions>,
+    /// Mean displacement along each of them, mm; empty for none.
+    pub mean: &'a [f64],
 }
 
 /// Displacement and traction of all nodes of a surface, global axes.
@@ -172,6 +174,7 @@ impl Problem<'_> {
             for dof in (0..n).filter(|&dof| !self.held[dof]) {
                 left.column_mut(dof)[n + j] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
+            right.column_mut(0)[n + j] = self.mean.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
         }
         Ok((left, right))
     }

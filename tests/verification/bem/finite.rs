@@ -79,8 +79,15 @@ fn solved(
     let of_node = |(x, n): (&Point, &Point)| if held(x) { displacement(x) } else { traction(x, n) };
     let known = flat(positions.iter().zip(&normals).map(of_node));
     let free = elements.free_motions(&is_held).unwrap().filter(|_| domain == Domain::Inside);
-    let problem =
-        Problem { elements, domain, held: &is_held, known: &known, loaded: &[], free: free.as_ref() };
+    let problem = Problem {
+        elements,
+        domain,
+        held: &is_held,
+        known: &known,
+        loaded: &[],
+        free: free.as_ref(),
+        mean: &[],
+    };
     let solution = problem.solve(Par::Seq).unwrap();
     assert!(solution.residual() < 1e-12, "{}", solution.residual());
     solution
@@ -254,6 +261,7 @@ fn threads_change_nothing() {
         known: &known,
         loaded: &loaded,
         free: None,
+        mean: &[],
     };
     let tractions: Vec<f64> = (0..3 * loaded.len()).map(|k| (k as f64).cos()).collect();
     let [one, two, four] = [Par::Seq, Par::rayon(2), Par::rayon(4)]
