@@ -40,6 +40,10 @@ const NO_PART: f64 = 1e-9;
 /// Names of the displacement components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// Elements in the order of the mesh's outer faces, the number of each by its face, the error of the kernels, and what the user should know of
+/// the cache.
+type Numbered = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
+
 /// A body of boundary elements.
 #[derive(Debug, Clone)]
 pub struct BeSpec {
@@ -129,11 +133,8 @@ impl BeSpec {
         group_faces(&self.mesh, group)
     }
 
-    /// The elements, in the order of the mesh's outer faces, and the number of each by its face.
-    fn elements(
-        &self,
-        cache: Option<&Cache>,
-    ) -> Result<(BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>))> {
+    /// Its elements.
+    fn elements(&self, cache: Option<&Cache>) -> Result<Numbered> {
         let outer = outer_faces(&self.mesh);
         let at = |&node: &usize| Point::from(self.mesh.points[node]);
         let panel =

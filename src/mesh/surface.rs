@@ -158,8 +158,9 @@ impl<'a> Surface<'a> {
                 &self.mesh.cell_nodes(self.cells[cell])[..self.mesh.kind(self.cells[cell]).n_corners()];
             let at = |k: usize| Point::from(self.mesh.points[corners[k % corners.len()]]);
             let longest = (0..corners.len()).map(|k| (at(k + 1) - at(k)).norm_squared()).fold(0.0, f64::max);
+            let area = self.area(cell).norm();
             // Also where a coordinate is no number.
-            !(self.area(cell).norm() > FLAT * longest)
+            area.is_nan() || area <= FLAT * longest
         };
         let Some(cell) = (0..self.cells.len()).find(flat) else { return Ok(()) };
         Err(Error::input(format!(
