@@ -113,7 +113,7 @@ mod tests {
         let symmetric =
             |i: usize, j: usize| 1.0 / (1.0 + i.abs_diff(j) as f64) + ((i * j) as f64).sin() * 0.01;
         let entry = |i: usize, j: usize| symmetric(i, j) + 0.05 * ((i as f64).sin() * (j as f64).cos());
-        assert_eq!(Smooth::new(&map, &frame, &areas, symmetric).asymmetry(), 0.0);
+        assert!(Smooth::new(&map, &frame, &areas, symmetric).asymmetry() < 1e-14);
         let smooth = Smooth::new(&map, &frame, &areas, entry);
         let made = |i: usize, j: usize| 0.5 * (entry(i, j) + entry(j, i)) + smooth.correction(i, j);
         let mut force = vec![0.0; n];
