@@ -105,8 +105,11 @@ fn refine_refuses_what_it_cannot_do() {
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };
-    assert!(refused("hertz.toml", &[]).contains("no body of the scene has a mesh"));
-    assert!(refused("sphere-on-cfrp-block.toml", &["--body", "2"]).contains("body 2 has no mesh"));
+    assert!(refused("hertz.toml", &[]).contains("no body of the scene is one of finite elements"));
+    assert!(
+        refused("sphere-on-cfrp-block.toml", &["--body", "2"])
+            .contains("body 2 is not one of finite elements")
+    );
     assert!(refused("sphere-on-cfrp-block.toml", &["--step", "press"]).contains("indent, shift, fretting"));
     assert!(refused("sphere-on-cfrp-block.toml", &["--error", "2"]).contains("between 0 and 1"));
     assert!(refused("steel-cap-on-cfrp-block.toml", &["--out", "x.pos"]).contains("--body 1 or --body 2"));
