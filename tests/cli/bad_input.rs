@@ -243,7 +243,7 @@ const TABLE: &[Row] = &[
         &["gap.file", "no.csv", "cannot be used"],
     ),
     // What a later version may do.
-    ("kind = \"half-space\"", "kind = \"be\"", 0, &["body1", "lacks `mesh`"]),
+    ("kind = \"half-space\"", "kind = \"bee\"", 0, &["body1.kind", "did you mean \"be\""]),
     ("cells = [16, 16]", "cells = [16, 16]\ngrow = 2", 1, &["frame.grow", "true or false"]),
     (
         "cells = [16, 16]",
