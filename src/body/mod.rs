@@ -8,7 +8,6 @@ pub mod half_space;
 pub mod hybrid;
 mod partial;
 pub mod rigid;
-mod smooth;
 pub mod stress;
 pub mod worn;
 

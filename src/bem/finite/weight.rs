@@ -22,13 +22,15 @@ pub struct Weight {
 impl Weight {
     /// Of the force per volume `force` (N/mm³), about the point `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
-        let direction = force.try_normalize(0.0).unwrap_or_else(Point::z);
-        let acoustic = Matrix3::from_fn(|i, k| {
+        // The square of a very large or small force is none.
+        let direction = (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
+        let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
             let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
             pairs.map(|(j, l)| stiffness.component(i, j, k, l) * direction[j] * direction[l]).sum()
         });
-        let inverse = acoustic.try_inverse().expect("a stiffness is positive definite");
-        let curvature = inverse * force;
+        let size = acoustic.amax();
+        let inverse = Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite");
+        let curvature = inverse * force / size;
         let stress = Matrix3::from_fn(|i, j| {
             let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
             -pairs.map(|(k, l)| stiffness.component(i, j, k, l) * curvature[k] * direction[l]).sum::<f64>()
@@ -48,5 +50,25 @@ impl Weight {
     /// σ_p, MPa.
     pub fn stress(&self, x: &Point) -> Matrix3<f64> {
         self.stress * self.height(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a column under its weight b along z, held in its plane: u_z = -z² b / (2 C33), σ_zz = -b z, for any size of b.
+    #[test]
+    fn columns_under_their_weight() {
+        let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let c33 = stiffness.voigt()[(2, 2)];
+        for b in [-2.0, 1e-300, 1e300] {
+            let weight = Weight::new(&stiffness, &Point::new(0.0, 0.0, b), Point::zeros());
+            let x = Point::new(0.3, -0.2, 1.5);
+            let (u, stress) = (weight.displacement(&x), weight.stress(&x));
+            assert!((u.z / (-1.5 * 1.5 * b / (2.0 * c33)) - 1.0).abs() < 1e-12, "{b:e}: {u}");
+            assert!((stress[(2, 2)] / (-1.5 * b) - 1.0).abs() < 1e-12, "{b:e}: {stress}");
+            assert!(u.x.abs().max(u.y.abs()) < 1e-12 * u.z.abs());
+        }
     }
 }

@@ -1,0 +1,298 @@
+//! Finite bodies of boundary elements, condensed to the nodes under the frame.
+//!
+//! The displacement u = S_bb t of the nodes b under the frame by tractions there follows from the collocation equations. The frame's
+//! tractions reach the nodes as those whose polynomials do the same work, t = M⁻¹ Iᵀ A t_frame with the areas M of the nodes, so that
+//! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
+//! so in a way that keeps the response to uniform tractions (`smooth.rs`).
+
+mod smooth;
+mod spec;
+
+use std::sync::Arc;
+
+use faer::Par;
+
+use self::smooth::Smooth;
+use self::spec::{Known, map, refuse_crossing, refuse_held};
+use super::condensed::CondensedFlexibility;
+use super::floating::{Floating, FloatingMotion};
+use super::{BodyEquations, BodyField, ElasticBody};
+use crate::bem::finite::{BoundaryElements, Domain, Interpolation, Problem, Solution, SurfaceState, Weight};
+use crate::bem::half_space::CrossBlocks;
+use crate::error::{Context, Error, Result};
+use crate::fem::FreeMotions;
+use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
+use crate::geometry::Point;
+use crate::linalg::cache::Cache;
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::operator::Flexibility;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+
+pub use self::spec::{BeSpec, UnderFrame};
+
+/// A boundary-element body tied to a frame through the faces of one physical group.
+pub struct BeBody {
+    side: Side,
+    mesh: Arc<Mesh>,
+    faces: Vec<SurfaceFace>,
+    elements: BoundaryElements,
+    /// Of its force per volume.
+    weight: Option<Weight>,
+    map: FaceMap,
+    solution: Solution,
+    /// Areas of the nodes of the map.
+    areas: Vec<f64>,
+    flexibility: Option<CondensedFlexibility>,
+    heights: Vec<f64>,
+    free_gap: Option<Vec<f64>>,
+    floating: Option<Floating>,
+    asymmetry: f64,
+    kernel_error: f64,
+    note: Option<String>,
+}
+
+impl BeBody {
+    /// What makes it smaller.
+    pub const MEND: &'static str =
+        "take larger elements away from the contact, or elements of lower order (`element`)";
+
+    /// Solves the body for unit tractions at all nodes under the frame, within the memory that is left for it.
+    ///
+    /// # Errors
+    /// If a group or the frame do not fit, faces of the contact group cross, supports contradict one another or hold faces under the
+    /// frame, or memory does not suffice.
+    pub fn new(
+        spec: &BeSpec,
+        (contact, side): (&str, Side),
+        frame: &ContactFrame,
+        (cache, memory): (Option<&Cache>, &MemoryLimit),
+    ) -> Result<Self> {
+        Self::build(spec, (contact, side), frame, (cache, memory)).context(|| spec.name.clone())
+    }
+
+    fn build(
+        spec: &BeSpec,
+        (contact, side): (&str, Side),
+        frame: &ContactFrame,
+        (cache, memory): (Option<&Cache>, &MemoryLimit),
+    ) -> Result<Self> {
+        let faces = spec.faces(contact)?;
+        refuse_crossing(&spec.mesh, &faces, contact)?;
+        let (elements, number, (kernel_error, note)) = spec.elements(cache)?;
+        let map = map(spec, (&elements, &number), (frame, side), &faces)?;
+        let known = spec.known(&elements, &number)?;
+        refuse_held(&map, &known, &elements)?;
+        let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
+        memory.ensure(spec.bytes(map.nodes().len()), &what, Self::MEND)?;
+        let free = elements.free_motions(&known.held)?;
+        let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
+        let problem = Problem {
+            elements: &elements,
+            domain: Domain::Inside,
+            held: &known.held,
+            known: &known.values,
+            loaded: map.nodes(),
+            free: free.as_ref(),
+            mean: &mean,
+        };
+        let solution = problem.solve(Par::rayon(0))?;
+        let all = elements.areas();
+        let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
+        let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
+        let smooth = Smooth::new(&map, frame, &areas, nodal);
+        let asymmetry = smooth.asymmetry();
+        refuse_negative(3 * areas.len(), &nodal)?;
+        let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
+        let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
+        let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.heights(frame, &spec.mesh);
+        let mut body = Self {
+            side,
+            mesh: spec.mesh.clone(),
+            faces,
+            weight: known.weight.clone(),
+            map,
+            solution,
+            areas,
+            flexibility: Some(flexibility),
+            heights,
+            free_gap: None,
+            floating: None,
+            asymmetry,
+            kernel_error,
+            note,
+            elements,
+        };
+        let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
+        body.free_gap = (!at_rest).then(|| body.own_gap());
+        body.floating = free.map(|free| body.floating_by(&free, &known, frame));
+        Ok(body)
+    }
+
+    /// Gap change of displacements of the nodes.
+    fn gap(&self, displacement: impl Fn(usize) -> Point) -> Vec<f64> {
+        let nodal: Vec<f64> =
+            self.map.nodes().iter().flat_map(|&node| <[f64; 3]>::from(displacement(node))).collect();
+        let mut gap = vec![0.0; 3 * self.map.n_cells()];
+        self.map.apply(&nodal, &mut gap);
+        gap.iter_mut().for_each(|g| *g *= self.side.gap_sign());
+        gap
+    }
+
+    /// Share of the body's own deformation in the gap.
+    fn own_gap(&self) -> Vec<f64> {
+        let state = self.solution.state(1.0, &vec![0.0; 3 * self.areas.len()]);
+        let positions = self.elements.positions();
+        let of_weight =
+            |node: usize| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&positions[node]));
+        self.gap(|node| Point::from(state.displacement[node]) + of_weight(node))
+    }
+
+    /// The free motions as the frame sees them.
+    fn floating_by(&self, free: &FreeMotions, known: &Known, frame: &ContactFrame) -> Floating {
+        let sign = self.side.gap_sign();
+        let (positions, areas) = (self.elements.positions(), self.elements.areas());
+        let motion = |j: usize| {
+            let [shift, turn] =
+                free.about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * sign);
+            let work = |(dof, value): (usize, &f64)| {
+                value * free.displacement(&positions[dof / 3], j)[dof % 3] * areas[dof / 3]
+            };
+            let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
+            FloatingMotion {
+                relative: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
+                gap: self.gap(|node| free.displacement(&positions[node], j)),
+                load: loads.map(work).sum(),
+            }
+        };
+        let motions = (0..free.n()).map(motion).collect();
+        Floating { side: self.side, motions, names: free.names.clone() }
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.elements.n_elements()
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        3 * self.elements.n_nodes()
+    }
+
+    /// How displacement and traction vary over an element.
+    pub fn interpolation(&self) -> Interpolation {
+        self.elements.interpolation()
+    }
+
+    /// Norm of the antisymmetric part over that of the whole of the works that constant and linear tractions over the frame do on the
+    /// displacements by one another: 0 but for the error of the elements.
+    pub fn asymmetry(&self) -> f64 {
+        self.asymmetry
+    }
+
+    /// Residual of equations computed afresh over the size of their terms.
+    pub fn residual(&self) -> f64 {
+        self.solution.residual()
+    }
+
+    /// Error of the tabulated kernels, over their largest values; 0 for closed forms.
+    pub fn kernel_error(&self) -> f64 {
+        self.kernel_error
+    }
+
+    /// What the user should know of the cache.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    /// Bytes that it keeps.
+    pub fn held_bytes(&self) -> usize {
+        self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
+    }
+
+    /// Displacement of the points of the mesh by a state without the weight's share: means over the elements around.
+    fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
+        let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
+        for (i, face) in outer_faces(&self.mesh).iter().enumerate() {
+            let nodes = self.elements.places_of(i);
+            for (&point, xi) in face.nodes.iter().zip(face.kind.face_places()) {
+                let values = nodes.values(*xi);
+                let u: Point = self
+                    .elements
+                    .nodes_of(i)
+                    .zip(values)
+                    .map(|(node, n)| Point::from(state.displacement[node]) * n)
+                    .sum();
+                let weight = self.elements.panel(i).area(*xi).norm();
+                sums[point].0 += u * weight;
+                sums[point].1 += weight;
+            }
+        }
+        let of_weight =
+            |x: &[f64; 3]| self.weight.as_ref().map_or(Point::zeros(), |w| w.displacement(&Point::from(*x)));
+        let means = sums.into_iter().zip(&self.mesh.points);
+        means.map(|((sum, weight), x)| (sum / weight.max(f64::MIN_POSITIVE) + of_weight(x)).into()).collect()
+    }
+}
+
+/// Refuses flexibilities that elements far too large have made nonsense of.
+fn refuse_negative(n: usize, entry: &impl Fn(usize, usize) -> f64) -> Result<()> {
+    if (0..n).all(|i| entry(i, i) > 0.0) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "forces on nodes under the frame move them backwards: the elements are far too large beside the thickness of the body, or their \
+         surface is damaged; take smaller elements, or quadratic ones (`element`)",
+    ))
+}
+
+impl ElasticBody for BeBody {
+    fn describe(&self) -> String {
+        format!(
+            "boundary elements, {} {} ones, {} unknowns, {} contact nodes",
+            self.n_elements(),
+            self.interpolation().name(),
+            self.n_unknowns(),
+            self.areas.len()
+        )
+    }
+
+    fn equations(&self) -> BodyEquations<'_> {
+        BodyEquations::BoundaryElements(self)
+    }
+
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+        match self.flexibility.take() {
+            Some(flexibility) => Ok(Some(Box::new(flexibility))),
+            None => Err(Error::numerical("the flexibility of a boundary-element body was taken twice")),
+        }
+    }
+
+    fn free_gap(&self) -> Option<&[f64]> {
+        self.free_gap.as_deref()
+    }
+
+    fn floating(&self) -> Option<&Floating> {
+        self.floating.as_ref()
+    }
+
+    fn surface(&self) -> Option<MeshedSurface<'_>> {
+        Some(MeshedSurface {
+            mesh: &self.mesh,
+            faces: &self.faces,
+            side: self.side,
+            heights: self.heights.clone(),
+        })
+    }
+
+    /// Displacement at the points of the surface mesh.
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+        let mut forces = vec![0.0; 3 * self.areas.len()];
+        self.map.apply_transpose(tractions, &mut forces);
+        for (dof, force) in forces.iter_mut().enumerate() {
+            *force *= self.side.gap_sign() / self.areas[dof / 3];
+        }
+        let state = self.solution.state(1.0, &forces);
+        Ok(BodyField { displacement: self.at_points(&state), stress: None })
+    }
+}

@@ -1,0 +1,272 @@
+//! What a body of boundary elements is, and what it has to do with a frame.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::bem::finite::{BoundaryElements, Interpolation, Panel, Problem, Weight};
+use crate::bem::full_space::FullSpaceField;
+use crate::error::{Context, Error, Result};
+use crate::fem::{FreeMotions, Support};
+use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::geometry::{Point, place};
+use crate::linalg::cache::Cache;
+use crate::material::Stiffness;
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+use crate::mesh::surface::crossing;
+use crate::mesh::{CellRef, Mesh};
+
+/// Accuracy of the integrals, over the largest values: far below what elements leave.
+const ACCURACY: f64 = 1e-6;
+
+/// Share of a function in the mean over a cell that is rounding.
+const NO_PART: f64 = 1e-9;
+
+/// Names of the displacement components.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Elements in the order of the mesh's outer faces, the number of each by its face, the error of the kernels, and what the user should know of
+/// the cache.
+pub(super) type Numbered = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
+
+/// A body of boundary elements.
+#[derive(Debug, Clone)]
+pub struct BeSpec {
+    /// What messages call it ("body1").
+    pub name: String,
+    /// Its surface: closed, normals outward, without solids ([`crate::mesh::surface`]).
+    pub mesh: Arc<Mesh>,
+    /// Its material, global axes.
+    pub stiffness: Stiffness,
+    /// How displacement and traction vary over an element.
+    pub interpolation: Interpolation,
+    /// Supports and prescribed displacements, groups of surfaces.
+    pub supports: Vec<Support>,
+    /// Pressure on surface groups, MPa, positive into the body.
+    pub pressures: Vec<(String, f64)>,
+    /// Tractions on surface groups, global axes, MPa.
+    pub tractions: Vec<(String, [f64; 3])>,
+    /// Force per volume, global axes, N/mm3.
+    pub body_force: [f64; 3],
+}
+
+/// How a body lies under a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnderFrame {
+    /// Nodes of elements there.
+    pub n_nodes: usize,
+    /// Whether no cell lies over two elements.
+    pub aligned: bool,
+    /// The element whose nodes lie farthest apart beside the thickness of the body behind it: its number among the outer faces, and distance over
+    /// thickness.
+    pub thin: Option<(usize, f64)>,
+}
+
+/// What is known of a body at its nodes.
+pub(super) struct Known {
+    /// By dof.
+    pub(super) held: Vec<bool>,
+    /// Displacement of what is held, traction of the rest.
+    pub(super) values: Vec<f64>,
+    /// Of the force per volume: known everywhere, and taken off the values.
+    pub(super) weight: Option<Weight>,
+}
+
+impl Known {
+    /// The mean displacement along free motions that takes that of the weight's share off.
+    pub(super) fn counter_mean(&self, free: &FreeMotions, elements: &BoundaryElements) -> Vec<f64> {
+        let Some(weight) = &self.weight else { return Vec::new() };
+        let (positions, areas) = (elements.positions(), elements.areas());
+        let total: f64 = areas.iter().sum();
+        let along = |j: usize| -> f64 {
+            let nodes = positions.iter().zip(&areas).enumerate();
+            nodes
+                .map(|(node, (x, area))| {
+                    let (u, motion) = (weight.displacement(x), free.displacement(x, j));
+                    let free = (0..3).filter(|c| !self.held[3 * node + c]);
+                    -free.map(|c| u[c] * motion[c]).sum::<f64>() * area / total
+                })
+                .sum()
+        };
+        (0..free.n()).map(along).collect()
+    }
+}
+
+impl BeSpec {
+    pub(super) fn faces(&self, group: &str) -> Result<Vec<SurfaceFace>> {
+        group_faces(&self.mesh, group)
+    }
+
+    /// Its elements.
+    pub(super) fn elements(&self, cache: Option<&Cache>) -> Result<Numbered> {
+        let outer = outer_faces(&self.mesh);
+        let at = |&node: &usize| Point::from(self.mesh.points[node]);
+        let panel =
+            |face: &SurfaceFace| Panel { kind: face.kind, nodes: face.nodes.iter().map(at).collect() };
+        let (field, note) = FullSpaceField::cached(&self.stiffness, cache)?;
+        let error = field.error();
+        let panels = outer.iter().map(panel).collect();
+        let material = (&self.stiffness, field);
+        let elements = BoundaryElements::new(panels, self.interpolation, material, ACCURACY);
+        let number = outer.iter().enumerate().map(|(i, face)| (face.owner, i)).collect();
+        Ok((elements, number, (error, note)))
+    }
+
+    /// What is known at the nodes.
+    pub(super) fn known(
+        &self,
+        elements: &BoundaryElements,
+        number: &HashMap<CellRef, usize>,
+    ) -> Result<Known> {
+        let (positions, normals) = (elements.positions(), elements.normals());
+        let mut held = vec![None; 3 * positions.len()];
+        let nodes_of = |faces: Vec<SurfaceFace>| -> Vec<usize> {
+            faces.iter().flat_map(|face| elements.nodes_of(number[&face.owner])).collect()
+        };
+        for support in &self.supports {
+            for node in nodes_of(self.faces(&support.group)?) {
+                for c in (0..3).filter(|&c| support.components[c]) {
+                    let far = Point::from(support.gradient[c]).dot(&positions[node]);
+                    let value = support.value[c] + far;
+                    let before = held[3 * node + c].replace(value);
+                    if before.is_some_and(|before| before != value) {
+                        return Err(Error::input(format!(
+                            "the group \"{}\" prescribes another displacement along {} than a group before it, at {}: name \
+                             each face in one of them",
+                            support.group,
+                            AXES[c],
+                            place(&positions[node].into())
+                        )));
+                    }
+                }
+            }
+        }
+        let mut tractions = vec![Point::zeros(); positions.len()];
+        for (group, pressure) in &self.pressures {
+            let nodes = nodes_of(self.faces(group).context(|| "pressure".to_owned())?);
+            nodes.into_iter().for_each(|node| tractions[node] -= normals[node] * *pressure);
+        }
+        for (group, traction) in &self.tractions {
+            let nodes = nodes_of(self.faces(group).context(|| "traction".to_owned())?);
+            nodes.into_iter().for_each(|node| tractions[node] += Point::from(*traction));
+        }
+        let force = Point::from(self.body_force);
+        let weight = (force != Point::zeros()).then(|| {
+            let middle = positions.iter().sum::<Point>() / positions.len().max(1) as f64;
+            Weight::new(&self.stiffness, &force, middle)
+        });
+        let value = |dof: usize, held: &Option<f64>| {
+            let (node, c) = (dof / 3, dof % 3);
+            let x = &positions[node];
+            let of_weight = |weight: &Weight| match held {
+                Some(_) => weight.displacement(x)[c],
+                None => (weight.stress(x) * normals[node])[c],
+            };
+            held.unwrap_or(tractions[node][c]) - weight.as_ref().map_or(0.0, of_weight)
+        };
+        let values = held.iter().enumerate().map(|(dof, held)| value(dof, held)).collect();
+        Ok(Known { held: held.iter().map(Option::is_some).collect(), values, weight })
+    }
+
+    /// The rigid motions that the supports leave free; `None` if the body is held.
+    ///
+    /// # Errors
+    /// If a group is missing, or supports contradict one another.
+    pub fn free_motions(&self) -> Result<Option<FreeMotions>> {
+        // Motions do not depend on the material.
+        let plain = self.plain()?;
+        let (elements, number, _) = plain.elements(None)?;
+        elements.free_motions(&plain.known(&elements, &number)?.held)
+    }
+
+    /// Number of nodes of all elements.
+    pub fn n_nodes(&self) -> usize {
+        let of_face = |face: &SurfaceFace| self.interpolation.n_nodes(face.kind.n_corners() == 3);
+        outer_faces(&self.mesh).iter().map(of_face).sum()
+    }
+
+    /// How it lies under a frame, after all that [`BeBody::new`] checks before it integrates anything.
+    ///
+    /// # Errors
+    /// As [`BeBody::new`], memory excepted.
+    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<UnderFrame> {
+        let faces = self.faces(contact)?;
+        refuse_crossing(&self.mesh, &faces, contact)?;
+        let plain = self.plain()?;
+        let (elements, number, _) = plain.elements(None)?;
+        let map = map(&plain, (&elements, &number), (frame, side), &faces)?;
+        refuse_held(&map, &plain.known(&elements, &number)?, &elements)?;
+        let element: Vec<usize> =
+            (0..elements.n_elements()).flat_map(|i| elements.nodes_of(i).map(move |_| i)).collect();
+        let of_cell = |cell: usize| {
+            let mut own = map
+                .row(cell)
+                .filter(|(_, weight)| weight.abs() > NO_PART)
+                .map(|(node, _)| element[map.nodes()[node]]);
+            let first = own.next();
+            own.all(|other| Some(other) == first)
+        };
+        let aligned = (0..map.n_cells()).all(of_cell);
+        Ok(UnderFrame { n_nodes: map.nodes().len(), aligned, thin: elements.thinnest() })
+    }
+
+    /// The same of a material that needs no table.
+    fn plain(&self) -> Result<Self> {
+        Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
+    }
+
+    /// Bytes that a body with so many nodes under the frame takes while it is made.
+    pub fn bytes(&self, n_loaded: usize) -> u128 {
+        Problem::bytes(self.n_nodes(), n_loaded) + 9 * 8 * (n_loaded as u128).pow(2)
+    }
+}
+
+/// The map from the nodes of the contact faces to the cells.
+pub(super) fn map(
+    spec: &BeSpec,
+    (elements, number): (&BoundaryElements, &HashMap<CellRef, usize>),
+    (frame, side): (&ContactFrame, Side),
+    faces: &[SurfaceFace],
+) -> Result<FaceMap> {
+    // Elements of higher order than their faces have points of their own.
+    let mut mesh = Mesh { points: spec.mesh.points.clone(), ..Mesh::default() };
+    let raised = |face: &SurfaceFace| {
+        let panel = elements.panel(number[&face.owner]);
+        let n_corners = face.kind.n_corners();
+        let mut nodes = face.nodes.clone();
+        if panel.kind != face.kind {
+            nodes.truncate(n_corners);
+            for point in &panel.nodes[n_corners..] {
+                nodes.push(mesh.points.len());
+                mesh.points.push((*point).into());
+            }
+        }
+        SurfaceFace { kind: panel.kind, nodes, ..face.clone() }
+    };
+    let faces: Vec<SurfaceFace> = faces.iter().map(raised).collect();
+    let values = |face: usize, local: usize| {
+        let element = number[&faces[face].owner];
+        let values = elements.places_of(element).values(faces[face].kind.face_places()[local]);
+        elements.nodes_of(element).zip(values).collect()
+    };
+    FaceMap::of_functions(frame, &mesh, (side, &faces), values)
+}
+
+pub(super) fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {
+    let Some(pair) = crossing(mesh, faces) else { return Ok(()) };
+    let [a, b] = pair.map(|k| faces[k].tag);
+    Err(Error::input(format!(
+        "the elements {a} and {b} of the group \"{contact}\" of {} cut one another: a contact surface must not cross itself; mend the mesh there",
+        mesh.source
+    )))
+}
+
+pub(super) fn refuse_held(map: &FaceMap, known: &Known, elements: &BoundaryElements) -> Result<()> {
+    let held = |&&node: &&usize| known.held[3 * node..3 * node + 3].contains(&true);
+    let Some(&node) = map.nodes().iter().find(held) else { return Ok(()) };
+    let count = map.nodes().iter().filter(held).count();
+    Err(Error::input(format!(
+        "a support holds faces under the contact frame ({count} nodes of them, one at {}): what is held cannot come into contact; hold other faces, or \
+         make the frame smaller",
+        place(&elements.positions()[node].into())
+    )))
+}
