@@ -15,8 +15,9 @@ use crate::frame::ContactFrame;
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output::{OutputDir, write_atomically};
-use crate::results::profiles::{Profiles, profiles_svg};
+use crate::results::step_ends::{StepEnds, Variants};
 use crate::results::summary::{Status, Summary};
+use crate::results::vtu::collection;
 use crate::scene::{self, Plan};
 use crate::study::compare::{Variant, variants};
 
@@ -30,10 +31,11 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         Ok(plan) => plan,
         Err(code) => return code,
     };
-    let (frame, variants) = match variants(&plan) {
+    let (frame, variants) = match variants(&plan, &arguments.variants) {
         Ok(found) => found,
         Err(failure) => return show_failure(&plan, &failure),
     };
+    let named = !arguments.variants.is_empty() || plan.compare.variants.is_some();
     let mut comparison = Comparison {
         program: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -41,10 +43,10 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         scene_sha256: plan.document.sha256.clone(),
         units: units(&plan),
         variants: Vec::new(),
-        warnings: plan.notes.iter().cloned().chain(one_only(&variants)).collect(),
+        warnings: plan.notes.iter().cloned().chain(one_only(&variants, named)).collect(),
     };
     let mut worst = exit::DONE;
-    let mut profiles = Vec::new();
+    let mut ends = Vec::new();
     let mut progress = Progress::new(arguments.quiet);
     for (i, variant) in variants.iter().enumerate() {
         let label = format!("{}/{} {}", i + 1, variants.len(), variant.name);
@@ -53,7 +55,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         let (result, seen, code) = run.variant(variant, &label);
         comparison.warnings.extend(variant.notes.iter().map(|note| format!("{}: {note}", variant.name)));
         comparison.variants.push(result);
-        profiles.extend(seen.map(|seen| (variant.name.clone(), seen)));
+        ends.extend(seen.map(|seen| (variant.name.clone(), seen)));
         worst = worse(worst, code);
         if stop.load(Ordering::Relaxed) {
             worst = exit::INTERRUPTED;
@@ -62,7 +64,8 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     }
     progress.end();
     comparison.complete();
-    if let Err(error) = write(&comparison, &profiles, &directory) {
+    let ends = Variants { frame: &frame, ends: &ends };
+    if let Err(error) = write(&comparison, &ends, &directory) {
         return report(&error);
     }
     if !arguments.quiet {
@@ -90,10 +93,9 @@ fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
 }
 
 /// A warning where there is nothing to compare.
-fn one_only(variants: &[Variant]) -> Option<String> {
-    (variants.len() == 1).then(|| {
-        "neither body is one of finite elements, which half-spaces could stand for, so there is one variant only"
-            .to_owned()
+fn one_only(variants: &[Variant], named: bool) -> Option<String> {
+    (variants.len() == 1 && !named).then(|| {
+        "neither body has a mesh, so that nothing else can stand for it: there is one variant only".to_owned()
     })
 }
 
@@ -114,8 +116,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Runs a variant into its folder: its result, the pressures, the exit code. One that cannot be is no failure.
-    fn variant(&mut self, variant: &Variant, label: &str) -> (VariantResult, Option<Profiles>, u8) {
+    /// Runs a variant into its folder: its result, the states at the ends of the steps, the exit code. One that cannot be is no failure.
+    fn variant(&mut self, variant: &Variant, label: &str) -> (VariantResult, Option<StepEnds>, u8) {
         let mut result = VariantResult {
             name: variant.name.clone(),
             status: None,
@@ -128,7 +130,7 @@ impl Run<'_> {
         let plan = match &variant.plan {
             Ok(plan) => plan,
             Err(error) => {
-                result.reason = Some(error.message().to_owned());
+                result.reason = Some(error.to_string());
                 return (result, None, exit::DONE);
             }
         };
@@ -143,12 +145,11 @@ impl Run<'_> {
         restart_peak();
         let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
         summary.warnings.extend(variant.notes.iter().cloned());
-        let mut profiles = Profiles::new(self.frame);
+        let mut ends = StepEnds::default();
         let show = &mut |stage: &str, done, residual| {
             self.progress.show(&format!("{label} {stage}"), done, residual);
         };
-        let job =
-            Job { frame: Some(self.frame), show, watch: &mut profiles, stop: self.stop, checkpoints: None };
+        let job = Job { frame: Some(self.frame), show, watch: &mut ends, stop: self.stop, checkpoints: None };
         let code = compute(plan, output, &mut summary, job).unwrap_or_else(|failure| {
             to_stderr(&format!("{}: ", variant.name));
             show_failure(self.plan, &failure)
@@ -159,14 +160,25 @@ impl Run<'_> {
         result.seconds = started.elapsed().as_secs_f64();
         result.peak_memory_bytes = peak_bytes();
         result.steps = StepResult::of(&summary);
-        (result, Some(profiles), code)
+        (result, Some(ends), code)
     }
 }
 
-fn write(comparison: &Comparison, profiles: &[(String, Profiles)], directory: &Path) -> Result<()> {
+fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
+    let mut files = Vec::new();
+    for (index, step) in ends.steps().into_iter().enumerate() {
+        let name = format!("differences_{:04}.vtu", index + 1);
+        let mut bytes = Vec::new();
+        ends.differences(step)?.write(&mut bytes)?;
+        write_atomically(&directory.join(&name), &bytes)?;
+        files.push(((index + 1) as f64, name));
+    }
+    if !files.is_empty() {
+        write_atomically(&directory.join("differences.pvd"), collection(&files).as_bytes())?;
+    }
     write_atomically(&directory.join("compare.csv"), comparison.to_csv().as_bytes())?;
-    let picture = profiles_svg(profiles, &comparison.units);
+    let picture = ends.profiles_svg(&comparison.units);
     write_atomically(&directory.join("compare.svg"), picture.as_bytes())?;
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }

@@ -23,6 +23,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::DOUBT;
 use crate::scene::Mistakes;
+use crate::scene::variant::Pair;
 
 /// Exit codes of the program.
 pub mod exit {
@@ -50,7 +51,7 @@ struct CommandLine {
 enum Command {
     /// Computes a scene and writes its results.
     Run(RunArgs),
-    /// Computes a scene with each meshed body as it is and as a half-space, and shows what differs.
+    /// Computes a scene with its meshed bodies of finite elements, of boundary elements and as half-spaces, and shows what differs.
     Compare(CompareArgs),
     /// Runs a scene for all combinations of some of its values, and collects the results.
     Study(study::StudyArgs),
@@ -101,6 +102,10 @@ struct RunArgs {
 struct CompareArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Variants: what body 1 and body 2 are, FE, BE, HS (half-space) or rigid, like FE-FE,BE-BE; the first is what the others are compared
+    /// with.
+    #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
+    variants: Vec<Pair>,
     /// Directory of the results; default: the scene's name with .compare beside the scene.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

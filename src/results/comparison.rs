@@ -19,7 +19,7 @@ pub struct Comparison {
     pub scene_sha256: String,
     /// Units of all numbers.
     pub units: Units,
-    /// The variants; the first is the scene as it is written.
+    /// The variants; the others are compared with the first.
     pub variants: Vec<VariantResult>,
     /// Things the user should know.
     pub warnings: Vec<String>,
@@ -28,7 +28,7 @@ pub struct Comparison {
 /// One variant.
 #[derive(Debug, Clone, Serialize)]
 pub struct VariantResult {
-    /// What body 1 and body 2 are: "FE-BE"; BE is a half-space.
+    /// What body 1 and body 2 are: "FE-BE".
     pub name: String,
     /// How it ended; `None` if it was not computed.
     pub status: Option<Status>,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Keys that change no number of an entry, and at most whether there are more: a run may go on with others.
-const FREE: [&str; 3] = ["title", "output.checkpoint", "frame.grow"];
+const FREE: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
 /// Differences listed at most.
 const LISTED: usize = 20;

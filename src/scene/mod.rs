@@ -15,6 +15,7 @@ pub mod schema;
 mod suggest;
 pub mod surface;
 mod units;
+pub mod variant;
 
 use std::path::Path;
 

@@ -12,6 +12,7 @@ use super::keys::body::{Element, Fibre, NearField};
 use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
+use super::variant::{CompareSpec, Discretisation};
 use crate::bem::finite::Interpolation;
 use crate::body;
 use crate::fem::{self, HexFormulation};
@@ -58,6 +59,8 @@ pub struct Plan {
     pub memory: MemoryLimit,
     /// What is written.
     pub output: Output,
+    /// What is compared.
+    pub compare: CompareSpec,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.
@@ -108,6 +111,8 @@ pub struct FibreAngles {
 pub struct BeSpec {
     /// Its closed surface as a mesh without solids, normals outward, of one material; no foundations.
     pub meshed: MeshedSpec,
+    /// The solids whose skin the surface is, if there are any.
+    pub solids: Option<Arc<Mesh>>,
     /// How displacement and traction vary over an element.
     pub interpolation: Interpolation,
 }
@@ -237,6 +242,20 @@ impl BeSpec {
 }
 
 impl MeshedSpec {
+    /// Groups of surfaces of its contact, supports, foundations and loads, some of them more than once.
+    pub fn groups(&self) -> impl Iterator<Item = &str> {
+        let supports = self.supports.iter().map(|support| &support.group);
+        let foundations = self.foundations.iter().map(|foundation| &foundation.group);
+        let pressures = self.pressures.iter().map(|(group, _)| group);
+        let tractions = self.tractions.iter().map(|(group, _)| group);
+        let all = std::iter::once(&self.contact)
+            .chain(supports)
+            .chain(foundations)
+            .chain(pressures)
+            .chain(tractions);
+        all.map(String::as_str)
+    }
+
     /// What the finite-element module takes; `name` is what its messages call the body.
     pub fn inputs(&self, name: &str) -> fem::FeSpec {
         let supports = self.supports.iter().map(|support| fem::Support {
@@ -264,6 +283,16 @@ impl MeshedSpec {
 }
 
 impl BodySpec {
+    /// What it is.
+    pub fn discretisation(&self) -> Discretisation {
+        match self {
+            Self::Fe(_) => Discretisation::FiniteElements,
+            Self::Be(_) => Discretisation::BoundaryElements,
+            Self::HalfSpace(_) => Discretisation::HalfSpace,
+            Self::Rigid => Discretisation::Rigid,
+        }
+    }
+
     /// The material, unless rigid.
     pub fn elastic(&self) -> Option<&Elastic> {
         match self {

@@ -1,4 +1,4 @@
-//! The material of a meshed body at its contact surface: mean fibre and how far it varies under the frame.
+//! The material of a meshed body at its contact surface, or all of it: mean fibre and how far it varies.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -8,7 +8,7 @@ use crate::fem::Regions;
 use crate::geometry::{Point, fibre_axes};
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
-/// The material under the frame.
+/// The material of a part of a body.
 #[derive(Debug, Clone)]
 pub struct SurfaceMaterial {
     /// Material with the area's mean fibre.
@@ -37,25 +37,38 @@ pub fn surface_material(fe: &MeshedSpec, frame: &FrameSpec) -> Result<SurfaceMat
     };
     let under: Vec<&SurfaceFace> = faces.iter().filter(|face| lies_under(frame, &centre(face))).collect();
     let under = if under.is_empty() { faces.iter().collect() } else { under };
-    let elements: Vec<usize> = under
-        .iter()
-        .map(|face| {
-            regions.element(face.owner).ok_or_else(|| Error::input("a contact face belongs to no solid"))
-        })
-        .collect::<Result<_>>()?;
-    let fibres: Vec<(Point, f64)> = elements
-        .iter()
-        .zip(&under)
-        .map(|(&element, face)| (regions.axes(element).column(0).into(), face.area(mesh)))
-        .collect();
+    let element = |face: &&SurfaceFace| {
+        let element = regions.element(face.owner);
+        element
+            .map(|element| (element, face.area(mesh)))
+            .ok_or_else(|| Error::input("a contact face belongs to no solid"))
+    };
+    let elements: Vec<(usize, f64)> = under.iter().map(element).collect::<Result<_>>()?;
+    Ok(mean_material(fe, &regions, &elements))
+}
+
+/// The material of all of `fe`, each element as much as another.
+///
+/// # Errors
+/// If the elements have no materials.
+pub fn body_material(fe: &MeshedSpec) -> Result<SurfaceMaterial> {
+    let regions = Regions::new(&fe.inputs("body"))?;
+    let elements: Vec<(usize, f64)> = (0..regions.n_elements()).map(|element| (element, 1.0)).collect();
+    Ok(mean_material(fe, &regions, &elements))
+}
+
+/// The material of elements with weights.
+fn mean_material(fe: &MeshedSpec, regions: &Regions, elements: &[(usize, f64)]) -> SurfaceMaterial {
+    let fibres: Vec<(Point, f64)> =
+        elements.iter().map(|&(element, weight)| (regions.axes(element).column(0).into(), weight)).collect();
     let mean = mean_line(&fibres);
     let fibre_spread = fibres.iter().map(|(fibre, _)| line_angle(fibre, &mean)).fold(0.0, f64::max);
     let fibre = FibreAngles { tilt: mean.z.clamp(-1.0, 1.0).asin(), azimuth: mean.y.atan2(mean.x) };
     let axes = fibre_axes(fibre.tilt, fibre.azimuth);
-    let first = regions.material(elements[0]);
+    let first = regions.material(elements[0].0);
     let mut materials: Vec<String> = Vec::new();
     let mut axes_spread = 0.0_f64;
-    for &element in &elements {
+    for &(element, _) in elements {
         let own = regions.axes(element);
         let turned = (0..3).map(|k| line_angle(&own.column(k).into(), &axes.column(k).into()));
         axes_spread = turned.fold(axes_spread, f64::max);
@@ -72,7 +85,7 @@ pub fn surface_material(fe: &MeshedSpec, frame: &FrameSpec) -> Result<SurfaceMat
         fibre: fe.has_fibre.then_some(fibre),
     };
     let axes_spread = if isotropic { 0.0 } else { axes_spread };
-    Ok(SurfaceMaterial { elastic, fibre_spread, axes_spread, materials })
+    SurfaceMaterial { elastic, fibre_spread, axes_spread, materials }
 }
 
 fn lies_under(frame: &FrameSpec, point: &Point) -> bool {

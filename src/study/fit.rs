@@ -179,7 +179,9 @@ fn uneven(plan: &Plan, key: &str, heights: &[f64]) -> Option<String> {
     let approach = approach.fold(0.0, f64::max);
     let (low, high) =
         heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(*h), high.max(*h)));
-    let counts = plan.gap.shape != GapShape::Mesh && high - low > UNEVEN * approach && approach > 0.0;
+    let counts = !matches!(plan.gap.shape, GapShape::Mesh | GapShape::Cells(_))
+        && high - low > UNEVEN * approach
+        && approach > 0.0;
     counts.then(|| {
         format!(
             "the meshed surface of {key} is not flat under the frame: its heights along n differ by {} {}, which the gap does \

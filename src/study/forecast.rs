@@ -111,7 +111,11 @@ pub struct Forecast {
 /// # Errors
 /// If a mesh, support, material or frame of the plan is wrong.
 pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
-    let frame = frame(plan)?;
+    forecast_on(plan, frame(plan)?)
+}
+
+/// As [`forecast`], on a frame that may have been made for another plan.
+pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, Failure> {
     refuse_impossible_controls(plan, &frame)?;
     let near = choose(plan, &frame)?;
     let frame = with_candidates(plan, frame, &near)?;

@@ -14,6 +14,7 @@ pub mod moving;
 mod near_field;
 mod prepare;
 pub mod refine;
+mod replace;
 mod repetition;
 mod skips;
 pub mod sweep;

@@ -23,7 +23,8 @@ impl Weight {
     /// Of the force per volume `force` (N/mm³), about the point `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
         // The square of a very large or small force is none.
-        let direction = (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
+        let direction =
+            (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
         let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
             let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
             pairs.map(|(j, l)| stiffness.component(i, j, k, l) * direction[j] * direction[l]).sum()

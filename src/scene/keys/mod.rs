@@ -3,6 +3,7 @@
 //! Angles are degrees here and become radians in the [plan](super::plan::Plan).
 
 pub mod body;
+pub mod compare;
 pub mod direction;
 pub mod frame;
 pub mod laws;
@@ -54,6 +55,9 @@ pub struct Scene {
     /// What is written besides summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
+    /// What `orthowear compare` computes.
+    #[serde(default)]
+    pub compare: compare::Compare,
 }
 
 /// Names of the units of length and force; stresses are force per length squared.

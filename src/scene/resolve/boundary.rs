@@ -17,11 +17,7 @@ use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Support};
 
 /// The body at `key`.
 pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Materials) -> Option<BodySpec> {
-    let interpolation = match body.element {
-        BoundaryElement::Constant => Interpolation::Constant,
-        BoundaryElement::Linear => Interpolation::Linear,
-        BoundaryElement::Quadratic => Interpolation::Quadratic,
-    };
+    let interpolation = interpolation(body.element);
     let fibre = body.fibre;
     let body = as_meshed(body);
     let supports = supports(r, key, &body);
@@ -39,11 +35,11 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
     check_contact(r, key, &body, &mesh);
     let groups_found = r.mistakes.len() == before;
     let symmetry = symmetry(r, key, &body, &mesh);
-    let mesh = closed(r, &place, &mesh)?;
+    let surface = closed(r, &place, &mesh)?;
     let meshed = MeshedSpec {
         elastic: own_elastic(&body, materials)?,
         has_fibre: fibre.is_some(),
-        mesh: Arc::new(mesh),
+        mesh: Arc::new(surface),
         mesh_name: body.mesh.clone(),
         contact: body.contact.clone(),
         supports: [supports?, symmetry?].concat(),
@@ -55,11 +51,22 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Mat
         element: None,
         near_field: NearField::Mesh,
     };
-    let be = BeSpec { meshed, interpolation };
+    let has_solids = mesh.volume_cells().next().is_some();
+    let solids = has_solids.then(|| Arc::new(mesh));
+    let be = BeSpec { meshed, solids, interpolation };
     if groups_found {
         check_held(r, key, &be);
     }
     Some(BodySpec::Be(Box::new(be)))
+}
+
+/// The interpolation that a key names.
+pub(super) fn interpolation(element: BoundaryElement) -> Interpolation {
+    match element {
+        BoundaryElement::Constant => Interpolation::Constant,
+        BoundaryElement::Linear => Interpolation::Linear,
+        BoundaryElement::Quadratic => Interpolation::Quadratic,
+    }
 }
 
 /// The same keys of a body of finite elements.
@@ -108,7 +115,7 @@ fn check_surfaces(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
 }
 
 /// The closed surface of a mesh, or of its solids.
-fn closed(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
+pub(super) fn closed(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
     let skin = mesh.volume_cells().next().is_some().then(|| surface::skin(mesh));
     match surface::outward(skin.as_ref().unwrap_or(mesh)) {
         Ok((mesh, notes)) => {

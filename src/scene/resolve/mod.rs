@@ -3,6 +3,7 @@
 mod bodies;
 mod boundary;
 mod carried;
+mod compare;
 mod cycles;
 mod contradictions;
 mod frame;
@@ -118,6 +119,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
+    let compare = compare::resolve(r, &bodies);
     let [body1, body2] = bodies;
     let laws = laws?;
     Some(Plan {
@@ -136,6 +138,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         solver: solver?,
         memory: memory?,
         output: output?,
+        compare: compare?,
         cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),

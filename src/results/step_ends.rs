@@ -1,0 +1,165 @@
+//! The states at the ends of the steps of the variants of a scene, on each other and against each other.
+
+use super::along::{Line, along};
+use super::frame_fields::{FrameMesh, LOCAL, by_cell};
+use super::plot::axis::Scale;
+use super::plot::chart::{Chart, Series};
+use super::plot::{PANEL, arranged};
+use super::summary::Units;
+use super::vtu::{DataArray, UnstructuredGrid};
+use crate::error::Result;
+use crate::frame::ContactFrame;
+use crate::history::record::{FrameState, IncrementRecord, Observer};
+
+/// Keeps the state of the frame at the end of each step.
+#[derive(Debug, Clone, Default)]
+pub struct StepEnds {
+    steps: Vec<(String, FrameState)>,
+}
+
+impl StepEnds {
+    /// The state at the end of a step.
+    pub fn state(&self, step: &str) -> Option<&FrameState> {
+        self.steps.iter().find(|(name, _)| name == step).map(|(_, state)| state)
+    }
+
+    /// Names of the steps, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.steps.iter().map(|(name, _)| name.as_str())
+    }
+}
+
+impl Observer for StepEnds {
+    fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+    fn wants_tangential_gap(&self) -> bool {
+        false
+    }
+
+    fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        match self.steps.iter_mut().find(|(name, _)| *name == record.name) {
+            Some((_, known)) => known.clone_from(state),
+            None => self.steps.push((record.name.clone(), state.clone())),
+        }
+        Ok(())
+    }
+}
+
+/// The variants of a scene by name, with their states on its frame.
+pub struct Variants<'a> {
+    /// The frame.
+    pub frame: &'a ContactFrame,
+    /// The variants; differences are from the first.
+    pub ends: &'a [(String, StepEnds)],
+}
+
+impl Variants<'_> {
+    /// Names of the steps of the variant that came farthest.
+    pub fn steps(&self) -> Vec<&str> {
+        let longest = self.ends.iter().max_by_key(|(_, ends)| ends.steps.len());
+        longest.iter().flat_map(|(_, ends)| ends.names()).collect()
+    }
+
+    /// Pressure along the frame's x and y at the end of each step, the variants on each other, as one picture.
+    pub fn profiles_svg(&self, units: &Units) -> String {
+        let n = self.frame.n_cells();
+        let axes = [("x", 0.0), ("y", std::f64::consts::FRAC_PI_2)];
+        let mut panels = Vec::new();
+        for name in self.steps() {
+            for (letter, angle) in axes {
+                let line = Line { through: [0.0; 2], angle };
+                let series = self.ends.iter().filter_map(|(variant, ends)| {
+                    let pressure = &ends.state(name)?.tractions[2 * n..];
+                    Some(Series { name: variant.clone(), points: along(self.frame, pressure, &line) })
+                });
+                let chart = Chart {
+                    title: format!("Pressure after {name}, along {letter}"),
+                    labels: [format!("{letter}, {}", units.length), format!("pressure, {}", units.stress())],
+                    scales: [Scale::Linear, Scale::Linear],
+                    series: series.collect(),
+                };
+                panels.push(chart.panel());
+            }
+        }
+        arranged(&panels, PANEL, 2)
+    }
+
+    /// The frame with pressure, traction and worn depth of each variant that has the step, and what they differ by from the first.
+    ///
+    /// # Errors
+    /// Numerical, if a field has the wrong length.
+    pub fn differences(&self, step: &str) -> Result<UnstructuredGrid> {
+        let mut grid = FrameMesh::new(self.frame).grid();
+        let first = self.ends.first().and_then(|(_, ends)| ends.state(step));
+        for (index, (name, ends)) in self.ends.iter().enumerate() {
+            let Some(state) = ends.state(step) else { continue };
+            self.push(&mut grid, name, state)?;
+            if let Some(first) = first.filter(|_| index > 0) {
+                let name = format!("{name}_minus_{}", self.ends[0].0);
+                let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+                let difference = FrameState {
+                    tractions: minus(&state.tractions, &first.tractions),
+                    wear_depth: minus(&state.wear_depth, &first.wear_depth),
+                    ..FrameState::default()
+                };
+                self.push(&mut grid, &name, &difference)?;
+            }
+        }
+        Ok(grid)
+    }
+
+    fn push(&self, grid: &mut UnstructuredGrid, name: &str, state: &FrameState) -> Result<()> {
+        let traction = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
+        let of = |field: &str| format!("{field}_{name}");
+        grid.cell_data.extend([
+            DataArray::scalar(&of("pressure"), traction.iter().map(|t| t[2]).collect()),
+            DataArray::tuples(&of("traction"), LOCAL, traction.concat()),
+            DataArray::scalar(&of("wear_depth"), state.wear_depth.clone()),
+        ]);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::vtu::Values;
+
+    fn ended(pressure: f64) -> StepEnds {
+        let mut ends = StepEnds::default();
+        let tractions = (0..24).map(|k| pressure * if k < 16 { 0.5 } else { (k - 16) as f64 }).collect();
+        let state = FrameState { tractions, wear_depth: vec![0.25 * pressure; 8], ..FrameState::default() };
+        let record = IncrementRecord { name: "a".into(), ..Default::default() };
+        // Only the last entry of a step counts.
+        ends.increment_done(&record, &FrameState::default()).unwrap();
+        ends.increment_done(&record, &state).unwrap();
+        ends
+    }
+
+    /// Truth: cell by cell the number of one variant less that of the first; a variant without the step is left out.
+    #[test]
+    fn differences_are_from_the_first() {
+        let frame = ContactFrame::grid([2.0, 1.0], [4, 2], [5.0, 5.0], 0.0).unwrap();
+        let ends = [
+            ("FE-FE".to_owned(), ended(1.0)),
+            ("BE-BE".to_owned(), ended(3.0)),
+            ("HS-HS".to_owned(), StepEnds::default()),
+        ];
+        let variants = Variants { frame: &frame, ends: &ends };
+        assert_eq!(variants.steps(), ["a"]);
+        let grid = variants.differences("a").unwrap();
+        let names: Vec<&str> = grid.cell_data.iter().map(|array| array.name.as_str()).collect();
+        assert_eq!(names.len(), 9, "{names:?}");
+        let values =
+            |name: &str| match &grid.cell_data.iter().find(|array| array.name == name).unwrap().values {
+                Values::Float64(values) => values.clone(),
+                other => panic!("{other:?}"),
+            };
+        let twice: Vec<f64> = (0..8).map(|k| 2.0 * f64::from(k)).collect();
+        assert_eq!(values("pressure_BE-BE_minus_FE-FE"), twice);
+        assert_eq!(values("wear_depth_BE-BE_minus_FE-FE"), [0.5; 8]);
+        assert_eq!(values("traction_BE-BE")[..3], [1.5, 1.5, 0.0]);
+        let picture = variants.profiles_svg(&Units { length: "mm".into(), force: "N".into() });
+        assert!(picture.contains("FE-FE") && picture.contains("BE-BE"), "{picture}");
+    }
+}
