@@ -1,7 +1,9 @@
 //! Writer of VTK's XML files: unstructured grids (.vtu, raw appended data) and collections over time (.pvd).
 //!
 //! Little-endian, 64-bit headers, connectivity and offsets: sizes are never a limit. The line end before
-//! `</AppendedData>` belongs to the format as meshio reads it.
+//! `</AppendedData>` belongs to the format as meshio reads it. The data follow in the reverse order of their names: meshio (5.3) looks arrays
+//! up by their offsets, which it replaces one after the other, and takes the first of that offset; in order of the names that may be one
+//! which it has read before, and two fields swap their numbers without a word.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -161,7 +163,7 @@ impl UnstructuredGrid {
 
 fn write_file(out: &mut dyn Write, head: &str, sections: &[(&str, &[DataArray])]) -> io::Result<()> {
     out.write_all(head.as_bytes())?;
-    for array in sections.iter().flat_map(|(_, arrays)| arrays.iter()) {
+    for array in sections.iter().rev().flat_map(|(_, arrays)| arrays.iter().rev()) {
         array.values.write_raw(out)?;
     }
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
@@ -173,16 +175,21 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     xml += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
     xml += "  <UnstructuredGrid>\n";
     add(&mut xml, format_args!("    <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"));
-    let mut offset = 0;
+    let mut offset = sections.iter().flat_map(|(_, arrays)| arrays.iter()).map(bytes).sum();
     for (section, arrays) in sections {
         add(&mut xml, format_args!("      <{section}>\n"));
         for array in *arrays {
+            offset -= bytes(array);
             add(&mut xml, format_args!("        {}\n", tag(array, offset)));
-            offset += 8 + array.values.n_bytes();
         }
         add(&mut xml, format_args!("      </{section}>\n"));
     }
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_"
+}
+
+/// Bytes of an array with its length.
+fn bytes(array: &DataArray) -> u64 {
+    8 + array.values.n_bytes()
 }
 
 fn tag(array: &DataArray, offset: u64) -> String {
@@ -249,18 +256,16 @@ mod tests {
         assert!(message.contains("`gap` is NaN at entry 1 of 1"), "{message}");
     }
 
-    /// Truth: the layout of the format, counted by hand: 8-byte length before each array, offsets relative to `_`.
+    /// Truth: the layout of the format, counted by hand: 8-byte length before each array, offsets relative to `_`, the last array first.
     #[test]
     fn offsets_count_lengths_and_data() {
         let mut bytes = Vec::new();
         triangle().write(&mut bytes).unwrap();
         let text = String::from_utf8_lossy(&bytes);
-        let after_points = 8 + 9 * 8;
-        assert!(
-            text.contains(&format!("Name=\"connectivity\" format=\"appended\" offset=\"{after_points}\""))
-        );
-        assert!(
-            text.contains(&format!("Name=\"offsets\" format=\"appended\" offset=\"{}\"", after_points + 32))
-        );
+        let (after_types, after_offsets) = (8 + 1, 8 + 1 + 16);
+        for (name, offset) in [("types", 0), ("offsets", after_types), ("connectivity", after_offsets)] {
+            let tag = format!("Name=\"{name}\" format=\"appended\" offset=\"{offset}\"");
+            assert!(text.contains(&tag), "{tag}: {text}");
+        }
     }
 }
