@@ -9,6 +9,7 @@ pub mod hybrid;
 mod partial;
 pub mod rigid;
 pub mod stress;
+pub mod truncated;
 pub mod worn;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
@@ -23,6 +24,7 @@ pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
 pub use rigid::RigidBody;
 pub use stress::{Estimate, StressField};
+pub use truncated::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 
 /// Displacement, and stress where it was asked for, of a body at the points of its own surface or volume, for output.
 #[derive(Debug, Clone, Default)]

@@ -169,6 +169,7 @@ fn legs<'p>(
         summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
         summary.condensation.clone_from(&study.condensation);
         summary.boundary_elements.clone_from(&study.boundary_elements);
+        summary.truncations.clone_from(&study.truncations);
         summary.near_fields.clone_from(&study.near_fields);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
         study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));

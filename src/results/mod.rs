@@ -27,5 +27,6 @@ pub mod summary;
 pub mod surface;
 pub mod surface_stress;
 pub mod table;
+pub mod truncation;
 pub mod volume;
 pub mod vtu;

@@ -12,6 +12,7 @@ use crate::results::body_peaks::BodyRecord;
 use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
+use crate::results::truncation::TruncationRecord;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -148,6 +149,9 @@ pub struct Summary {
     /// The bodies of boundary elements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary_elements: Vec<BoundaryRecord>,
+    /// The half-spaces whose surfaces are meshed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub truncations: Vec<TruncationRecord>,
     /// Where the near fields of meshed bodies were computed, and how good the corrections are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub near_fields: Vec<NearFieldRecord>,
@@ -181,6 +185,7 @@ impl Summary {
             loops: Vec::new(),
             condensation: Vec::new(),
             boundary_elements: Vec::new(),
+            truncations: Vec::new(),
             near_fields: Vec::new(),
             timings: Timings::default(),
             peak_memory_bytes: 0,

@@ -80,6 +80,8 @@ pub enum BodySpec {
     Be(Box<BeSpec>),
     /// Boundary-element half-space.
     HalfSpace(Box<Elastic>),
+    /// Half-space whose surface is meshed as far as it goes.
+    Truncated(Box<Truncated>),
     /// Does not deform.
     Rigid,
 }
@@ -95,6 +97,15 @@ pub struct Elastic {
     pub isotropic: bool,
     /// Direction of material axis 1; along x if absent.
     pub fibre: Option<FibreAngles>,
+}
+
+/// A half-space whose surface is meshed.
+#[derive(Debug, Clone)]
+pub struct Truncated {
+    /// Its material.
+    pub elastic: Elastic,
+    /// Half of the sides of the square of its elements around the frame.
+    pub half_size: f64,
 }
 
 /// Direction of a fibre, radians.
@@ -289,6 +300,7 @@ impl BodySpec {
             Self::Fe(_) => Discretisation::FiniteElements,
             Self::Be(_) => Discretisation::BoundaryElements,
             Self::HalfSpace(_) => Discretisation::HalfSpace,
+            Self::Truncated(_) => Discretisation::Truncated,
             Self::Rigid => Discretisation::Rigid,
         }
     }
@@ -299,6 +311,7 @@ impl BodySpec {
             Self::Fe(fe) => Some(&fe.elastic),
             Self::Be(be) => Some(&be.meshed.elastic),
             Self::HalfSpace(elastic) => Some(elastic),
+            Self::Truncated(body) => Some(&body.elastic),
             Self::Rigid => None,
         }
     }
@@ -309,6 +322,7 @@ impl BodySpec {
             Self::Fe(fe) => fe.has_fibre,
             Self::Be(be) => be.meshed.has_fibre,
             Self::HalfSpace(elastic) => elastic.fibre.is_some(),
+            Self::Truncated(body) => body.elastic.fibre.is_some(),
             Self::Rigid => false,
         }
     }
@@ -334,7 +348,7 @@ impl BodySpec {
         match self {
             Self::Fe(fe) => Some(fe),
             Self::Be(be) => Some(&be.meshed),
-            Self::HalfSpace(_) | Self::Rigid => None,
+            Self::HalfSpace(_) | Self::Truncated(_) | Self::Rigid => None,
         }
     }
 }

@@ -55,6 +55,7 @@ fn materials(body: &BodySpec) -> Vec<(&str, &Stiffness)> {
     let mut found: Vec<(&str, &Stiffness)> = match body {
         BodySpec::Rigid => Vec::new(),
         BodySpec::HalfSpace(elastic) => vec![(&elastic.name, &elastic.stiffness)],
+        BodySpec::Truncated(body) => vec![(&body.elastic.name, &body.elastic.stiffness)],
         BodySpec::Be(be) => vec![(&be.meshed.elastic.name, &be.meshed.elastic.stiffness)],
         BodySpec::Fe(fe) => {
             let placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());

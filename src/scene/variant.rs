@@ -17,13 +17,16 @@ pub enum Discretisation {
     BoundaryElements,
     /// A half-space.
     HalfSpace,
+    /// A half-space whose surface is meshed as far as it goes.
+    Truncated,
     /// Nothing: the body does not deform.
     Rigid,
 }
 
 impl Discretisation {
     /// All, in the order of messages.
-    const ALL: [Self; 4] = [Self::FiniteElements, Self::BoundaryElements, Self::HalfSpace, Self::Rigid];
+    const ALL: [Self; 5] =
+        [Self::FiniteElements, Self::BoundaryElements, Self::HalfSpace, Self::Truncated, Self::Rigid];
 
     /// Its name in that of a variant.
     pub fn name(self) -> &'static str {
@@ -31,6 +34,7 @@ impl Discretisation {
             Self::FiniteElements => "FE",
             Self::BoundaryElements => "BE",
             Self::HalfSpace => "HS",
+            Self::Truncated => "THS",
             Self::Rigid => "rigid",
         }
     }

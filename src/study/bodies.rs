@@ -9,7 +9,9 @@ use super::near_field::Near;
 use super::prepare::cross;
 use super::skips::needs_solves;
 use crate::body::hybrid::{Indicators, Site};
-use crate::body::{BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody};
+use crate::body::{
+    BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
+};
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
 use crate::fem::{self, FreeMotions, Keep, Resources};
@@ -20,6 +22,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::results::near_field::NearFieldRecord;
+use crate::results::truncation::TruncationRecord;
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{BodySpec, Elastic, FrameSpec, MeshedSpec, Plan};
 
@@ -103,13 +106,15 @@ pub(super) struct Made {
     pub held_bytes: usize,
     /// Where its near field is computed, if it has a mesh.
     pub near_field: Option<NearFieldRecord>,
+    /// How far a half-space whose surface is meshed is from one.
+    pub truncation: Option<TruncationRecord>,
     /// What the user should know of how it was made.
     pub note: Option<String>,
 }
 
 impl Made {
     fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
-        Self { body: Box::new(body), held_bytes, near_field: None, note: None }
+        Self { body: Box::new(body), held_bytes, near_field: None, truncation: None, note: None }
     }
 
     fn with_near_field(self, record: NearFieldRecord) -> Self {
@@ -122,7 +127,7 @@ pub(super) fn free_motions(body: &BodySpec, key: &str) -> Result<Option<FreeMoti
     match body {
         BodySpec::Fe(fe) => fem::free_motions(&fe.inputs(key)).at(key),
         BodySpec::Be(be) => be.inputs(key).free_motions().at(key),
-        BodySpec::HalfSpace(_) | BodySpec::Rigid => Ok(None),
+        BodySpec::HalfSpace(_) | BodySpec::Truncated(_) | BodySpec::Rigid => Ok(None),
     }
 }
 
@@ -148,6 +153,18 @@ pub(super) fn body(
             memory::ensure(plan, frame, &body, &left).at(key)?;
             let held = memory::of_half_space(plan, frame, &body);
             Made::new(body, held)
+        }
+        BodySpec::Truncated(spec) => {
+            let stiffness = spec.elastic.in_axes(0.0);
+            let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
+            let body =
+                TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.cache.as_ref(), &left)).at(key)?;
+            let (held, note, record) = (
+                body.held_bytes(),
+                body.note().map(str::to_owned),
+                TruncationRecord::new(index, body.truncation()),
+            );
+            Made { note, truncation: Some(record), ..Made::new(body, held) }
         }
         BodySpec::Be(be) => {
             face_map(&be.meshed, index, frame)?;

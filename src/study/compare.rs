@@ -11,7 +11,7 @@ use crate::frame::{ContactFrame, GapShape};
 use crate::scene::plan::{BodySpec, Plan};
 use crate::scene::variant::{Discretisation, Pair};
 
-use Discretisation::{BoundaryElements, FiniteElements, HalfSpace};
+use Discretisation::{BoundaryElements, FiniteElements, HalfSpace, Truncated};
 
 /// Two bodies that a scene meshes, in the variants that are computed where it names none, beside the scene as it is.
 const USUAL: [[Discretisation; 2]; 4] = [
@@ -72,12 +72,16 @@ fn own(plan: &Plan) -> Pair {
     Pair(plan.bodies.each_ref().map(BodySpec::discretisation))
 }
 
-/// The scene as it is and the usual variants of it: what is not meshed stays what it is.
+/// The scene as it is and the usual variants of it: what is not meshed stays what it is, a truncated half-space becomes an exact one with
+/// others.
 fn usual(own: Pair) -> Vec<Pair> {
-    let meshed = |kind: Discretisation| matches!(kind, FiniteElements | BoundaryElements);
+    let kind = |own: Discretisation, usual: Discretisation| match (own, usual) {
+        (FiniteElements | BoundaryElements, _) | (Truncated, HalfSpace) => usual,
+        _ => own,
+    };
     let mut pairs = vec![own];
     for usual in USUAL {
-        let kinds = [0, 1].map(|index| if meshed(own.0[index]) { usual[index] } else { own.0[index] });
+        let kinds = [0, 1].map(|index| kind(own.0[index], usual[index]));
         if !pairs.contains(&Pair(kinds)) {
             pairs.push(Pair(kinds));
         }

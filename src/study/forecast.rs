@@ -8,8 +8,8 @@ use super::flat_faces::largest_bow;
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
-use crate::body::BeBody;
 use crate::body::hybrid::{Correction, Site};
+use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
@@ -18,7 +18,7 @@ use crate::history::step::{Integrator, Jumps, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
-use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan};
+use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan, Truncated};
 
 /// Floating-point operations per second that factorisations reach on one core.
 const FLOPS: f64 = 2.8e10;
@@ -211,11 +211,43 @@ fn body(
                 cached: Cached::Nothing,
             }
         }
+        BodySpec::Truncated(spec) => truncated(spec, index, (frame, left))?,
         BodySpec::Be(be) => boundary_elements(be, index, (frame, left))?,
         BodySpec::Fe(fe) => match near.site() {
             Some(site) => far_field(plan, (fe, index), (frame, site), &left)?,
             None => finite_elements(plan, fe, index, (frame, left))?,
         },
+    })
+}
+
+/// A half-space whose surface is meshed.
+fn truncated(
+    spec: &Truncated,
+    index: usize,
+    (frame, left): (&ContactFrame, MemoryLimit),
+) -> Result<BodyForecast, Failure> {
+    let key = format!("{}.truncated", KEYS[index]);
+    let stiffness = spec.elastic.in_axes(0.0);
+    let inputs = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
+    let n_elements = inputs.n_elements(frame).at(&key)?;
+    let (bytes, n, n_cells) =
+        (inputs.bytes(frame).at(&key)?, 3.0 * n_elements as f64, frame.n_cells() as f64);
+    let table = if spec.elastic.isotropic { 0.0 } else { TABLE };
+    let integrals = PER_INFLUENCE[usize::from(!spec.elastic.isotropic)] * (n_elements as f64).powi(2);
+    let flops = 2.0 / 3.0 * n.powi(3) + 6.0 * n * n * n_cells;
+    let what = format!(
+        "half-space, {}, {n_elements} elements on its surface as far as {}",
+        spec.elastic.name, spec.half_size
+    );
+    left.ensure(bytes, &what, "take fewer cells in the frame, or a smaller surface").at(&key)?;
+    Ok(BodyForecast {
+        what,
+        memory_bytes: bytes as f64,
+        held_bytes: 72 * frame.n_cells().pow(2),
+        note: None,
+        seconds: table + integrals + flops / FLOPS,
+        application: 72.0 * n_cells * n_cells / BANDWIDTH,
+        cached: Cached::Nothing,
     })
 }
 

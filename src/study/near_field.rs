@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::frame::ContactFrame;
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::{MeshedSpec, Plan};
+use crate::scene::plan::{BodySpec, MeshedSpec, Plan};
 
 /// How a body comes by its flexibility on the frame.
 #[derive(Debug, Clone)]
@@ -50,6 +50,9 @@ impl Near {
 pub(super) fn choose(plan: &Plan, frame: &ContactFrame) -> Result<[Near; 2], Failure> {
     let mut choices = [Near::Own, Near::Own];
     for (index, choice) in choices.iter_mut().enumerate() {
+        if matches!(plan.bodies[index], BodySpec::Truncated(_)) {
+            *choice = Near::Mesh("its surface is meshed".to_owned());
+        }
         if let Some(fe) = plan.bodies[index].meshed() {
             *choice = of_body(plan, fe, index, frame)?;
         }

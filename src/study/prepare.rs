@@ -30,6 +30,7 @@ use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
+use crate::results::truncation::TruncationRecord;
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
@@ -51,6 +52,8 @@ pub struct Study<'p> {
     pub condensation: Vec<CondensationRecord>,
     /// The bodies of boundary elements.
     pub boundary_elements: Vec<BoundaryRecord>,
+    /// The half-spaces whose surfaces are meshed.
+    pub truncations: Vec<TruncationRecord>,
     /// Where the near fields of the meshed bodies are computed.
     pub near_fields: Vec<NearFieldRecord>,
     /// Seconds by stage so far.
@@ -100,6 +103,7 @@ pub fn prepare_worn<'p>(
     let mut notes = super::fit::check(plan, &frame, &near)?;
     let frame = timings.measure("frame", || with_candidates(plan, frame, &near))?;
     let (mut bodies, mut near_fields, mut held) = (Vec::with_capacity(2), Vec::new(), 0);
+    let mut truncations = Vec::new();
     for ((index, key), worn) in KEYS.into_iter().enumerate().zip(worn) {
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
@@ -134,6 +138,10 @@ pub fn prepare_worn<'p>(
         if let Some(record) = made.near_field.take() {
             notes.extend(too_stiff(key, &record));
             near_fields.push(record);
+        }
+        if let Some(record) = made.truncation.take() {
+            notes.extend(record.doubt());
+            truncations.push(record);
         }
         notes.extend(made.note.take());
         bodies.push(made.body);
@@ -205,6 +213,7 @@ pub fn prepare_worn<'p>(
         skipped,
         condensation,
         boundary_elements,
+        truncations,
         near_fields,
         notes,
         timings,
@@ -379,7 +388,7 @@ impl Study<'_> {
             .filter_map(|(((side, body), spec), contact_nodes)| {
                 let shape = match spec {
                     BodySpec::Rigid => return None,
-                    BodySpec::HalfSpace(_) => BodyShape::Frame,
+                    BodySpec::HalfSpace(_) | BodySpec::Truncated(_) => BodyShape::Frame,
                     BodySpec::Be(be) => BodyShape::Mesh { mesh: &be.meshed.mesh, contact_nodes },
                     BodySpec::Fe(fe) => {
                         // It may have moved with wear.

@@ -34,6 +34,14 @@ pub(super) fn replaced(
         return Ok(body.clone());
     }
     let key = KEYS[index];
+    if let (BodySpec::Truncated(body), Discretisation::HalfSpace) = (body, kind) {
+        return Ok(BodySpec::HalfSpace(Box::new(body.elastic.clone())));
+    }
+    if kind == Discretisation::Truncated {
+        return Err(Error::input(format!(
+            "{key} is not one in the scene: write kind = \"half-space\" with `truncated`"
+        )));
+    }
     let Some(meshed) = body.meshed() else {
         let what = if matches!(body, BodySpec::Rigid) { "is rigid" } else { "is a half-space" };
         return Err(Error::input(format!(

@@ -237,7 +237,7 @@ fn descriptions_that_do_not_fit_are_named() {
             0,
             "BE-rigid: body1 of boundary elements can be held and loaded on surfaces only",
         ),
-        (&["frame.cells=[12, 12]"], 0, "BE-rigid: a cell of the frame is only"),
+        (&["body1.near_field=\"auto\"", "frame.cells=[12, 12]"], 0, "BE-rigid: a cell of the frame is only"),
     ] {
         let sets = settings.iter().flat_map(|setting| ["--set", setting]);
         let arguments = ["compare", "scene.toml", "--out", "c", "--set", "body1.near_field=\"mesh\""];

@@ -10,6 +10,7 @@ mod operators;
 mod patches;
 mod periodic;
 mod point_force;
+mod truncated;
 
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{Side, SurfaceGreen};

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::influence::{Element, Influence, Kernels, Ready};
@@ -153,6 +154,11 @@ impl BoundaryElements {
     /// What element `i` does at a point that is not on it.
     pub fn away(&self, i: usize, y: &Point) -> Influence {
         self.kernels.away(self.element(i), y)
+    }
+
+    /// Principal value of the integral of the traction kernel over the plane element `i`, seen from its node `node`.
+    pub fn principal_value(&self, i: usize, node: usize) -> Matrix3<f64> {
+        self.kernels.principal_value(self.element(i), node)
     }
 
     /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is

@@ -13,6 +13,7 @@ mod inside;
 mod interpolation;
 mod nearness;
 mod panel;
+mod plane;
 mod system;
 mod weight;
 
@@ -20,5 +21,6 @@ pub use elements::BoundaryElements;
 pub use influence::Influence;
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
 pub use panel::Panel;
+pub use plane::PlaneResponse;
 pub use system::{Domain, Problem, Solution, SurfaceState};
 pub use weight::Weight;

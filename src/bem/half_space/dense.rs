@@ -73,6 +73,17 @@ impl DenseFlexibility {
         Ok(Self { n, rows, coupled: green.couples_normal_tangential() })
     }
 
+    /// The operator of displacements K of cells by others, `[3 n][3 n]` by component planes, mm/MPa.
+    ///
+    /// # Panics
+    /// If `k` does not have so many entries.
+    pub fn of_displacements(mut k: Vec<f64>, areas: &[f64]) -> Self {
+        let n = areas.len();
+        assert_eq!(k.len(), 9 * n * n, "a matrix of {n} cells");
+        symmetrise(&mut k, areas);
+        Self { n, rows: k, coupled: true }
+    }
+
     /// S_IJ.
     fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
         let n = self.n;

@@ -24,6 +24,11 @@ pub enum Body {
         #[serde(default)]
         #[schemars(with = "Fibre")]
         fibre: Option<Fibre>,
+        /// Half of the side of a square around the frame beyond which the surface is taken to be at rest: it is meshed, and solved with the
+        /// kernels of a full space, as programs do that have no other half-space.
+        #[serde(default)]
+        #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+        truncated: Option<f64>,
     },
     /// A body that does not deform.
     Rigid {},

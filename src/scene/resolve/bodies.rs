@@ -14,7 +14,7 @@ use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
 use crate::scene::document::join;
 use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
-use crate::scene::plan::{BodySpec, Elastic, MeshedSpec, Support};
+use crate::scene::plan::{BodySpec, Elastic, MeshedSpec, Support, Truncated};
 use crate::scene::suggest::{closest, list};
 
 /// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
@@ -22,8 +22,12 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Opt
     let body: Body = r.section(key)?;
     match body {
         Body::Rigid {} => Some(BodySpec::Rigid),
-        Body::HalfSpace { material, fibre } => {
-            elastic(r, key, &material, fibre, materials).map(|elastic| BodySpec::HalfSpace(Box::new(elastic)))
+        Body::HalfSpace { material, fibre, truncated } => {
+            let elastic = elastic(r, key, &material, fibre, materials)?;
+            Some(match truncated {
+                None => BodySpec::HalfSpace(Box::new(elastic)),
+                Some(half_size) => BodySpec::Truncated(Box::new(Truncated { elastic, half_size })),
+            })
         }
         Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
         Body::Be(be) => boundary::resolve(r, key, *be, materials),

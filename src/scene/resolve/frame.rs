@@ -94,7 +94,8 @@ fn mesh_points(bodies: &[Option<BodySpec>; 2], body: usize) -> FramePoints {
             group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
         })
     };
-    let half_space = bodies.iter().flatten().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    let half_space =
+        bodies.iter().flatten().any(|body| matches!(body, BodySpec::HalfSpace(_) | BodySpec::Truncated(_)));
     // Boundary elements have nodes inside their faces.
     let own = bodies[body].as_ref().and_then(BodySpec::fe);
     if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }

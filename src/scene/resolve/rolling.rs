@@ -59,7 +59,8 @@ pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Optio
         r.wrong(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
     }
     for (number, body) in bodies.iter().enumerate() {
-        if body.as_ref().is_some_and(|body| body.meshed().is_some()) {
+        let meshed = |body: &BodySpec| body.meshed().is_some() || matches!(body, BodySpec::Truncated(_));
+        if body.as_ref().is_some_and(meshed) {
             let message = format!(
                 "in steady rolling every material point passes the same way, but body{} is meshed",
                 number + 1

@@ -1,0 +1,102 @@
+//! The plane surface of a half-space by the kernels of a full space: meshed as far as its elements reach, at rest beyond.
+//!
+//! At each node ½ u(y) + ∫ T u dS = ∫ U t dS, the first integral a principal value: there is no body whose rigid motions could stand for it.
+
+use faer::Par;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::elements::BoundaryElements;
+use super::interpolation::Interpolation;
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::columns::Columns;
+use crate::linalg::dense_lu::DenseLu;
+
+/// Nodes whose rows are made side by side.
+const BATCH: usize = 64;
+
+/// Rows computed afresh to check a solution.
+const CHECKED: usize = 24;
+
+/// Rows of a node: the blocks of displacements and of tractions of all nodes.
+type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
+
+/// What unit tractions do on a plane surface.
+pub struct PlaneResponse {
+    /// Displacement of the nodes, `[3 n, 3 n_loaded]`, mm/MPa.
+    pub displacement: Columns,
+    /// Residual of equations computed afresh, under all tractions together, over the size of their terms.
+    pub residual: f64,
+}
+
+impl BoundaryElements {
+    fn plane_rows(&self, node: usize) -> Rows {
+        let y = self.panel(node).position(self.places_of(node).places()[0]);
+        let of = |i: usize| {
+            let influence = if i == node { self.own(i, 0) } else { self.away(i, &y) };
+            (influence.double[0], influence.single[0])
+        };
+        let (mut h, g): Rows = (0..self.n_elements()).map(of).unzip();
+        h[node] = Matrix3::identity() * 0.5 + self.principal_value(node, 0);
+        (h, g)
+    }
+
+    /// Displacement of the nodes of a plane surface of constant elements by unit tractions of the nodes `loaded`; it is free elsewhere, and
+    /// what lies beyond the elements does not move.
+    ///
+    /// # Errors
+    /// If the elements are not constant, memory does not suffice, or a stop is wished.
+    pub fn plane_response(&self, loaded: &[usize], par: Par) -> Result<PlaneResponse> {
+        if self.interpolation() != Interpolation::Constant {
+            return Err(Error::input("the meshed surface of a half-space takes constant elements"));
+        }
+        let n = self.n_nodes();
+        let mut left = Columns::zeros(3 * n, 3 * n)?;
+        let mut right = Columns::zeros(3 * n, 3 * loaded.len())?;
+        for first in (0..n).step_by(BATCH) {
+            interrupt::check()?;
+            let rows: Vec<Rows> =
+                (first..(first + BATCH).min(n)).into_par_iter().map(|node| self.plane_rows(node)).collect();
+            for (k, (h, g)) in rows.iter().enumerate() {
+                let row = 3 * (first + k);
+                for (node, h) in h.iter().enumerate() {
+                    (0..3).for_each(|c| put(&mut left, (row, 3 * node + c), h.column(c).into()));
+                }
+                for (j, &node) in loaded.iter().enumerate() {
+                    (0..3).for_each(|c| put(&mut right, (row, 3 * j + c), g[node].column(c).into()));
+                }
+            }
+        }
+        DenseLu::new(left, par)?.solve_in_place(&mut right, par)?;
+        let residual = self.plane_residual(&right, loaded)?;
+        Ok(PlaneResponse { displacement: right, residual })
+    }
+
+    fn plane_residual(&self, displacement: &Columns, loaded: &[usize]) -> Result<f64> {
+        interrupt::check()?;
+        let n = self.n_nodes();
+        let mut sum = vec![0.0; 3 * n];
+        for j in 0..displacement.n_columns() {
+            sum.iter_mut().zip(displacement.column(j)).for_each(|(sum, u)| *sum += u);
+        }
+        let checked: Vec<usize> = (0..n).step_by(n.div_ceil(CHECKED)).collect();
+        let of_row = |&node: &usize| {
+            let (h, g) = self.plane_rows(node);
+            let moved = h.iter().enumerate().map(|(i, h)| h * Point::from_row_slice(&sum[3 * i..3 * i + 3]));
+            let pressed = loaded.iter().map(|&node| -g[node] * Point::repeat(1.0));
+            moved
+                .chain(pressed)
+                .fold((Point::zeros(), 0.0), |(sum, size), part| (sum + part, size + part.norm()))
+        };
+        let found: Vec<(Point, f64)> = checked.par_iter().map(of_row).collect();
+        let most =
+            found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x.norm()), b.max(*y)));
+        Ok(most.0 / most.1)
+    }
+}
+
+fn put(matrix: &mut Columns, (row, column): (usize, usize), values: Point) {
+    matrix.column_mut(column)[row..row + 3].copy_from_slice(values.as_slice());
+}

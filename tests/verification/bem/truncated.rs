@@ -1,0 +1,39 @@
+//! Half-spaces whose surfaces are meshed and solved by the kernels of a full space, beside exact ones.
+
+use orthowear::body::{TruncatedHalfSpace, TruncatedSpec};
+use orthowear::frame::{ContactFrame, Side};
+use orthowear::linalg::memory::MemoryLimit;
+use orthowear::material::Stiffness;
+
+use crate::common::{im7, steel};
+
+/// Difference from the exact half-space with elements as far as `half_size`, on a frame of half-width 1 that is turned in its plane.
+fn difference(stiffness: &Stiffness, side: Side, half_size: f64) -> f64 {
+    let frame = ContactFrame::grid([1.0; 2], [6; 2], [0.3, -0.2], 0.4).unwrap();
+    let spec = TruncatedSpec { stiffness, half_size };
+    let memory = MemoryLimit::of_machine();
+    let body = TruncatedHalfSpace::new(&spec, side, &frame, (None, &memory)).unwrap();
+    assert!(body.truncation().residual < 1e-12, "{:?}", body.truncation());
+    body.truncation().difference
+}
+
+/// Truth: tractions of a point force in an incompressible full space vanish on planes through the force (Kelvin), so that its symmetric
+/// halves are half-spaces and nothing is lost beyond the elements.
+#[test]
+fn incompressible_half_spaces_lose_nothing() {
+    let rubber = Stiffness::isotropic(10.0, 0.4999).unwrap();
+    for side in [Side::Lower, Side::Upper] {
+        let found = difference(&rubber, side, 2.0);
+        assert!(found < 1e-5, "{found:e}");
+    }
+}
+
+/// Truth: what is lost falls with the size of the meshed surface, of isotropic materials and of fibres that leave the surface.
+#[test]
+fn larger_surfaces_lose_less() {
+    for (stiffness, least) in [(steel(), 1.8), (im7(30.0), 1.8)] {
+        let found = [3.0, 6.0, 12.0].map(|half_size| difference(&stiffness, Side::Lower, half_size));
+        println!("{found:?}");
+        assert!(found.windows(2).all(|pair| pair[0] > least * pair[1]), "{found:?}");
+    }
+}
