@@ -1,5 +1,6 @@
 //! `orthowear compare`.
 
+use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -14,7 +15,7 @@ use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
-use crate::results::output::{OutputDir, write_atomically};
+use crate::results::output::{OutputDir, failure, write_atomically};
 use crate::results::step_ends::{StepEnds, Variants};
 use crate::results::summary::{Status, Summary};
 use crate::results::vtu::collection;
@@ -46,16 +47,16 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         warnings: plan.notes.iter().cloned().chain(one_only(&variants, named)).collect(),
     };
     let mut worst = exit::DONE;
-    let mut ends = Vec::new();
+    let (mut ends, mut told) = (Vec::new(), Vec::new());
     let mut progress = Progress::new(arguments.quiet);
     for (i, variant) in variants.iter().enumerate() {
         let label = format!("{}/{} {}", i + 1, variants.len(), variant.name);
         let mut run =
             Run { plan: &plan, frame: &frame, directory: &directory, stop, progress: &mut progress };
         let (result, seen, code) = run.variant(variant, &label);
-        comparison.warnings.extend(variant.notes.iter().map(|note| format!("{}: {note}", variant.name)));
+        told.extend(seen.iter().flat_map(|(_, said)| said).map(|note| (variant.name.clone(), note.clone())));
         comparison.variants.push(result);
-        ends.extend(seen.map(|seen| (variant.name.clone(), seen)));
+        ends.extend(seen.map(|(seen, _)| (variant.name.clone(), seen)));
         worst = worse(worst, code);
         if stop.load(Ordering::Relaxed) {
             worst = exit::INTERRUPTED;
@@ -63,12 +64,22 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         }
     }
     progress.end();
+    let begun = comparison.variants.len();
+    comparison
+        .variants
+        .extend(variants[begun..].iter().map(|variant| VariantResult::not_begun(&variant.name)));
+    comparison.say(told);
     comparison.complete();
-    let ends = Variants { frame: &frame, ends: &ends };
+    let computed = comparison.variants.iter().any(|variant| variant.status.is_some());
+    if !computed && worst == exit::DONE {
+        worst = exit::INPUT;
+    }
+    let differences = comparison.differences();
+    let ends = Variants { frame: &frame, ends: &ends, differences: &differences };
     if let Err(error) = write(&comparison, &ends, &directory) {
         return report(&error);
     }
-    if !arguments.quiet {
+    if !arguments.quiet || !computed {
         let n = comparison.variants.len();
         let plural = if n == 1 { "variant" } else { "variants" };
         let total = seconds(started.elapsed().as_secs_f64());
@@ -116,17 +127,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Runs a variant into its folder: its result, the states at the ends of the steps, the exit code. One that cannot be is no failure.
-    fn variant(&mut self, variant: &Variant, label: &str) -> (VariantResult, Option<StepEnds>, u8) {
-        let mut result = VariantResult {
-            name: variant.name.clone(),
-            status: None,
-            reason: None,
-            folder: None,
-            seconds: 0.0,
-            peak_memory_bytes: 0,
-            steps: Vec::new(),
-        };
+    /// Runs a variant into its folder: its result, the states at the ends of the steps with its warnings, the exit code. One that cannot be is no failure.
+    fn variant(
+        &mut self,
+        variant: &Variant,
+        label: &str,
+    ) -> (VariantResult, Option<(StepEnds, Vec<String>)>, u8) {
+        let mut result = VariantResult { reason: None, ..VariantResult::not_begun(&variant.name) };
         let plan = match &variant.plan {
             Ok(plan) => plan,
             Err(error) => {
@@ -160,15 +167,24 @@ impl Run<'_> {
         result.seconds = started.elapsed().as_secs_f64();
         result.peak_memory_bytes = peak_bytes();
         result.steps = StepResult::of(&summary);
-        (result, Some(ends), code)
+        (result, Some((ends, summary.warnings)), code)
     }
+}
+
+fn differences_file(number: usize) -> String {
+    format!("differences_{number:04}.vtu")
 }
 
 fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
+    fs::create_dir_all(directory).map_err(|e| failure("cannot make the output directory", directory, &e))?;
+    let stale = (1..).map(|number| directory.join(differences_file(number)));
+    for path in stale.take_while(|path| path.exists()) {
+        fs::remove_file(&path).map_err(|e| failure("cannot remove", &path, &e))?;
+    }
     let mut files = Vec::new();
     for (index, step) in ends.steps().into_iter().enumerate() {
-        let name = format!("differences_{:04}.vtu", index + 1);
+        let name = differences_file(index + 1);
         let mut bytes = Vec::new();
         ends.differences(step)?.write(&mut bytes)?;
         write_atomically(&directory.join(&name), &bytes)?;
@@ -185,11 +201,16 @@ fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<(
 
 /// The comparison as a person reads it: results by step and variant, then how each variant went.
 fn describe(comparison: &Comparison) -> String {
-    let mut text = format!("{}\n\n{}\n", comparison.title, align(&step_rows(comparison)));
+    let mut text = format!("{}\n\n", comparison.title);
+    if comparison.reference().is_some() {
+        text.push_str(&format!("{}\n", align(&step_rows(comparison))));
+    }
     text.push_str(&align(&variant_rows(comparison)));
     let refused = comparison.variants.iter().filter(|variant| variant.status != Some(Status::Converged));
     for variant in refused {
-        let words = variant.reason.as_deref().unwrap_or("no reason known");
+        let unknown =
+            if variant.status == Some(Status::Interrupted) { "interrupted" } else { "no reason known" };
+        let words = variant.reason.as_deref().unwrap_or(unknown);
         let words =
             if variant.status == Some(Status::NotConverged) { reason(Some(words)) } else { words.to_owned() };
         text.push_str(&format!("\n{}: {words}\n", variant.name));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::summary::{Status, Summary, Units};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, doubtful};
 use crate::history::record::IncrementRecord;
 
 /// The variants of one scene: the fields of `compare.json` (docs/results.md).
@@ -61,15 +61,17 @@ pub struct StepResult {
     pub peak_pressure: f64,
     /// Worn volume of both bodies since the start.
     pub worn_volume: f64,
+    /// Fretting cycles done at its end.
+    pub cycles_done: u64,
     /// Natural residual of the certificate.
     pub natural_residual: f64,
     /// Seconds spent on all entries of the step.
     pub seconds: f64,
-    /// Differences from the first variant; `None` for the first itself, or where it does not have the step.
+    /// Differences from the first variant that was computed; `None` for that itself, or where it did not end the step after as many cycles.
     pub difference: Option<Difference>,
 }
 
-/// Differences from the first variant, percent of its value; `None` where that is 0.
+/// Differences from the first variant that was computed, percent of its value; `None` where that is 0.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[allow(missing_docs)]
 pub struct Difference {
@@ -82,13 +84,76 @@ pub struct Difference {
     pub worn_volume: Option<f64>,
 }
 
+impl VariantResult {
+    /// One that an interrupt came before.
+    pub fn not_begun(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            status: None,
+            reason: Some("not begun".to_owned()),
+            folder: None,
+            seconds: 0.0,
+            peak_memory_bytes: 0,
+            steps: Vec::new(),
+        }
+    }
+}
+
 impl Comparison {
-    /// Fills in the differences from the first variant.
+    /// Adds what was said of the variants (name, words), each once: of which variants, unless it is said of the scene anyway.
+    pub fn say(&mut self, told: Vec<(String, String)>) {
+        let mut said: Vec<(String, Vec<String>)> = Vec::new();
+        for (variant, words) in told.into_iter().filter(|(_, words)| !self.warnings.contains(words)) {
+            match said.iter_mut().find(|(known, _)| *known == words) {
+                Some((_, variants)) => variants.push(variant),
+                None => said.push((words, vec![variant])),
+            }
+        }
+        self.warnings
+            .extend(said.into_iter().map(|(words, variants)| format!("{}: {words}", variants.join(", "))));
+    }
+
+    /// The differences there are: name of the step, of the variant, and of that which it differs from.
+    pub fn differences(&self) -> Vec<(String, String, String)> {
+        let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
+            return Vec::new();
+        };
+        let of = |variant: &VariantResult| -> Vec<(String, String, String)> {
+            let with = variant.steps.iter().filter(|step| step.difference.is_some());
+            with.map(|step| (step.name.clone(), variant.name.clone(), reference.clone())).collect()
+        };
+        self.variants.iter().flat_map(of).collect()
+    }
+
+    /// Index of the variant that the others are compared with: the first that was computed.
+    pub fn reference(&self) -> Option<usize> {
+        self.variants.iter().position(|variant| !variant.steps.is_empty())
+    }
+
+    /// Fills in the differences from the first variant that was computed, in the steps that both ended at the same number of cycles; says where that
+    /// is not so.
     pub fn complete(&mut self) {
-        let Some((first, others)) = self.variants.split_first_mut() else { return };
-        for step in others.iter_mut().flat_map(|variant| &mut variant.steps) {
-            let reference = first.steps.iter().find(|reference| reference.name == step.name);
-            step.difference = reference.map(|reference| step.difference_from(reference));
+        let Some(first) = self.reference() else { return };
+        if first > 0 {
+            let [wanted, found] = [0, first].map(|index| &self.variants[index].name);
+            self.warnings.push(format!("{wanted} was not computed: differences are from {found}"));
+        }
+        let reference = self.variants[first].clone();
+        for variant in &mut self.variants[first + 1..] {
+            for step in &mut variant.steps {
+                let Some(other) = reference.steps.iter().find(|other| other.name == step.name) else {
+                    continue;
+                };
+                let [own, others] = [step.cycles_done, other.cycles_done];
+                if own == others {
+                    step.difference = Some(step.difference_from(other));
+                } else {
+                    self.warnings.push(doubtful(&format!(
+                        "step \"{}\" ended after {own} cycles in {}, after {others} in {}: they are not compared",
+                        step.name, variant.name, reference.name
+                    )));
+                }
+            }
         }
     }
 
@@ -123,7 +188,7 @@ impl Comparison {
 }
 
 /// Columns of `compare.csv`.
-const COLUMNS: [&str; 17] = [
+const COLUMNS: [&str; 18] = [
     "variant",
     "step",
     "normal_force",
@@ -133,6 +198,7 @@ const COLUMNS: [&str; 17] = [
     "stick_area",
     "peak_pressure",
     "worn_volume",
+    "cycles_done",
     "natural_residual",
     "seconds",
     "normal_force_percent",
@@ -165,13 +231,14 @@ impl StepResult {
             stick_area: record.stick_area,
             peak_pressure: record.peak_pressure,
             worn_volume: record.worn_volume,
+            cycles_done: record.cycles_done,
             natural_residual: record.certificate.natural_residual,
             seconds: record.seconds,
             difference: None,
         }
     }
 
-    fn numbers(&self) -> [f64; 9] {
+    fn numbers(&self) -> [f64; 10] {
         let [qx, qy] = self.tangential_force;
         [
             self.normal_force,
@@ -181,6 +248,7 @@ impl StepResult {
             self.stick_area,
             self.peak_pressure,
             self.worn_volume,
+            self.cycles_done as f64,
             self.natural_residual,
             self.seconds,
         ]

@@ -49,8 +49,10 @@ impl Observer for StepEnds {
 pub struct Variants<'a> {
     /// The frame.
     pub frame: &'a ContactFrame,
-    /// The variants; differences are from the first.
+    /// The variants.
     pub ends: &'a [(String, StepEnds)],
+    /// The variants of which differences are wanted, by step: name of the step, of the variant, and of that which it differs from.
+    pub differences: &'a [(String, String, String)],
 }
 
 impl Variants<'_> {
@@ -84,18 +86,21 @@ impl Variants<'_> {
         arranged(&panels, PANEL, 2)
     }
 
-    /// The frame with pressure, traction and worn depth of each variant that has the step, and what they differ by from the first.
+    /// The frame with pressure, traction and worn depth of each variant that has the step, and the differences that are wanted.
     ///
     /// # Errors
     /// Numerical, if a field has the wrong length.
     pub fn differences(&self, step: &str) -> Result<UnstructuredGrid> {
         let mut grid = FrameMesh::new(self.frame).grid();
-        let first = self.ends.first().and_then(|(_, ends)| ends.state(step));
-        for (index, (name, ends)) in self.ends.iter().enumerate() {
+        let of = |name: &String| {
+            self.ends.iter().find(|(own, _)| own == name).and_then(|(_, ends)| ends.state(step))
+        };
+        for (name, ends) in self.ends {
             let Some(state) = ends.state(step) else { continue };
             self.push(&mut grid, name, state)?;
-            if let Some(first) = first.filter(|_| index > 0) {
-                let name = format!("{name}_minus_{}", self.ends[0].0);
+            let wanted = self.differences.iter().filter(|(own, variant, _)| own == step && variant == name);
+            for (reference, first) in wanted.filter_map(|(_, _, first)| Some((first, of(first)?))) {
+                let name = format!("{name}_minus_{reference}");
                 let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
                 let difference = FrameState {
                     tractions: minus(&state.tractions, &first.tractions),
@@ -145,7 +150,9 @@ mod tests {
             ("BE-BE".to_owned(), ended(3.0)),
             ("HS-HS".to_owned(), StepEnds::default()),
         ];
-        let variants = Variants { frame: &frame, ends: &ends };
+        let wanted = |variant: &str| ("a".to_owned(), variant.to_owned(), "FE-FE".to_owned());
+        let wanted = [wanted("BE-BE"), wanted("HS-HS")];
+        let variants = Variants { frame: &frame, ends: &ends, differences: &wanted };
         assert_eq!(variants.steps(), ["a"]);
         let grid = variants.differences("a").unwrap();
         let names: Vec<&str> = grid.cell_data.iter().map(|array| array.name.as_str()).collect();

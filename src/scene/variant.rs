@@ -61,11 +61,11 @@ impl std::str::FromStr for Pair {
             let found = Discretisation::ALL.into_iter().find(|kind| kind.name().eq_ignore_ascii_case(word));
             found.ok_or_else(|| {
                 let near = closest(&word.to_uppercase(), &names);
-                let near = near.map_or(String::new(), |near| format!(", did you mean {near}?"));
-                format!("\"{word}\" stands for no kind of body{near} A variant is {wanted}")
+                let near = near.map_or(String::new(), |near| format!(" (did you mean {near}?)"));
+                format!("\"{word}\" stands for no kind of body{near}; a variant is {wanted}")
             })
         };
-        match text.split('-').collect::<Vec<_>>()[..] {
+        match text.trim().split('-').map(str::trim).collect::<Vec<_>>()[..] {
             [first, second] => Ok(Self([of(first)?, of(second)?])),
             _ => Err(format!("\"{text}\" is no variant, which is {wanted}")),
         }
@@ -111,7 +111,7 @@ mod tests {
             ("FE", "no variant"),
             ("FE-BE-HS", "no variant"),
             ("FEM-BE", "did you mean FE"),
-            ("half-space", "\"half\" stands for no kind"),
+            ("half-space", "\"half\" stands for no kind of body; a variant is two of"),
             ("", "no variant"),
         ] {
             let error = text.parse::<Pair>().unwrap_err();

@@ -1,6 +1,6 @@
 //! The variants of a scene: each body as it is or as what else may stand for it, on the same frame.
 
-use super::bodies::{distances, face_map, frame};
+use super::bodies::{KEYS, distances, face_map, frame};
 use super::failure::Failure;
 use super::fit;
 use super::forecast::forecast_on;
@@ -46,11 +46,17 @@ impl Variant {
 pub fn variants(plan: &Plan, wanted: &[Pair]) -> std::result::Result<(ContactFrame, Vec<Variant>), Failure> {
     let frame = frame(plan)?;
     let own = own(plan);
-    let pairs = match (wanted, &plan.compare.variants) {
+    let named = match (wanted, &plan.compare.variants) {
         ([], None) => usual(own),
         ([], Some(named)) => named.clone(),
         (wanted, _) => wanted.to_vec(),
     };
+    let mut pairs = Vec::new();
+    named.into_iter().for_each(|pair| {
+        if !pairs.contains(&pair) {
+            pairs.push(pair)
+        }
+    });
     let mut shared = plan.clone();
     if plan.gap.shape == GapShape::Mesh && pairs.iter().any(|pair| *pair != own) {
         shared.gap = mesh_gap(plan, &frame)?.into();
@@ -92,16 +98,30 @@ fn usual(own: Pair) -> Vec<Pair> {
 /// The plan with its bodies as a variant has them, if it can be computed.
 fn changed(plan: &Plan, frame: &ContactFrame, pair: Pair, notes: &mut Vec<String>) -> Result<Plan> {
     let mut changed = plan.clone();
+    let mut hint = String::new();
     for (index, kind) in pair.0.into_iter().enumerate() {
+        let (key, own) = (KEYS[index], plan.bodies[index].discretisation());
         let body = replaced(plan, index, kind, notes)?;
+        if plan.move_mesh.is_some() && own == FiniteElements && kind != own {
+            return Err(Error::input(format!(
+                "the mesh of {key} moves with wear (wear.move_mesh), which finite elements alone do"
+            )));
+        }
+        if own == FiniteElements && kind == BoundaryElements && plan.compare.others[index].surface.is_none() {
+            hint = format!("; compare.{key}.be.mesh gives it a surface mesh of its own");
+        }
         if kind == HalfSpace && !replace::is_plane(frame) {
             return Err(Error::input("the contact frame is curved, a half-space needs a plane one"));
         }
         changed.bodies[index] = body;
     }
-    let near = choose(&changed, frame).map_err(|failure| failure.error)?;
-    let fits = fit::check(&changed, frame, &near).and_then(|_| forecast_on(&changed, frame.clone()));
-    fits.map_err(|failure| failure.error)?;
+    let fits = || {
+        fit::check(&changed, frame, &choose(&changed, frame)?)?;
+        forecast_on(&changed, frame.clone())
+    };
+    if let Err(Failure { error, .. }) = fits() {
+        return Err(Error::input(format!("{error}{hint}")));
+    }
     Ok(changed)
 }
 

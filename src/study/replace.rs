@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::bodies::KEYS;
-use crate::error::{Context, Error, Result};
+use super::bodies::{KEYS, free_motions};
+use crate::error::{Context, Error, Result, doubtful};
 use crate::frame::ContactFrame;
+use crate::geometry::{Point, place};
 use crate::material::{Orientation, Placed, Placement};
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, surface};
@@ -15,6 +16,9 @@ use crate::scene::variant::Discretisation;
 
 /// Largest angle (degrees) of a material axis under the frame from those of the half-space that stands for it.
 const LARGEST_SPREAD: f64 = 5.0;
+
+/// Share of its size by which a group may differ from mesh to mesh.
+const ALIKE: f64 = 0.05;
 
 /// Angle (degrees) of material axes that is rounding.
 const NO_SPREAD: f64 = 1e-6;
@@ -50,8 +54,8 @@ pub(super) fn replaced(
     };
     match (kind, body) {
         (Discretisation::HalfSpace, _) => half_space(plan, meshed, index, notes),
-        (Discretisation::BoundaryElements, _) => boundary_elements(plan, meshed, index),
-        (Discretisation::FiniteElements, BodySpec::Be(be)) => finite_elements(plan, be, index),
+        (Discretisation::BoundaryElements, _) => boundary_elements(plan, meshed, index, notes),
+        (Discretisation::FiniteElements, BodySpec::Be(be)) => finite_elements(plan, be, index, notes),
         _ => Err(Error::input(format!(
             "{key} deforms in the scene: for one that does not write kind = \"rigid\""
         ))),
@@ -85,6 +89,12 @@ fn single(found: SurfaceMaterial, (body, place, what): (&str, &str, &str), most:
 /// The half-space of the material that a meshed body has under the frame.
 fn half_space(plan: &Plan, meshed: &MeshedSpec, index: usize, notes: &mut Vec<String>) -> Result<BodySpec> {
     let body = KEYS[index];
+    if let Some(free) = free_motions(&plan.bodies[index], body).map_err(|failure| failure.error)? {
+        let names = free.names.join(", ");
+        return Err(Error::input(format!(
+            "{body} floats by {names}: a half-space has neither motions nor loads of its own"
+        )));
+    }
     let elastic = if plan.bodies[index].be().is_some() {
         meshed.elastic.clone()
     } else {
@@ -108,14 +118,23 @@ fn half_space(plan: &Plan, meshed: &MeshedSpec, index: usize, notes: &mut Vec<St
     if !lost.is_empty() {
         notes.push(format!("the {} of {body} have no place in a half-space", lost.join(" and ")));
     }
-    if meshed.regions.len() > 1 {
-        notes.push(format!("the half-space in the place of {body} is all of {}", elastic.name));
+    let whole = body_material(meshed).ok().filter(|_| plan.bodies[index].fe().is_some());
+    if whole.is_some_and(|all| all.materials.len() > 1 || all.axes_spread.to_degrees() > LARGEST_SPREAD) {
+        notes.push(doubtful(&format!(
+            "the half-space in the place of {body} is all of the material under the frame, {}: {body} has others, or other directions, elsewhere",
+            elastic.name
+        )));
     }
     Ok(BodySpec::HalfSpace(Box::new(elastic)))
 }
 
 /// A body of finite elements as one of boundary elements.
-fn boundary_elements(plan: &Plan, fe: &MeshedSpec, index: usize) -> Result<BodySpec> {
+fn boundary_elements(
+    plan: &Plan,
+    fe: &MeshedSpec,
+    index: usize,
+    notes: &mut Vec<String>,
+) -> Result<BodySpec> {
     let (body, other) = (KEYS[index], &plan.compare.others[index]);
     if !fe.foundations.is_empty() {
         return Err(Error::input(format!("{body} has foundations, which boundary elements have not")));
@@ -126,7 +145,10 @@ fn boundary_elements(plan: &Plan, fe: &MeshedSpec, index: usize) -> Result<BodyS
         group_faces(&fe.mesh, group).context(inner)?;
     }
     let mesh = match &other.surface {
-        Some(mesh) => mesh.clone(),
+        Some(mesh) => {
+            notes.extend(unlike(fe, &fe.mesh, mesh, body));
+            mesh.clone()
+        }
         None => Arc::new(skin(&fe.mesh).context(|| body.to_owned())?),
     };
     let near_field = NearField::Mesh;
@@ -135,18 +157,62 @@ fn boundary_elements(plan: &Plan, fe: &MeshedSpec, index: usize) -> Result<BodyS
     Ok(BodySpec::Be(Box::new(BeSpec { meshed, solids, interpolation: other.interpolation })))
 }
 
+/// Area (mm2) and middle of a group of faces.
+fn place_of(mesh: &Mesh, group: &str) -> Option<(f64, Point)> {
+    let faces = group_faces(mesh, group).ok()?;
+    let (mut area, mut sum) = (0.0, Point::zeros());
+    for face in &faces {
+        let own = face.area(mesh);
+        let nodes = face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node]));
+        sum += nodes.sum::<Point>() * (own / face.kind.n_corners() as f64);
+        area += own;
+    }
+    Some((area, sum / area))
+}
+
+/// What the user should know of groups that lie elsewhere in the other mesh of a body, or are larger; its contact group may be, unless it bears loads.
+fn unlike(meshed: &MeshedSpec, own: &Mesh, other: &Mesh, body: &str) -> Vec<String> {
+    let mut told: Vec<&str> = Vec::new();
+    let mut notes = Vec::new();
+    for group in meshed.groups().skip(1) {
+        let (Some((area, middle)), Some((other_area, other_middle))) =
+            (place_of(own, group), place_of(other, group))
+        else {
+            continue;
+        };
+        let apart = (middle - other_middle).norm();
+        let alike = (other_area / area - 1.0).abs() < ALIKE && apart < ALIKE * area.sqrt();
+        if alike || told.contains(&group) {
+            continue;
+        }
+        told.push(group);
+        notes.push(doubtful(&format!(
+            "the group \"{group}\" of {body} has an area of {area:.4} about {} in {}, and of {other_area:.4} about {} in {}: supports and loads \
+             are not the same",
+            place(&middle.into()),
+            own.source,
+            place(&other_middle.into()),
+            other.source
+        )));
+    }
+    notes
+}
+
 fn skin(mesh: &Mesh) -> Result<Mesh> {
     surface::outward(&surface::skin(mesh)).map(|(mesh, _)| mesh)
 }
 
 /// A body of boundary elements as one of finite elements.
-fn finite_elements(plan: &Plan, be: &BeSpec, index: usize) -> Result<BodySpec> {
+fn finite_elements(plan: &Plan, be: &BeSpec, index: usize, notes: &mut Vec<String>) -> Result<BodySpec> {
     let (body, other) = (KEYS[index], &plan.compare.others[index]);
     let Some(mesh) = other.solids.as_ref().or(be.solids.as_ref()) else {
         return Err(Error::input(format!(
             "{body} has a surface mesh only: name one of its solids, compare.{body}.fe.mesh"
         )));
     };
+    if other.solids.is_some() {
+        notes.extend(unlike(&be.meshed, &be.meshed.mesh, mesh, body));
+    }
     let elastic = &be.meshed.elastic;
     let placed = Placed {
         name: elastic.name.clone(),

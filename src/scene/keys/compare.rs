@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::body::{BoundaryElement, Element, NearField};
 
-/// The variants that `orthowear compare` computes, and how bodies are meshed in them; other commands take no notice of it.
+/// The variants that `orthowear compare` computes, and how bodies are meshed in them; other commands only check it.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Compare {

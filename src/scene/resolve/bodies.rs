@@ -77,7 +77,7 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
     check_groups(r, key, body, &mesh);
     let groups_found = r.mistakes.len() == before;
     check_contact(r, key, body, &mesh);
-    check_element(r, key, body, &mesh);
+    check_element(r, key, body.element, &mesh);
     let symmetry = symmetry(r, key, body, &mesh);
     let spec = MeshedSpec {
         elastic: own_elastic(body, materials)?,
@@ -364,8 +364,8 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
 }
 
 /// Reports an element formulation for cells that the mesh does not have.
-fn check_element(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
-    let Some(element) = body.element else { return };
+pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element>, mesh: &Mesh) {
+    let Some(element) = element else { return };
     let (name, kind) = match element {
         Element::Hex8Eas => ("hex8-eas", ElementKind::Hex8),
         Element::Hex8Bbar => ("hex8-bbar", ElementKind::Hex8),

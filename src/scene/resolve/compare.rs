@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Resolver;
-use super::bodies::{check_quality, read_mesh};
+use super::bodies::{check_element, check_quality, read_mesh};
 use super::boundary::{closed, interpolation};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
@@ -60,8 +60,14 @@ fn other(r: &mut Resolver, (keys, name): (Others, &str), body: Option<&BodySpec>
         let mesh = read_mesh(r, &key, file)?;
         check_quality(r, &format!("{key}.mesh"), &mesh);
         mesh.volume_cells().next()?;
+        check_element(r, &key, keys.fe.element, &mesh);
         check_groups(r, &format!("{key}.mesh"), meshed, &mesh)
     });
+    if let (None, Some(BodySpec::Be(be))) = (&keys.fe.mesh, body)
+        && let Some(solids) = &be.solids
+    {
+        check_element(r, &of_kind("fe"), keys.fe.element, solids);
+    }
     OtherMeshes {
         surface,
         interpolation: interpolation(keys.be.element),
@@ -74,7 +80,8 @@ fn other(r: &mut Resolver, (keys, name): (Others, &str), body: Option<&BodySpec>
 /// The mesh, unless it lacks groups of the body's own: those are reported.
 fn check_groups(r: &mut Resolver, place: &str, meshed: &MeshedSpec, mesh: &Mesh) -> Option<Arc<Mesh>> {
     let before = r.mistakes.len();
-    for group in meshed.groups() {
+    // What is no group of surfaces stands in the way of the variant, not of the scene.
+    for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         if let Err(error) = group_faces(mesh, group) {
             let mend = "both meshes of a body need the groups of its contact, supports and loads";
             r.wrong(place, error.message().to_owned(), "this mesh", mend);
