@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::influence::{Element, Influence, Kernels, Ready};
+use super::influence::{Element, Influence, Kernels, NodalState, Ready, Somigliana};
 use super::interpolation::{ElementNodes, Interpolation};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
@@ -153,6 +153,11 @@ impl BoundaryElements {
     /// What element `i` does at a point that is not on it.
     pub fn away(&self, i: usize, y: &Point) -> Influence {
         self.kernels.away(self.element(i), y)
+    }
+
+    /// Adds what the `nodal` state of element `i` does at a point that is not on it, with the gradient.
+    pub(super) fn add_field(&self, i: usize, y: &Point, nodal: &[NodalState], sum: &mut Somigliana) {
+        self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
     /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is

@@ -12,13 +12,16 @@ mod influence;
 mod inside;
 mod interpolation;
 mod nearness;
+mod on_surface;
 mod panel;
 mod system;
 mod weight;
 
 pub use elements::BoundaryElements;
 pub use influence::Influence;
+pub use inside::{Foot, InsideField, InsideState};
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
+pub use on_surface::SurfaceField;
 pub use panel::Panel;
 pub use system::{Domain, Problem, Solution, SurfaceState};
 pub use weight::Weight;
