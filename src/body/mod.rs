@@ -13,10 +13,11 @@ pub mod worn;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
-use crate::frame::MeshedSurface;
+use crate::frame::{ContactFrame, MeshedSurface};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 
+pub use crate::bem::PointState;
 pub use boundary_elements::{BeBody, BeSpec, UnderFrame};
 pub use finite_elements::FeBody;
 pub use floating::{Floating, FloatingMotion};
@@ -32,15 +33,6 @@ pub struct BodyField {
     pub displacement: Vec<[f64; 3]>,
     /// Stress in its volume, where it was recovered.
     pub stress: Option<StressField>,
-}
-
-/// Displacement and stress at a point of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PointState {
-    /// Global axes, mm.
-    pub displacement: [f64; 3],
-    /// Voigt order 11 22 33 23 13 12, global axes, MPa.
-    pub stress: [f64; 6],
 }
 
 /// The equations a body brings into a coupled system.
@@ -120,12 +112,17 @@ pub trait ElasticBody: Send + Sync {
         Ok(None)
     }
 
-    /// Displacement and stress at points inside (global axes, mm) for tractions on body 2, `[3, N]` by planes; `None` for a body that
-    /// gives them in another way, or not at all.
+    /// Displacement and stress at points inside (global axes, mm) for tractions on body 2 in the cells of `frame`, `[3, N]` by planes;
+    /// `None` for a body that gives them in another way, or not at all.
     ///
     /// # Errors
     /// If a point does not lie in the body, memory does not suffice, or a stop is wished.
-    fn inside(&self, _tractions: &[f64], _points: &[Point]) -> Result<Option<Vec<PointState>>> {
+    fn inside(
+        &self,
+        _frame: &ContactFrame,
+        _tractions: &[f64],
+        _points: &[Point],
+    ) -> Result<Option<Vec<PointState>>> {
         Ok(None)
     }
 }

@@ -23,6 +23,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::Limit;
 use crate::material::{Placement, Stiffness};
 use crate::mesh::Mesh;
+use crate::results::inside::InsideRequest;
 use crate::wear::WearLaw;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
@@ -58,6 +59,8 @@ pub struct Plan {
     pub memory: MemoryLimit,
     /// What is written.
     pub output: Output,
+    /// Points inside bodies whose displacement and stress is written.
+    pub inside: Vec<InsideRequest>,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.

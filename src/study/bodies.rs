@@ -220,7 +220,7 @@ pub(super) fn half_space_of(
     index: usize,
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, Failure> {
-    let body = half_space(elastic, index, frame)?;
+    let body = half_space(elastic, index, frame)?.with_cache(plan.cache.clone());
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan)))
 }
 

@@ -7,10 +7,10 @@
 use nalgebra::Matrix3;
 
 use super::interpolation::{ElementNodes, MOST_NODES};
-use super::nearness::{Nearness, Patch};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
 use crate::bem::half_space::TractionMap;
+use crate::bem::nearness::{Nearness, Patch};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;

@@ -7,16 +7,19 @@ use nalgebra::Matrix3;
 
 use super::elements::BoundaryElements;
 use super::influence::{NodalState, Somigliana};
-use super::on_surface::{SurfaceField, stress_of};
+use super::on_surface::SurfaceField;
 use super::system::{Domain, SurfaceState};
+use crate::bem::PointState;
 use crate::geometry::Point;
-use crate::material::VOIGT;
 
 /// Most steps to the next point of an element.
 const STEPS: usize = 30;
 
 /// Distance over the size of an element below which a point counts as on it.
-const ON_SURFACE: f64 = 1e-9;
+const ON_SURFACE: f64 = 1e-6;
+
+/// Cosine from which on a point lies above or below its next point of the surface, and not beside an edge.
+const UPRIGHT: f64 = 0.99;
 
 /// The point of a surface next to another point.
 #[derive(Debug, Clone, Copy)]
@@ -31,15 +34,6 @@ pub struct Foot {
     pub distance: f64,
 }
 
-/// Displacement and stress at a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InsideState {
-    /// mm.
-    pub displacement: Point,
-    /// MPa.
-    pub stress: Matrix3<f64>,
-}
-
 /// What the state of a surface means inside.
 pub struct InsideField<'a> {
     elements: &'a BoundaryElements,
@@ -48,13 +42,6 @@ pub struct InsideField<'a> {
     state: &'a SurfaceState,
     positions: Vec<Point>,
     normals: Vec<Point>,
-}
-
-impl InsideState {
-    /// The stress in Voigt order 11 22 33 23 13 12, MPa.
-    pub fn voigt(&self) -> [f64; 6] {
-        VOIGT.map(|(i, j)| self.stress[(i, j)])
-    }
 }
 
 impl BoundaryElements {
@@ -79,6 +66,25 @@ impl BoundaryElements {
             }
         }
         sum
+    }
+
+    /// Whether a point lies inside the closed surface, or on it.
+    pub fn holds(&self, y: &Point) -> bool {
+        let foot = self.foot(y);
+        let (_, radius) = self.ball(foot.element);
+        if foot.distance <= ON_SURFACE * radius {
+            return true;
+        }
+        let along = (y - foot.position).dot(&self.panel(foot.element).area(foot.xi).normalize());
+        if along.abs() > UPRIGHT * foot.distance {
+            return along < 0.0;
+        }
+        // Next to an edge: the flux of a force at y through the surface.
+        let flux = (0..self.n_elements()).map(|i| {
+            let influence = self.away(i, y);
+            influence.double.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
+        });
+        flux.sum::<f64>() < -1.5
     }
 
     /// The point of the surface next to `y`.
@@ -154,16 +160,16 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 
 impl InsideField<'_> {
     /// Displacement and stress at a point inside, or on the surface.
-    pub fn at(&self, y: &Point) -> InsideState {
+    pub fn at(&self, y: &Point) -> PointState {
         let foot = self.elements.foot(y);
         let stiffness = self.elements.stiffness();
         let u = self.surface.displacement(foot.element, foot.xi);
         let gradient = self.surface.gradient(foot.element, foot.xi);
         let (_, radius) = self.elements.ball(foot.element);
         if foot.distance <= ON_SURFACE * radius {
-            return InsideState { displacement: u, stress: stress_of(stiffness, &gradient) };
+            return PointState { displacement: u, stress: stiffness.stress(&gradient) };
         }
-        let stress = stress_of(stiffness, &gradient);
+        let stress = stiffness.stress(&gradient);
         let linear = |x: &Point| u + gradient * (x - foot.position);
         let mut sum = Somigliana { displacement: Point::zeros(), gradient: Matrix3::zeros() };
         if self.domain == Domain::Inside {
@@ -178,6 +184,6 @@ impl InsideField<'_> {
             }));
             self.elements.add_field(i, y, &nodal, &mut sum);
         }
-        InsideState { displacement: sum.displacement, stress: stress_of(stiffness, &sum.gradient) }
+        PointState { displacement: sum.displacement, stress: stiffness.stress(&sum.gradient) }
     }
 }

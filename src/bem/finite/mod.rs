@@ -11,7 +11,6 @@ mod elements;
 mod influence;
 mod inside;
 mod interpolation;
-mod nearness;
 mod on_surface;
 mod panel;
 mod system;
@@ -19,7 +18,7 @@ mod weight;
 
 pub use elements::BoundaryElements;
 pub use influence::Influence;
-pub use inside::{Foot, InsideField, InsideState};
+pub use inside::{Foot, InsideField};
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
 pub use on_surface::SurfaceField;
 pub use panel::Panel;

@@ -16,7 +16,6 @@ use super::panel::Panel;
 use super::system::SurfaceState;
 use super::weight::acoustic;
 use crate::geometry::Point;
-use crate::material::{Stiffness, VOIGT};
 
 /// Cosine of the largest angle between neighbours over which displacement is smooth: 45 degrees.
 const SMOOTH: f64 = 0.707;
@@ -30,14 +29,6 @@ pub struct SurfaceField<'a> {
     state: &'a SurfaceState,
     /// Of elements with one node: their gradients.
     slopes: Vec<Matrix3<f64>>,
-}
-
-/// Stress (MPa) of a gradient of displacement.
-pub(super) fn stress_of(stiffness: &Stiffness, gradient: &Matrix3<f64>) -> Matrix3<f64> {
-    let strain =
-        VOIGT.map(|(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] });
-    let s = stiffness.voigt() * nalgebra::Vector6::from(strain);
-    Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
 }
 
 impl BoundaryElements {
@@ -119,13 +110,13 @@ impl SurfaceField<'_> {
         let stiffness = self.elements.stiffness();
         let n = self.elements.panel(i).area(xi).normalize();
         let inner = self.surface_gradient(i, xi);
-        let rest = self.traction(i, xi) - stress_of(stiffness, &inner) * n;
+        let rest = self.traction(i, xi) - stiffness.stress(&inner) * n;
         let along = acoustic(stiffness, &n).try_inverse().expect("a stiffness is positive definite") * rest;
         inner + along * n.transpose()
     }
 
     /// Stress there, MPa.
     pub fn stress(&self, i: usize, xi: [f64; 2]) -> Matrix3<f64> {
-        stress_of(self.elements.stiffness(), &self.gradient(i, xi))
+        self.elements.stiffness().stress(&self.gradient(i, xi))
     }
 }

@@ -31,7 +31,8 @@ impl Weight {
     /// Of the force per volume `force` (N/mm³), about the point `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
         // The square of a very large or small force is none.
-        let direction = (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
+        let direction =
+            (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
         let acoustic = acoustic(stiffness, &direction);
         let size = acoustic.amax();
         let inverse = Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite");

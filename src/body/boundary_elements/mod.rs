@@ -322,7 +322,12 @@ impl ElasticBody for BeBody {
         Ok(Some(self.surface_stress(tractions)))
     }
 
-    fn inside(&self, tractions: &[f64], points: &[Point]) -> Result<Option<Vec<PointState>>> {
+    fn inside(
+        &self,
+        _frame: &ContactFrame,
+        tractions: &[f64],
+        points: &[Point],
+    ) -> Result<Option<Vec<PointState>>> {
         self.inside_points(tractions, points).map(Some)
     }
 }

@@ -32,8 +32,7 @@ impl BeBody {
         let mut in_contact: Vec<_> = self.faces.iter().map(|face| face.owner).collect();
         in_contact.sort_unstable();
         let stiffness = self.elements.stiffness().voigt();
-        let (mut whole, mut contact) =
-            (FaceSums::new(points.n_points()), FaceSums::new(points.n_points()));
+        let (mut whole, mut contact) = (FaceSums::new(points.n_points()), FaceSums::new(points.n_points()));
         for (i, face) in faces.iter().enumerate() {
             let panel = self.elements.panel(i);
             let areas: Vec<Point> = face.kind.face_places().iter().map(|xi| panel.area(*xi)).collect();
@@ -73,7 +72,7 @@ impl BeBody {
                 found.displacement += weight.displacement(x);
                 found.stress += weight.stress(x);
             }
-            PointState { displacement: found.displacement.into(), stress: found.voigt() }
+            found
         };
         let mut states = Vec::with_capacity(points.len());
         for batch in points.chunks(BATCH) {

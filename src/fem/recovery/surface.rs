@@ -143,7 +143,8 @@ pub(crate) fn contact_points(
             let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
             let normal = area_vector.try_normalize(0.0).unwrap_or_default();
             let load = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
-            let sample = FaceSample { area: area_vector, weight: 1.0 / area, gradient, stiffness: &stiffness, load };
+            let sample =
+                FaceSample { area: area_vector, weight: 1.0 / area, gradient, stiffness: &stiffness, load };
             sums.add(points.of_cell(owner)[node], &sample);
         }
     }

@@ -6,6 +6,7 @@ mod carried;
 mod cycles;
 mod contradictions;
 mod frame;
+mod inside;
 mod laws;
 mod load_points;
 mod materials;
@@ -118,6 +119,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
+    let inside = inside::resolve(r, output.as_ref(), &bodies, frame.as_ref());
     let [body1, body2] = bodies;
     let laws = laws?;
     Some(Plan {
@@ -136,6 +138,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         solver: solver?,
         memory: memory?,
         output: output?,
+        inside,
         cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),
