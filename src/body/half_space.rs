@@ -358,6 +358,9 @@ impl ElasticBody for HalfSpaceBody {
             let _ = self.point_force.set(field);
         }
         let field = self.point_force.get().expect("set above");
+        let bytes = Subsurface::PER_CELL * self.cells.n() + size_of::<PointState>() * points.len();
+        let what = format!("displacement and stress at {} points inside", points.len());
+        self.memory.ensure(bytes as u128, &what, "ask for fewer points (output.inside)")?;
         let turn = upright(self.side);
         let (_, corners) = plane_polygons(frame)?;
         let n = corners.len();

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::Estimate;
-use crate::error::{Context, Error, Result};
+use crate::error::{Context, Result};
 use crate::frame::ContactFrame;
 use crate::history::record::{FrameState, IncrementRecord};
 use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid};
@@ -190,8 +190,8 @@ impl<'a> FieldWriter<'a> {
             Some(body) => body.body.inside(self.frame, &state.tractions, &request.points())?,
             None => None,
         };
-        let states = states
-            .ok_or_else(|| Error::numerical(format!("{} has no points inside", request.side.name())))?;
+        // Other bodies in the place of the scene's own, as for comparisons, may have none.
+        let Some(states) = states else { return Ok(()) };
         let series = request.series();
         write_text(output, &format!("{series}_{:04}.csv", self.written.increments), &request.csv(&states)?)?;
         if request.across.is_some() {

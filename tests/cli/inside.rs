@@ -24,9 +24,17 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ("points = 11", "points = [11, 2]", &["output.inside.0.points", "there is no `across`"]),
     ("points = [9, 5]", "points = 9", &["output.inside.1.points", "needs two"]),
     ("points = 11", "points = \"many\"", &["output.inside.0.points"]),
-    ("across = [-0.4, 0.0, 0.6]", "across = [0.9, 0.0, 0.05]", &["output.inside.1.across", "lies on the line"]),
+    (
+        "across = [-0.4, 0.0, 0.6]",
+        "across = [0.9, 0.0, 0.05]",
+        &["output.inside.1.across", "lies on the line"],
+    ),
     ("points = 11", "points = 11\ndepth = 1.0", &["output.inside.0.depth"]),
-    ("cells = [16, 16]", "cells = [16, 16]\nperiodic = [true, true]", &["output.inside.0.body", "repeats itself"]),
+    (
+        "cells = [16, 16]",
+        "cells = [16, 16]\nperiodic = [true, true]",
+        &["output.inside.0.body", "repeats itself"],
+    ),
 ];
 
 /// Truth: docs/scene.md: what is refused, with the key that is wrong.

@@ -132,6 +132,9 @@ fn parts_of(corners: &[[f64; 2]], traction: Point) -> Vec<Part> {
 }
 
 impl<'a> Subsurface<'a> {
+    /// Bytes per loaded cell, at most.
+    pub const PER_CELL: usize = 600;
+
     /// Under the tractions (MPa, on the body) of cells by their corners in the plane; `field` is that of the material of this `stiffness` in
     /// the axes of the surface.
     pub fn new(
@@ -169,6 +172,15 @@ impl<'a> Subsurface<'a> {
             members = Members::Halves([first, self.group(range.start + cut..range.end)]);
         }
         let forces = self.forces(&members, middle, half);
+        if let Members::Halves(halves) = &members {
+            // Those of parts were for this alone.
+            for &half in halves {
+                let half = &mut self.groups[half];
+                if matches!(half.members, Members::Parts(_)) {
+                    half.forces = Vec::new();
+                }
+            }
+        }
         let sides = [Point::new(half[0], 0.0, 0.0), Point::new(0.0, half[1], 0.0)];
         let patch = Patch { middle: Point::new(middle[0], middle[1], 0.0), sides };
         self.groups.push(Group { patch, forces, members });

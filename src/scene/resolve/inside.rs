@@ -7,7 +7,7 @@ use crate::scene::keys::solver::{Inside, Output, Points};
 use crate::scene::plan::{BodySpec, FrameSpec};
 
 /// Most points of a request.
-const MOST: usize = 1_000_000;
+const MOST: usize = 200_000;
 
 /// Sine of the angle between the sides of a rectangle below which it is none.
 const FLAT: f64 = 1e-9;

@@ -4,15 +4,17 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Matrix3;
 use orthowear::bem::finite::{BoundaryElements, Domain, Interpolation, SurfaceState};
-use orthowear::body::{ElasticBody, HalfSpaceBody};
-use orthowear::fem::Support;
+use orthowear::body::{ElasticBody, Estimate, FeBody, HalfSpaceBody};
+use orthowear::element::ElementKind::{Hex8, Hex20};
+use orthowear::fem::{HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Point;
 
 use super::bodies::{body, graded, spec};
 use super::finite::{elements, solved, sphere};
 use crate::common::{im7, steel};
-use crate::fem_bodies::clamp;
+use crate::fem_bodies::{self, clamp};
+use crate::fem_meshes::block;
 
 /// Stress at the corners of elements, means over the elements around, and where.
 fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, Matrix3<f64>)> {
@@ -92,16 +94,20 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
 
 /// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure): around a cavity under pressure p σ_t = p/2 on the wall, σ_r = -p a³/r³ and
 /// σ_t = p a³/(2 r³) off it; in a sphere -p everywhere. Errors on the surface fall with order 1.5 at the corners of linear elements (those at the corners of
-/// the cube are not regular); the mean of σ_t is right to 1e-3 with 384.
+/// the cube are not regular), and in the mean of σ_t with order 2.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Inside, Domain::Outside] {
-        let [coarse, fine] = [4, 8].map(|n| errors(n, Interpolation::Linear, domain));
+        let [coarse, fine] = [3, 6].map(|n| errors(n, Interpolation::Linear, domain));
         let order = (coarse.corners / fine.corners).log2();
-        println!("{domain:?} {order} {} {} {:?} {:?}", fine.corners, fine.mean, coarse.inside, fine.inside);
-        assert!(order > 1.4 && fine.corners < 0.02, "{domain:?} {order} {}", fine.corners);
-        assert!(fine.mean < 1e-3, "{domain:?} {}", fine.mean);
-        for (error, bound) in fine.inside.into_iter().zip([1e-4, 1e-3, 0.04, 0.04]) {
+        println!(
+            "{domain:?} {order} {} {} {} {:?} {:?}",
+            fine.corners, coarse.mean, fine.mean, coarse.inside, fine.inside
+        );
+        assert!(order > 1.3 && fine.corners < 0.035, "{domain:?} {order} {}", fine.corners);
+        let order = (coarse.mean / fine.mean).log2();
+        assert!(order > 1.5 && fine.mean < 0.015, "{domain:?} {order} {}", fine.mean);
+        for (error, bound) in fine.inside.into_iter().zip([1e-3, 0.01, 0.06, 0.06]) {
             assert!(error < bound, "{domain:?} {:?}", fine.inside);
         }
         assert!(fine.inside[0] < 0.3 * coarse.inside[0]);
@@ -128,10 +134,9 @@ fn below_a_circular_contact() {
             let inverse = 1.0 / (1.0 + zeta * zeta);
             let radial = -1.3 * (1.0 - zeta * (1.0 / zeta).atan()) + 0.5 * inverse;
             let stress = found.stress;
-            println!("{side:?} {zeta} {} {}", stress[(2, 2)] + inverse, stress[(0, 0)] - radial);
-            assert!((stress[(2, 2)] + inverse).abs() < 3e-3, "{zeta} {stress}");
-            assert!((stress[(0, 0)] - radial).abs() < 3e-3, "{zeta} {stress}");
-            assert!((stress[(1, 1)] - radial).abs() < 3e-3, "{zeta} {stress}");
+            assert!((stress[(2, 2)] + inverse).abs() < 5e-4, "{zeta} {stress}");
+            assert!((stress[(0, 0)] - radial).abs() < 5e-4, "{zeta} {stress}");
+            assert!((stress[(1, 1)] - radial).abs() < 5e-4, "{zeta} {stress}");
         }
         let shear = |k: usize| 0.5 * (found[k].stress[(0, 0)] - found[k].stress[(2, 2)]);
         assert!((shear(3) - 0.310).abs() < 1e-3, "{}", shear(3));
@@ -157,13 +162,12 @@ fn tractions_below_the_surface() {
         let found = body.inside(&frame, &tractions, &[x]).unwrap().unwrap()[0].stress;
         let global = frame.axes.to_global(&Point::from(tractions)) * side.gap_sign();
         let wrong = found * frame.axes.normal() * side.outward() - global;
-        println!("{side:?} {}", wrong.norm());
         assert!(wrong.norm() < 0.05, "{side:?} {found} {wrong}");
     }
 }
 
-/// Truth: a block that is large beside what presses on it is a half-space: 16 half-widths of the pressed square leave less than 2 % of the
-/// pressure, that of elements included; in both bodies, under pressure and shear.
+/// Truth: a block that is large beside what presses on it is a half-space: 16 half-widths of the pressed square, and constant elements of a
+/// quarter of it, leave less than 5 % of the pressure at half an element and deeper; in both bodies, under pressure and shear.
 #[test]
 fn a_large_block_beside_the_half_space() {
     let frame = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
@@ -181,11 +185,52 @@ fn a_large_block_beside_the_half_space() {
         for (found, wanted) in found.iter().zip(&wanted) {
             println!("{side:?} {}", (found.stress - wanted.stress).amax());
             assert!(
-                (found.stress - wanted.stress).amax() < 0.02,
+                (found.stress - wanted.stress).amax() < 0.05,
                 "{side:?} {} {}",
                 found.stress,
                 wanted.stress
             );
         }
+    }
+}
+
+/// Truth: the same block of finite elements (hexahedra of 20 nodes) under the same tractions on faces in the middle of its top: stress at nodes inside and
+/// in the middle of its sides to 4 % of the largest pressure.
+#[test]
+fn a_block_of_finite_elements() {
+    let n = 6;
+    let place = |[x, y, z]: [f64; 3]| [2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 2.0];
+    let frame = ContactFrame::grid([2.0 / 3.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
+    let cells = frame.n_cells();
+    let mut tractions = vec![0.0; 3 * cells];
+    for (cell, x) in frame.centers.iter().enumerate() {
+        (tractions[cell], tractions[2 * cells + cell]) = (0.3, 1.0 - x.x * x.x);
+    }
+    let mesh = block(Hex20, [n; 3], [1.0; 3], place);
+    let finite = fem_bodies::spec(mesh.clone(), steel(), HexFormulation::Standard, vec![clamp("z0")]);
+    let finite = FeBody::new(finite, "z1", Side::Lower, &frame).unwrap();
+    let moved = finite.recover(&tractions).unwrap().displacement;
+    let wanted = finite.recover_stress(&tractions, &moved, Estimate::Skipped).unwrap().unwrap();
+    let wanted = |x: Point| {
+        let node = mesh.points.iter().position(|y| (Point::from(*y) - x).norm() < 1e-9).unwrap();
+        wanted.stress[wanted.points.node.iter().position(|other| *other == node).unwrap()]
+    };
+    let coarse = block(Hex8, [n; 3], [1.0; 3], place);
+    let by_surface = spec(&coarse, &steel(), Interpolation::Linear, vec![clamp("z0")]);
+    let boundary = body(&by_surface, "z1", Side::Lower, &frame);
+    let near = |found: [f64; 6], wanted: [f64; 6], x: &Point| {
+        let wrong = (0..6).map(|c| (found[c] - wanted[c]).abs()).fold(0.0, f64::max);
+        println!("{x:?} {wrong}");
+        assert!(wrong < 0.04, "{x} {found:?} {wanted:?}");
+    };
+    let points = [[0.0, 0.0, -2.0], [1.0, -2.0, -1.0], [2.0, 1.0, -3.0], [-1.0, 1.0, -2.0]]
+        .map(|x| Point::from(x) / 3.0);
+    let inside = boundary.inside(&frame, &tractions, &points).unwrap().unwrap();
+    points.iter().zip(&inside).for_each(|(x, found)| near(found.voigt(), wanted(*x), x));
+    let stress = boundary.recover_stress(&tractions, &[], Estimate::Skipped).unwrap().unwrap();
+    for x in [[3.0, 0.0, -3.0], [0.0, -3.0, -2.0], [-3.0, 1.0, -1.0]].map(|x| Point::from(x) / 3.0) {
+        let at = |node: &usize| (Point::from(by_surface.mesh.points[*node]) - x).norm() < 1e-9;
+        let point = stress.points.node.iter().position(at).unwrap();
+        near(stress.stress[point], wanted(x), &x);
     }
 }
