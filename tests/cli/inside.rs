@@ -76,8 +76,8 @@ fn files_of_a_half_space() {
     let at = |name: &str| header.iter().position(|column| column == name).unwrap();
     assert_eq!(rows.len(), 11);
     // Two equal bodies: E* = E / (2 (1 - ν²)).
-    let modulus = 210e3 / (2.0 * 0.91);
-    let a = (0.75 * 1000.0 * 10.0 / modulus).cbrt();
+    let modulus: f64 = 210e3 / (2.0 * 0.91);
+    let a = f64::cbrt(0.75 * 1000.0 * 10.0 / modulus);
     let p0 = 1.5 * 1000.0 / (std::f64::consts::PI * a * a);
     for row in &rows {
         let exact = -p0 / (1.0 + (row[at("z")] / a).powi(2));
