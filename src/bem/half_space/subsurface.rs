@@ -1,7 +1,7 @@
 //! Displacement and stress inside a half-space under tractions that are uniform over each cell.
 //!
 //! Cells near a point are integrated by Gauss rules, in parts where they are very near; how many points they take follows from how near the
-//! singularities of the kernel come ([`Nearness`]). Far from the point groups of cells stand for them: forces at a few points that do the
+//! singularities of the kernel come. Far from the point groups of cells stand for them: forces at a few points that do the
 //! same work on every polynomial of that order, so that a point takes some thousand forces however many cells there are.
 
 use std::ops::Range;

@@ -190,10 +190,10 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// How it lies under a frame, after all that [`BeBody::new`] checks before it integrates anything.
+    /// How it lies under a frame, after all that [`BeBody::new`](super::BeBody::new) checks before it integrates anything.
     ///
     /// # Errors
-    /// As [`BeBody::new`], memory excepted.
+    /// As [`BeBody::new`](super::BeBody::new), memory excepted.
     pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<UnderFrame> {
         let faces = self.faces(contact)?;
         refuse_crossing(&self.mesh, &faces, contact)?;
