@@ -3,3 +3,30 @@
 pub mod finite;
 pub mod full_space;
 pub mod half_space;
+mod nearness;
+
+use nalgebra::Matrix3;
+
+use crate::geometry::Point;
+use crate::material::VOIGT;
+
+/// Displacement and stress at a point of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointState {
+    /// mm.
+    pub displacement: Point,
+    /// MPa.
+    pub stress: Matrix3<f64>,
+}
+
+impl PointState {
+    /// The stress in Voigt order 11 22 33 23 13 12, MPa.
+    pub fn voigt(&self) -> [f64; 6] {
+        VOIGT.map(|(i, j)| self.stress[(i, j)])
+    }
+
+    /// In axes that those of this are the columns of `axes` in.
+    pub fn turned(&self, axes: &Matrix3<f64>) -> Self {
+        Self { displacement: axes * self.displacement, stress: axes * self.stress * axes.transpose() }
+    }
+}

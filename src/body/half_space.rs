@@ -2,14 +2,20 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::{BodyEquations, BodyField, ElasticBody};
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::{BodyEquations, BodyField, ElasticBody, PointState};
 use crate::bem::half_space::compressed::{DENSE, TOLERANCE};
 use crate::bem::half_space::{
-    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility, SurfaceGreen,
+    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility,
+    PointForceField, Subsurface, SurfaceGreen,
 };
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
-use crate::geometry::{Point, Triad};
+use crate::geometry::{Point, Triad, place};
+use crate::interrupt;
+use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::{Flexibility, SharedFlexibility};
 use crate::linalg::subset::SubsetFlexibility;
@@ -17,6 +23,16 @@ use crate::material::Stiffness;
 
 /// Largest angle (radians) between a cell's axes and the plane's.
 const FLAT: f64 = 1e-6;
+
+/// Points less deep than this share of the size of a cell count as so deep: on the border of a cell the stress of uniform tractions has no
+/// bound.
+const SHALLOW: f64 = 0.02;
+
+/// Height over the size of a cell up to which a point above the surface counts as on it.
+const ON_SURFACE: f64 = 1e-6;
+
+/// Points evaluated between two looks at whether to stop.
+const BATCH: usize = 256;
 
 /// A half-space of any anisotropy whose surface is the plane of the frame.
 pub struct HalfSpaceBody {
@@ -29,6 +45,12 @@ pub struct HalfSpaceBody {
     /// Blocks of an operator that is made for fields alone.
     cross: CrossBlocks,
     memory: MemoryLimit,
+    /// Stiffness in axes in which the outward normal is the third.
+    stiffness: Stiffness,
+    /// Where tables of its field are kept.
+    cache: Option<Cache>,
+    /// The field of a point force, made when points inside are asked for.
+    point_force: OnceLock<PointForceField>,
     /// Its own operator: the one that was taken, or made when fields are asked for.
     operator: OnceLock<Arc<dyn Flexibility>>,
 }
@@ -45,7 +67,19 @@ impl HalfSpaceBody {
         let green = SurfaceGreen::new(&local, side)?;
         let (cells, cross) = (PlaneCells::new(frame)?, CrossBlocks::SkipVanishing);
         let memory = MemoryLimit::of_machine();
-        Ok(Self { side, green, axes, cells, tolerance: TOLERANCE, cross, memory, operator: OnceLock::new() })
+        Ok(Self {
+            side,
+            green,
+            axes,
+            cells,
+            tolerance: TOLERANCE,
+            cross,
+            memory,
+            stiffness: local.rotated(&upright(side)),
+            cache: None,
+            point_force: OnceLock::new(),
+            operator: OnceLock::new(),
+        })
     }
 
     /// With another relative tolerance of an operator that is compressed.
@@ -61,6 +95,11 @@ impl HalfSpaceBody {
     /// With a limit of the memory for an operator that is compressed.
     pub fn with_memory(self, memory: MemoryLimit) -> Self {
         Self { memory, ..self }
+    }
+
+    /// With a place where tables of its field are kept between runs.
+    pub fn with_cache(self, cache: Option<Cache>) -> Self {
+        Self { cache, ..self }
     }
 
     /// Bytes that its operator takes with these blocks, before it is made.
@@ -85,6 +124,27 @@ impl HalfSpaceBody {
     fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
         self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
     }
+}
+
+/// What turns the axes of the plane so that the outward normal is the third: nothing, or half a turn about the first.
+fn upright(side: Side) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Point::new(1.0, side.outward(), side.outward()))
+}
+
+/// The first of `points` above the surface of a half-space on `side` of a plane frame, and how far.
+///
+/// # Errors
+/// If the frame is not plane.
+pub fn first_above(side: Side, frame: &ContactFrame, points: &[Point]) -> Result<Option<(usize, f64)>> {
+    let axes = plane_axes(frame)?;
+    let slack = ON_SURFACE * cell_size(frame);
+    let height = |x: &Point| side.outward() * axes.normal().dot(&(x - frame.centers[0]));
+    Ok(points.iter().map(height).enumerate().find(|(_, height)| *height > slack))
+}
+
+/// A length that measures the cells of a frame.
+fn cell_size(frame: &ContactFrame) -> f64 {
+    (frame.areas.iter().sum::<f64>() / frame.areas.len().max(1) as f64).sqrt()
 }
 
 /// The common axes of a plane frame.
@@ -272,5 +332,57 @@ impl ElasticBody for HalfSpaceBody {
             })
             .collect();
         Ok(BodyField { displacement, stress: None })
+    }
+
+    /// The displacement is that from infinity.
+    fn inside(
+        &self,
+        frame: &ContactFrame,
+        tractions: &[f64],
+        points: &[Point],
+    ) -> Result<Option<Vec<PointState>>> {
+        if frame.grid.is_some_and(|grid| grid.periodic != [false; 2]) {
+            return Err(Error::input(
+                "points inside half-spaces under frames that repeat themselves are not computed",
+            ));
+        }
+        if let Some((i, height)) = first_above(self.side, frame, points)? {
+            return Err(Error::input(format!(
+                "the point {} lies {height:.3e} outside of the half-space",
+                place(&points[i].into())
+            )));
+        }
+        if self.point_force.get().is_none() {
+            let (field, _) = PointForceField::cached(&self.stiffness, self.cache.as_ref())?;
+            // A second thread may have been faster; both are equal.
+            let _ = self.point_force.set(field);
+        }
+        let field = self.point_force.get().expect("set above");
+        let bytes = Subsurface::PER_CELL * self.cells.n() + size_of::<PointState>() * points.len();
+        let what = format!("displacement and stress at {} points inside", points.len());
+        self.memory.ensure(bytes as u128, &what, "ask for fewer points (output.inside)")?;
+        let turn = upright(self.side);
+        let (_, corners) = plane_polygons(frame)?;
+        let n = corners.len();
+        let cells = corners.into_iter().enumerate().map(|(i, corners)| {
+            let corners = corners.into_iter().map(|[x, y]| [x, self.side.outward() * y]).collect();
+            let on_body2 = Point::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
+            (corners, turn * on_body2 * self.side.gap_sign())
+        });
+        let below = Subsurface::new((&self.stiffness, field), cells);
+        let least = -SHALLOW * cell_size(frame);
+        let axes = self.axes.0 * turn;
+        let height = self.axes.normal().dot(&(frame.centers[0] - frame.origin)) * self.side.outward();
+        let at = |x: &Point| {
+            let mut local = axes.transpose() * (x - frame.origin);
+            local.z = (local.z - height).min(least);
+            below.at(&local).turned(&axes)
+        };
+        let mut states = Vec::with_capacity(points.len());
+        for batch in points.chunks(BATCH) {
+            interrupt::check()?;
+            states.extend(batch.par_iter().map(at).collect::<Vec<_>>());
+        }
+        Ok(Some(states))
     }
 }

@@ -14,9 +14,11 @@ pub mod worn;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
-use crate::frame::MeshedSurface;
+use crate::frame::{ContactFrame, MeshedSurface};
+use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 
+pub use crate::bem::PointState;
 pub use boundary_elements::{BeBody, BeSpec, UnderFrame};
 pub use finite_elements::FeBody;
 pub use floating::{Floating, FloatingMotion};
@@ -109,6 +111,20 @@ pub trait ElasticBody: Send + Sync {
         _displacement: &[[f64; 3]],
         _estimate: Estimate,
     ) -> Result<Option<StressField>> {
+        Ok(None)
+    }
+
+    /// Displacement and stress at points inside (global axes, mm) for tractions on body 2 in the cells of `frame`, `[3, N]` by planes;
+    /// `None` for a body that gives them in another way, or not at all.
+    ///
+    /// # Errors
+    /// If a point does not lie in the body, memory does not suffice, or a stop is wished.
+    fn inside(
+        &self,
+        _frame: &ContactFrame,
+        _tractions: &[f64],
+        _points: &[Point],
+    ) -> Result<Option<Vec<PointState>>> {
         Ok(None)
     }
 }

@@ -176,7 +176,7 @@ fn legs<'p>(
         let Leg { parts: Parts { output, records, written, keeper }, from, stage } = leg;
         summary.mesh_moves = plan.move_mesh.map(|_| stage.moves.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-        let fields = fields.on_surface(study.surface()).after(written);
+        let fields = fields.on_surface(study.surface()).with_inside(&plan.inside).after(written);
         let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
         let recorder = recorder.with_progress(&mut *job.show).with_stop(job.stop);
         let mut recorder = match keeper {

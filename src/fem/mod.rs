@@ -40,7 +40,7 @@ pub(crate) use moved::moved;
 pub use recovery::{
     CHANGE, ContactPoint, ErrorEstimate, ExposureField, ROUNDING, RecoveryPoints, StressRecovery, size_ratios,
 };
-pub(crate) use recovery::{contact_points, exposures};
+pub(crate) use recovery::{FaceSample, FaceSums, contact_points, exposures};
 pub use regions::{Finding, Regions, check_materials};
 pub use rigid::{FreeMotions, free_motions};
 pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};

@@ -23,7 +23,7 @@ pub use points::RecoveryPoints;
 pub use refinement::{CHANGE, size_ratios};
 pub use superconvergent::StressRecovery;
 pub use surface::ContactPoint;
-pub(crate) use surface::contact_points;
+pub(crate) use surface::{FaceSample, FaceSums, contact_points};
 
 /// Elements evaluated side by side before they are added up.
 const BATCH: usize = 4096;

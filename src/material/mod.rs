@@ -241,6 +241,14 @@ impl Stiffness {
         ((c - isotropic).amax() <= ROUNDING * c.amax()).then(|| [mu, lambda / (2.0 * (lambda + mu))])
     }
 
+    /// Stress of a gradient of displacement, MPa.
+    pub fn stress(&self, gradient: &Matrix3<f64>) -> Matrix3<f64> {
+        let strain =
+            VOIGT.map(|(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] });
+        let s = self.0 * nalgebra::Vector6::from(strain);
+        Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+    }
+
     /// Active rotation: material axis i comes to lie along column i of `axes`,
     /// C'_ijkl = Q_ia Q_jb Q_kc Q_ld C_abcd with the orthonormal Q = `axes`.
     pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {

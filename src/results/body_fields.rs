@@ -177,8 +177,11 @@ fn push_faces(
     let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
     let mut index = vec![usize::MAX; n];
     let mut points = Vec::new();
-    for face in faces {
+    let solids = mesh.volume_cells().next().is_some();
+    for (i, face) in faces.iter().enumerate() {
         let recovered: Vec<usize> = match &field.stress {
+            // Of a body without solids the faces are the cells.
+            Some(stress) if !solids => stress.points.of_cell(i).to_vec(),
             Some(stress) => {
                 let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
                 let of_cell = stress.points.of_cell(mesh.volume_index(face.owner));

@@ -13,6 +13,7 @@ use crate::history::record::{FrameState, IncrementRecord};
 use crate::results::body_fields::{BodyOutput, BodyShape, surface_grid};
 use crate::results::body_peaks::BodyRecord;
 use crate::results::frame_fields::{FrameMesh, by_cell, frame_grid};
+use crate::results::inside::InsideRequest;
 use crate::results::output::{OutputDir, write_failure};
 use crate::results::pictures::Pictures;
 use crate::results::plot::loops::{Loop, loops_svg};
@@ -30,7 +31,7 @@ pub enum FieldKind {
     Vtu,
     /// Displacement, stress and failure indices in the volume of finite-element bodies, with the error estimate.
     Volume,
-    /// Stress on the surfaces of finite-element bodies, and the peaks in their volume.
+    /// Stress on the surfaces of finite bodies, and the peaks in their volume, of boundary elements on their surface.
     Stress,
     /// Estimated error of the stress in finite-element bodies.
     Error,
@@ -60,6 +61,7 @@ pub struct FieldWriter<'a> {
     mesh: OnceCell<FrameMesh>,
     bodies: Vec<BodyOutput<'a>>,
     wanted: Vec<FieldKind>,
+    inside: Vec<InsideRequest>,
     surface: Surface,
     written: Written,
 }
@@ -97,9 +99,15 @@ impl<'a> FieldWriter<'a> {
             mesh: OnceCell::new(),
             bodies,
             wanted: wanted.to_vec(),
+            inside: Vec::new(),
             surface: Surface::default(),
             written: Written::default(),
         }
+    }
+
+    /// Also writes displacement and stress at points inside the bodies.
+    pub fn with_inside(self, inside: &[InsideRequest]) -> Self {
+        Self { inside: inside.to_vec(), ..self }
     }
 
     /// The same after what another one has written.
@@ -162,6 +170,32 @@ impl<'a> FieldWriter<'a> {
                 self.body(output, &body, (record, state))
                     .context(|| format!("fields of {}", body.side.key()))?;
             }
+        }
+        for request in self.inside.clone() {
+            self.points_inside(output, &request, state)
+                .context(|| format!("output.inside, \"{}\"", request.name))?;
+        }
+        Ok(())
+    }
+
+    /// Writes displacement and stress at points inside a body.
+    fn points_inside(
+        &mut self,
+        output: &mut OutputDir,
+        request: &InsideRequest,
+        state: &FrameState,
+    ) -> Result<()> {
+        let body = self.bodies.iter().find(|body| body.side == request.side);
+        let states = match body {
+            Some(body) => body.body.inside(self.frame, &state.tractions, &request.points())?,
+            None => None,
+        };
+        // Other bodies in the place of the scene's own, as for comparisons, may have none.
+        let Some(states) = states else { return Ok(()) };
+        let series = request.series();
+        write_text(output, &format!("{series}_{:04}.csv", self.written.increments), &request.csv(&states)?)?;
+        if request.across.is_some() {
+            self.write(output, &series, &request.grid(&states))?;
         }
         Ok(())
     }

@@ -13,6 +13,7 @@ pub mod condensation;
 pub mod fields;
 pub mod file;
 pub mod frame_fields;
+pub mod inside;
 pub mod keeper;
 pub mod locate;
 pub mod memory;

@@ -16,7 +16,7 @@ pub fn check(document: &Document, schema: &Json) -> (Vec<Mistake>, Vec<String>) 
 /// The branches of a value that is a number or a list of numbers.
 fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
     let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
-    Some([of_type("number")?, of_type("array")?])
+    Some([of_type("number").or_else(|| of_type("integer"))?, of_type("array")?])
 }
 
 /// A walk over the tree and the schema side by side.

@@ -24,6 +24,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::material::strength::Limit;
 use crate::material::{Placement, Stiffness};
 use crate::mesh::Mesh;
+use crate::results::inside::InsideRequest;
 use crate::wear::WearLaw;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
@@ -61,6 +62,8 @@ pub struct Plan {
     pub output: Output,
     /// What is compared.
     pub compare: CompareSpec,
+    /// Points inside bodies whose displacement and stress is written.
+    pub inside: Vec<InsideRequest>,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.

@@ -171,7 +171,9 @@ pub(super) fn body(
             let contact = (be.meshed.contact.as_str(), SIDES[index]);
             let body = BeBody::new(&be.inputs(key), contact, frame, (plan.cache.as_ref(), &left)).at(key)?;
             let (held, note) = (body.held_bytes(), body.note().map(str::to_owned));
-            Made { note, ..Made::new(body, held) }
+            let elastic = &be.meshed.elastic;
+            let limit = plan.limits.get(&elastic.name).map(|limit| (*limit, elastic.axes(0.0)));
+            Made { note, ..Made::new(body.with_limit(limit), held) }
         }
         BodySpec::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
@@ -235,7 +237,7 @@ pub(super) fn half_space_of(
     index: usize,
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, Failure> {
-    let body = half_space(elastic, index, frame)?;
+    let body = half_space(elastic, index, frame)?.with_cache(plan.cache.clone());
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan)))
 }
 

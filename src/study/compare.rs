@@ -1,6 +1,6 @@
 //! The variants of a scene: each body as it is or as what else may stand for it, on the same frame.
 
-use super::bodies::{KEYS, distances, face_map, frame};
+use super::bodies::{KEYS, SIDES, distances, face_map, frame};
 use super::failure::Failure;
 use super::fit;
 use super::forecast::forecast_on;
@@ -106,6 +106,9 @@ fn changed(plan: &Plan, frame: &ContactFrame, pair: Pair, notes: &mut Vec<String
             return Err(Error::input(format!(
                 "the mesh of {key} moves with wear (wear.move_mesh), which finite elements alone do"
             )));
+        }
+        if kind == FiniteElements && plan.inside.iter().any(|request| request.side == SIDES[index]) {
+            notes.push(format!("points inside {key} (output.inside) are not taken from finite elements"));
         }
         if own == FiniteElements && kind == BoundaryElements && plan.compare.others[index].surface.is_none() {
             hint = format!("; compare.{key}.be.mesh gives it a surface mesh of its own");

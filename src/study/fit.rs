@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::bodies::{KEYS, SIDES, distances, face_map};
 use super::failure::{AtKey, Failure};
 use super::flat_faces;
+use super::inside;
 use super::near_field::Near;
 use super::repetition;
 use crate::element::ElementKind;
@@ -50,6 +51,7 @@ const ALONG: f64 = 0.999;
 /// # Source
 /// What makes the pressures unique: never more points of the frame than degrees of freedom of the finer side.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<String>, Failure> {
+    inside::check(plan, frame)?;
     let mut notes = Vec::new();
     let mut per_node = [None, None];
     let mut heights = [None, None];

@@ -9,6 +9,7 @@ mod fit;
 mod flat_faces;
 pub mod forecast;
 pub mod grow;
+mod inside;
 mod memory;
 pub mod moving;
 mod near_field;

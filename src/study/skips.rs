@@ -72,6 +72,13 @@ pub(super) fn compression(plan: &Plan, frame: &ContactFrame) -> Option<Skipped> 
 /// Fields that nobody asked for.
 pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
     let mut skipped = skipped_stress(plan);
+    let without_mesh = |body: &BodySpec| matches!(body, BodySpec::HalfSpace(_) | BodySpec::Be(_));
+    if plan.inside.is_empty() && plan.bodies.iter().any(without_mesh) {
+        skipped.push(Skipped {
+            what: "displacement and stress inside half-spaces and bodies of boundary elements".to_owned(),
+            why: "output.inside asks for no points".to_owned(),
+        });
+    }
     if plan.output.fields.is_empty() && plan.friction.ellipse().is_none() && plan.solver.skip {
         skipped.push(Skipped {
             what: "tangential gap of steps without friction and wear".to_owned(),

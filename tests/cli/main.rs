@@ -7,6 +7,7 @@ mod compare;
 mod compressed;
 mod doubts;
 mod grow;
+mod inside;
 mod interrupt;
 mod iterative;
 mod limits;

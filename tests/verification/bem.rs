@@ -6,6 +6,7 @@ mod finite;
 mod full_space;
 mod graded;
 mod green;
+mod inside;
 mod operators;
 mod patches;
 mod periodic;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::influence::{Element, Influence, Kernels, Ready};
+use super::influence::{Element, Influence, Kernels, NodalState, Ready, Somigliana};
 use super::interpolation::{ElementNodes, Interpolation};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
@@ -159,6 +159,11 @@ impl BoundaryElements {
     /// Principal value of the integral of the traction kernel over the plane element `i`, seen from its node `node`.
     pub fn principal_value(&self, i: usize, node: usize) -> Matrix3<f64> {
         self.kernels.principal_value(self.element(i), node)
+    }
+
+    /// Adds what the `nodal` state of element `i` does at a point that is not on it, with the gradient.
+    pub(super) fn add_field(&self, i: usize, y: &Point, nodal: &[NodalState], sum: &mut Somigliana) {
+        self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
     /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is

@@ -7,10 +7,10 @@
 use nalgebra::Matrix3;
 
 use super::interpolation::{ElementNodes, MOST_NODES};
-use super::nearness::{Nearness, Patch};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
 use crate::bem::half_space::TractionMap;
+use crate::bem::nearness::{Nearness, Patch};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
@@ -79,6 +79,57 @@ pub(super) struct Ready {
 pub(super) struct Element<'a> {
     pub ready: &'a Ready,
     pub nodes: &'a ElementNodes,
+}
+
+/// Displacement (mm) and traction (MPa) of a node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodalState {
+    pub displacement: Point,
+    pub traction: Point,
+}
+
+/// Displacement at a point, and its gradient: rows the components, columns the directions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Somigliana {
+    pub displacement: Point,
+    pub gradient: Matrix3<f64>,
+}
+
+/// Step of the differences of the traction kernel over the distance: of order 4, they err by 1e-7 of it.
+const STEP: f64 = 0.01;
+
+/// Displacements of one surface element.
+struct DoubleLayer<'a> {
+    kernels: &'a Kernels,
+    map: &'a TractionMap,
+    density: Point,
+}
+
+impl DoubleLayer<'_> {
+    /// Its displacement at distance `r`, from y to the element, per area.
+    fn at(&self, r: &Point) -> Point {
+        self.map.of(&self.kernels.field.at(r)).transpose() * self.density
+    }
+
+    /// Adds it times the area, with a traction. Along r the kernel falls like 1/r², across it differences are taken.
+    fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut Somigliana) {
+        let field = self.kernels.field.at(r);
+        let own = self.map.of(&field).transpose() * self.density;
+        sum.displacement += (field.value * traction - own) * area;
+        let distance = r.norm();
+        let along = r / distance;
+        let across = along.cross(&Point::ith(along.iamin(), 1.0)).normalize();
+        let mut slope = own * (-2.0 / distance) * along.transpose();
+        for axis in [across, along.cross(&across)] {
+            let step = axis * (STEP * distance);
+            let near = self.at(&(r + step)) - self.at(&(r - step));
+            let far = self.at(&(r + step * 2.0)) - self.at(&(r - step * 2.0));
+            slope += (near * 8.0 - far) / (12.0 * STEP * distance) * axis.transpose();
+        }
+        // y moves against r.
+        let single = Matrix3::from_columns(&field.gradient.map(|part| part * traction));
+        sum.gradient += (slope - single) * area;
+    }
 }
 
 /// A triangle or parallelogram of the reference element.
@@ -189,14 +240,31 @@ impl Kernels {
     /// What an element does at a point `y` that is not on it.
     pub fn away(&self, element: Element, y: &Point) -> Influence {
         let mut influence = Influence::zero();
+        self.each_sample(element, y, &mut |sample| self.add(element.nodes, y, sample, &mut influence));
+        influence
+    }
+
+    /// The points of the rule over an element that a point `y` off it needs.
+    #[inline]
+    fn each_sample(&self, element: Element, y: &Point, visit: &mut impl FnMut(&Sample)) {
         let Ready { panel, samples, least, patch } = element.ready;
         match self.nearness.points(patch, y).map(|n| n.max(*least)) {
-            Some(n) if n <= KEPT => {
-                samples[n - 1].iter().for_each(|sample| self.add(element.nodes, y, sample, &mut influence));
-            }
-            _ => self.divide(element, y, (Part::whole(panel.is_triangle()), MOST_DIVISIONS), &mut influence),
+            Some(n) if n <= KEPT => samples[n - 1].iter().for_each(visit),
+            _ => self.divide(element, y, (Part::whole(panel.is_triangle()), MOST_DIVISIONS), visit),
         }
-        influence
+    }
+
+    /// Adds to `sum` what tractions and displacements of the nodes of an element do at a point `y` off it.
+    pub fn add_field(&self, element: Element, y: &Point, nodal: &[NodalState], sum: &mut Somigliana) {
+        self.each_sample(element, y, &mut |sample| {
+            let (mut traction, mut displacement) = (Point::zeros(), Point::zeros());
+            for (node, value) in nodal.iter().zip(&sample.values) {
+                traction += node.traction * *value;
+                displacement += node.displacement * *value;
+            }
+            let layer = DoubleLayer { kernels: self, map: &sample.traction, density: displacement };
+            layer.add(&(sample.at - y), (traction, sample.area), sum);
+        });
     }
 
     /// What an element does at its own node `node`. The block of [`Influence::double`] of that node itself, which has no value, stays
@@ -261,19 +329,18 @@ impl Kernels {
         element: Element,
         y: &Point,
         (part, divisions): (Part, usize),
-        influence: &mut Influence,
+        visit: &mut impl FnMut(&Sample),
     ) {
         let panel = &element.ready.panel;
         let n = self.nearness.points(&part.on(panel), y).map(|n| n.max(element.ready.least));
         if n.is_none() && divisions > 0 {
             for quarter in part.quarters() {
-                self.divide(element, y, (quarter, divisions - 1), influence);
+                self.divide(element, y, (quarter, divisions - 1), visit);
             }
             return;
         }
         for point in part.points(&self.rules[n.unwrap_or(MOST_POINTS) - 1]) {
-            let sample = Sample::new(self, (panel, element.nodes), point);
-            self.add(element.nodes, y, &sample, influence);
+            visit(&Sample::new(self, (panel, element.nodes), point));
         }
     }
 

@@ -1,19 +1,57 @@
 //! Displacement and stress off the surface of a body, from the state of its surface.
+//!
+//! Somigliana's identity u(y) = ∫ U t dS - ∫ T u dS and its derivative, whose kernels grow like 1/r² and 1/r³. Linear fields satisfy it: that
+//! which the surface has at its point next to y is taken off before, so that what is integrated vanishes there, and is added afterwards.
 
 use nalgebra::Matrix3;
 
 use super::elements::BoundaryElements;
-use super::system::SurfaceState;
+use super::influence::{NodalState, Somigliana};
+use super::on_surface::SurfaceField;
+use super::system::{Domain, SurfaceState};
+use crate::bem::PointState;
 use crate::geometry::Point;
-use crate::material::VOIGT;
 
-/// Step of the differences over the distance from the surface.
-const STEP: f64 = 0.06;
+/// Most steps to the next point of an element.
+const STEPS: usize = 30;
 
-/// Weights of central differences of order 6 at 1, 2, 3 steps.
-const DIFFERENCES: [f64; 3] = [0.75, -0.15, 1.0 / 60.0];
+/// Distance over the size of an element below which a point counts as on it.
+const ON_SURFACE: f64 = 1e-6;
+
+/// Cosine from which on a point lies above or below its next point of the surface, and not beside an edge.
+const UPRIGHT: f64 = 0.99;
+
+/// The point of a surface next to another point.
+#[derive(Debug, Clone, Copy)]
+pub struct Foot {
+    /// Its element.
+    pub element: usize,
+    /// Its place in the reference element.
+    pub xi: [f64; 2],
+    /// Where it lies, mm.
+    pub position: Point,
+    /// How far it is, mm.
+    pub distance: f64,
+}
+
+/// What the state of a surface means inside.
+pub struct InsideField<'a> {
+    elements: &'a BoundaryElements,
+    domain: Domain,
+    surface: SurfaceField<'a>,
+    state: &'a SurfaceState,
+    positions: Vec<Point>,
+    normals: Vec<Point>,
+}
 
 impl BoundaryElements {
+    /// What `state` means in the body on the `domain` side of the surface.
+    pub fn inside<'a>(&'a self, state: &'a SurfaceState, domain: Domain) -> InsideField<'a> {
+        let surface = self.on_surface(state);
+        let (positions, normals) = (self.positions(), self.normals());
+        InsideField { elements: self, domain, surface, state, positions, normals }
+    }
+
     /// Displacement at a point off the surface, mm: that of the body inside, zero on the other side.
     ///
     /// # Source
@@ -30,27 +68,122 @@ impl BoundaryElements {
         sum
     }
 
-    /// Stress at a point inside, Voigt 11 22 33 23 13 12, MPa, from differences of the displacement over a part of its `distance` from
-    /// the surface.
-    pub fn stress_at(&self, state: &SurfaceState, y: &Point, distance: f64) -> [f64; 6] {
-        let step = STEP * distance;
-        let mut gradient = Matrix3::zeros();
-        for axis in 0..3 {
-            for (k, weight) in DIFFERENCES.iter().enumerate() {
-                let mut away = Point::zeros();
-                away[axis] = step * (k + 1) as f64;
-                let change =
-                    self.displacement_at(state, &(y + away)) - self.displacement_at(state, &(y - away));
-                gradient.column_mut(axis).axpy(weight / step, &change, 1.0);
+    /// Whether a point lies inside the closed surface, or on it.
+    pub fn holds(&self, y: &Point) -> bool {
+        let foot = self.foot(y);
+        let (_, radius) = self.ball(foot.element);
+        if foot.distance <= ON_SURFACE * radius {
+            return true;
+        }
+        let along = (y - foot.position).dot(&self.panel(foot.element).area(foot.xi).normalize());
+        if along.abs() > UPRIGHT * foot.distance {
+            return along < 0.0;
+        }
+        // Next to an edge: the flux of a force at y through the surface.
+        let flux = (0..self.n_elements()).map(|i| {
+            let influence = self.away(i, y);
+            influence.double.iter().take(self.nodes_of(i).len()).map(|block| block.trace()).sum::<f64>()
+        });
+        flux.sum::<f64>() < -1.5
+    }
+
+    /// The point of the surface next to `y`.
+    pub fn foot(&self, y: &Point) -> Foot {
+        let mut best: Option<Foot> = None;
+        for i in 0..self.n_elements() {
+            let (middle, radius) = self.ball(i);
+            let nearest = (y - middle).norm() - radius;
+            if best.is_none_or(|best| nearest < best.distance) {
+                let found = self.foot_on(i, y);
+                if best.is_none_or(|best| found.distance < best.distance) {
+                    best = Some(found);
+                }
             }
         }
-        stress(self, &gradient)
+        best.expect("a surface has elements")
+    }
+
+    /// A ball around element `i`.
+    fn ball(&self, i: usize) -> (Point, f64) {
+        let nodes = &self.panel(i).nodes;
+        let middle = nodes.iter().sum::<Point>() / nodes.len() as f64;
+        // Curved elements bulge out of their nodes by less than half of that.
+        (middle, 1.5 * nodes.iter().map(|node| (node - middle).norm()).fold(0.0, f64::max))
+    }
+
+    /// The point of element `i` next to `y`, by steps of Gauss and Newton that stay in it.
+    fn foot_on(&self, i: usize, y: &Point) -> Foot {
+        let panel = self.panel(i);
+        let triangle = panel.is_triangle();
+        let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
+        let foot = |xi: [f64; 2]| {
+            let position = panel.position(xi);
+            Foot { element: i, xi, position, distance: (y - position).norm() }
+        };
+        let mut best = foot(xi);
+        for _ in 0..STEPS {
+            let [a, b] = panel.tangents(xi);
+            let away = y - best.position;
+            let (aa, ab, bb, ra, rb) = (a.dot(&a), a.dot(&b), b.dot(&b), a.dot(&away), b.dot(&away));
+            let determinant = aa * bb - ab * ab;
+            let free = [(bb * ra - ab * rb) / determinant, (aa * rb - ab * ra) / determinant];
+            // At the rim one direction remains.
+            let tries = [free, [ra / aa, 0.0], [0.0, rb / bb], slide(&(a - b), &away)];
+            let next = tries.into_iter().flat_map(|step| [1.0, 0.3].map(|share| step.map(|x| share * x)));
+            let next = next.map(|step| foot(clamped([0, 1].map(|c| xi[c] + step[c]), triangle)));
+            let next = next.min_by(|a, b| a.distance.total_cmp(&b.distance)).expect("there are tries");
+            if next.distance >= best.distance * (1.0 - 1e-14) {
+                break;
+            }
+            (xi, best) = (next.xi, next);
+        }
+        best
     }
 }
 
-/// Stress of a gradient of displacement.
-fn stress(elements: &BoundaryElements, gradient: &Matrix3<f64>) -> [f64; 6] {
-    let strain =
-        VOIGT.map(|(i, j)| if i == j { gradient[(i, i)] } else { gradient[(i, j)] + gradient[(j, i)] });
-    (elements.stiffness().voigt() * nalgebra::Vector6::from(strain)).into()
+/// A step along the third side of a triangle.
+fn slide(side: &Point, away: &Point) -> [f64; 2] {
+    let step = side.dot(away) / side.norm_squared().max(f64::MIN_POSITIVE);
+    [step, -step]
+}
+
+/// The nearest place in the reference element, or one near that.
+fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
+    if !triangle {
+        return [u.clamp(-1.0, 1.0), v.clamp(-1.0, 1.0)];
+    }
+    let [u, v] = [u.max(0.0), v.max(0.0)];
+    let beyond = (0.5 * (u + v - 1.0)).max(0.0);
+    let [u, v] = [(u - beyond).clamp(0.0, 1.0), (v - beyond).clamp(0.0, 1.0)];
+    [u.min(1.0 - v), v]
+}
+
+impl InsideField<'_> {
+    /// Displacement and stress at a point inside, or on the surface.
+    pub fn at(&self, y: &Point) -> PointState {
+        let foot = self.elements.foot(y);
+        let stiffness = self.elements.stiffness();
+        let u = self.surface.displacement(foot.element, foot.xi);
+        let gradient = self.surface.gradient(foot.element, foot.xi);
+        let (_, radius) = self.elements.ball(foot.element);
+        if foot.distance <= ON_SURFACE * radius {
+            return PointState { displacement: u, stress: stiffness.stress(&gradient) };
+        }
+        let stress = stiffness.stress(&gradient);
+        let linear = |x: &Point| u + gradient * (x - foot.position);
+        let mut sum = Somigliana { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+        if self.domain == Domain::Inside {
+            sum = Somigliana { displacement: linear(y), gradient };
+        }
+        let mut nodal = Vec::with_capacity(super::interpolation::MOST_NODES);
+        for i in 0..self.elements.n_elements() {
+            nodal.clear();
+            nodal.extend(self.elements.nodes_of(i).map(|node| NodalState {
+                displacement: Point::from(self.state.displacement[node]) - linear(&self.positions[node]),
+                traction: Point::from(self.state.traction[node]) - stress * self.normals[node],
+            }));
+            self.elements.add_field(i, y, &nodal, &mut sum);
+        }
+        PointState { displacement: sum.displacement, stress: stiffness.stress(&sum.gradient) }
+    }
 }

@@ -95,6 +95,17 @@ impl ElementNodes {
         }
         values
     }
+
+    /// Their derivatives along the reference element's directions.
+    pub fn gradients(&self, xi: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
+        let n = self.places.len();
+        let slopes = slopes(n, self.triangle, xi);
+        let mut gradients = [[0.0; 2]; MOST_NODES];
+        for (node, gradient) in gradients.iter_mut().enumerate().take(n) {
+            *gradient = [0, 1].map(|d| (0..n).map(|k| self.coefficients[(node, k)] * slopes[k][d]).sum());
+        }
+        gradients
+    }
 }
 
 fn monomials(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [f64; MOST_NODES] {
@@ -107,6 +118,23 @@ fn monomials(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [f64; MOST_NODES] {
         *value = u.powi((k / side) as i32) * v.powi((k % side) as i32);
     }
     values
+}
+
+/// Derivatives of the monomials.
+fn slopes(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
+    let mut slopes = [[0.0; 2]; MOST_NODES];
+    if triangle {
+        let all = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [2.0 * u, 0.0], [v, u], [0.0, 2.0 * v]];
+        slopes[..6].copy_from_slice(&all);
+        return slopes;
+    }
+    let side = if n == 9 { 3 } else { n.min(2) };
+    let slope = |x: f64, power: usize| if power == 0 { 0.0 } else { power as f64 * x.powi(power as i32 - 1) };
+    for (k, both) in slopes.iter_mut().enumerate().take(n) {
+        let (a, b) = (k / side, k % side);
+        *both = [slope(u, a) * v.powi(b as i32), u.powi(a as i32) * slope(v, b)];
+    }
+    slopes
 }
 
 fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
@@ -126,7 +154,7 @@ fn on_triangle(interpolation: Interpolation) -> Vec<RulePoint<2>> {
 mod tests {
     use super::*;
 
-    /// Truth: polynomials of the degree of the interpolation are reproduced, and the products of two of them integrated: on [-1, 1]²
+    /// Truth: polynomials of the degree of the interpolation are reproduced with their derivatives, and the products of two of them integrated: on [-1, 1]²
     /// ∫ u^a v^b = 4 / ((a + 1) (b + 1)) for even a and b, on the triangle a! b! / (a + b + 2)!.
     #[test]
     fn polynomials_are_reproduced() {
@@ -143,6 +171,13 @@ mod tests {
                         let sum: f64 =
                             nodes.places().iter().zip(values).map(|(x, value)| f(*x) * value).sum();
                         assert!((sum - f(xi)).abs() < 1e-12, "{interpolation:?} {xi:?}");
+                        let slope = |x: f64, n: i32| if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
+                        let exact = [slope(xi[0], a) * xi[1].powi(b), xi[0].powi(a) * slope(xi[1], b)];
+                        for (d, exact) in exact.into_iter().enumerate() {
+                            let parts = nodes.places().iter().zip(nodes.gradients(xi));
+                            let sum: f64 = parts.map(|(x, gradient)| f(*x) * gradient[d]).sum();
+                            assert!((sum - exact).abs() < 1e-11, "{interpolation:?} {xi:?} {d}");
+                        }
                     }
                     let found: f64 =
                         nodes.places().iter().zip(nodes.weights()).map(|(x, w)| f(*x).powi(2) * w).sum();

@@ -11,7 +11,7 @@ mod elements;
 mod influence;
 mod inside;
 mod interpolation;
-mod nearness;
+mod on_surface;
 mod panel;
 mod plane;
 mod system;
@@ -19,7 +19,9 @@ mod weight;
 
 pub use elements::BoundaryElements;
 pub use influence::Influence;
+pub use inside::{Foot, InsideField};
 pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
+pub use on_surface::SurfaceField;
 pub use panel::Panel;
 pub use plane::PlaneResponse;
 pub use system::{Domain, Problem, Solution, SurfaceState};

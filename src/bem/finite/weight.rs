@@ -19,16 +19,21 @@ pub struct Weight {
     stress: Matrix3<f64>,
 }
 
+/// T_ik = C_ijkl n_j n_l.
+pub(super) fn acoustic(stiffness: &Stiffness, n: &Point) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, k| {
+        let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
+        pairs.map(|(j, l)| stiffness.component(i, j, k, l) * n[j] * n[l]).sum()
+    })
+}
+
 impl Weight {
     /// Of the force per volume `force` (N/mm³), about the point `origin`.
     pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
         // The square of a very large or small force is none.
         let direction =
             (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
-        let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
-            let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
-            pairs.map(|(j, l)| stiffness.component(i, j, k, l) * direction[j] * direction[l]).sum()
-        });
+        let acoustic = acoustic(stiffness, &direction);
         let size = acoustic.amax();
         let inverse = Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite");
         let curvature = inverse * force / size;
@@ -46,6 +51,11 @@ impl Weight {
     /// u_p, mm.
     pub fn displacement(&self, x: &Point) -> Point {
         -0.5 * self.height(x).powi(2) * self.curvature
+    }
+
+    /// Gradient of u_p: rows the components, columns the directions.
+    pub fn gradient(&self, x: &Point) -> Matrix3<f64> {
+        -self.height(x) * self.curvature * self.direction.transpose()
     }
 
     /// σ_p, MPa.

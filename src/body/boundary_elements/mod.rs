@@ -7,16 +7,18 @@
 
 mod smooth;
 mod spec;
+mod stress;
 
 use std::sync::Arc;
 
 use faer::Par;
+use nalgebra::Matrix3;
 
 use self::smooth::Smooth;
 use self::spec::{Known, map, refuse_crossing, refuse_held};
 use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
-use super::{BodyEquations, BodyField, ElasticBody};
+use super::{BodyEquations, BodyField, ElasticBody, Estimate, PointState, StressField};
 use crate::bem::finite::{BoundaryElements, Domain, Interpolation, Problem, Solution, SurfaceState, Weight};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
@@ -26,6 +28,7 @@ use crate::geometry::Point;
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::Flexibility;
+use crate::material::strength::Limit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
@@ -50,6 +53,8 @@ pub struct BeBody {
     asymmetry: f64,
     kernel_error: f64,
     note: Option<String>,
+    /// What its material bears, and the axes of that.
+    limit: Option<(Limit, Matrix3<f64>)>,
 }
 
 impl BeBody {
@@ -121,12 +126,18 @@ impl BeBody {
             asymmetry,
             kernel_error,
             note,
+            limit: None,
             elements,
         };
         let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
         body.free_gap = (!at_rest).then(|| body.own_gap());
         body.floating = free.map(|free| body.floating_by(&free, &known, frame));
         Ok(body)
+    }
+
+    /// With what its material bears, if that is known, and the material's axes (columns, global).
+    pub fn with_limit(self, limit: Option<(Limit, Matrix3<f64>)>) -> Self {
+        Self { limit, ..self }
     }
 
     /// Gap change of displacements of the nodes.
@@ -210,6 +221,16 @@ impl BeBody {
         self.solution.bytes() + 9 * 4 * self.areas.len().pow(2)
     }
 
+    /// Tractions of the nodes under the frame by those of the cells, which act on body 2, `[3 n_loaded]`, MPa.
+    fn nodal_tractions(&self, tractions: &[f64]) -> Vec<f64> {
+        let mut nodal = vec![0.0; 3 * self.areas.len()];
+        self.map.apply_transpose(tractions, &mut nodal);
+        for (dof, force) in nodal.iter_mut().enumerate() {
+            *force *= self.side.gap_sign() / self.areas[dof / 3];
+        }
+        nodal
+    }
+
     /// Displacement of the points of the mesh by a state without the weight's share: means over the elements around.
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
@@ -287,12 +308,26 @@ impl ElasticBody for BeBody {
 
     /// Displacement at the points of the surface mesh.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let mut forces = vec![0.0; 3 * self.areas.len()];
-        self.map.apply_transpose(tractions, &mut forces);
-        for (dof, force) in forces.iter_mut().enumerate() {
-            *force *= self.side.gap_sign() / self.areas[dof / 3];
-        }
-        let state = self.solution.state(1.0, &forces);
+        let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
         Ok(BodyField { displacement: self.at_points(&state), stress: None })
+    }
+
+    /// Stress on the surface.
+    fn recover_stress(
+        &self,
+        tractions: &[f64],
+        _displacement: &[[f64; 3]],
+        _estimate: Estimate,
+    ) -> Result<Option<StressField>> {
+        Ok(Some(self.surface_stress(tractions)))
+    }
+
+    fn inside(
+        &self,
+        _frame: &ContactFrame,
+        tractions: &[f64],
+        points: &[Point],
+    ) -> Result<Option<Vec<PointState>>> {
+        self.inside_points(tractions, points).map(Some)
     }
 }

@@ -3,12 +3,15 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::bem::finite::{BoundaryElements, Interpolation, Panel, Problem, Weight};
 use crate::bem::full_space::FullSpaceField;
 use crate::error::{Context, Error, Result};
 use crate::fem::{FreeMotions, Support};
 use crate::frame::{ContactFrame, FaceMap, Side};
 use crate::geometry::{Point, place};
+use crate::interrupt;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
@@ -20,6 +23,9 @@ const ACCURACY: f64 = 1e-6;
 
 /// Share of a function in the mean over a cell that is rounding.
 const NO_PART: f64 = 1e-9;
+
+/// Points looked at between two looks at whether to stop.
+const BATCH: usize = 1024;
 
 /// Names of the displacement components.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -184,10 +190,10 @@ impl BeSpec {
         outer_faces(&self.mesh).iter().map(of_face).sum()
     }
 
-    /// How it lies under a frame, after all that [`BeBody::new`] checks before it integrates anything.
+    /// How it lies under a frame, after all that [`BeBody::new`](super::BeBody::new) checks before it integrates anything.
     ///
     /// # Errors
-    /// As [`BeBody::new`], memory excepted.
+    /// As [`BeBody::new`](super::BeBody::new), memory excepted.
     pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<UnderFrame> {
         let faces = self.faces(contact)?;
         refuse_crossing(&self.mesh, &faces, contact)?;
@@ -207,6 +213,22 @@ impl BeSpec {
         };
         let aligned = (0..map.n_cells()).all(of_cell);
         Ok(UnderFrame { n_nodes: map.nodes().len(), aligned, thin: elements.thinnest() })
+    }
+
+    /// The first of some points that lies outside of the body.
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub fn outside(&self, points: &[Point]) -> Result<Option<usize>> {
+        let (elements, ..) = self.plain()?.elements(None)?;
+        for (batch, points) in points.chunks(BATCH).enumerate() {
+            interrupt::check()?;
+            let found = points.par_iter().position_first(|x| !elements.holds(x));
+            if let Some(first) = found {
+                return Ok(Some(batch * BATCH + first));
+            }
+        }
+        Ok(None)
     }
 
     /// The same of a material that needs no table.

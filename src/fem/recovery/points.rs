@@ -1,9 +1,16 @@
 //! The points at which stress is recovered: the nodes, doubled where two materials meet.
 
-use crate::fem::assembly::Elements;
-use crate::mesh::faces::SolidFace;
+use nalgebra::Vector3;
 
-/// The nodes of the solids, once for each material that meets there, so that stress may jump across the border.
+use crate::fem::assembly::Elements;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SolidFace, SurfaceFace};
+
+/// Cosine of the largest angle between faces over which stress goes on: 30 degrees.
+const SMOOTH: f64 = 0.866;
+
+/// The nodes of the solids, once for each material that meets there, so that stress may jump across the border; of a body that is known by
+/// its surface the nodes of that, once for each smooth part that meets there, the faces being its cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
     /// Mesh node of each point, ascending, `[n_points]`.
@@ -31,6 +38,39 @@ impl RecoveryPoints {
         &self.cell_points[self.offsets[cell]..self.offsets[cell + 1]]
     }
 
+    /// The nodes of the outer `faces` of a body, once for each smooth part of the surface that meets there.
+    pub(crate) fn on_surface(mesh: &Mesh, faces: &[SurfaceFace]) -> Self {
+        let mut at_nodes: Vec<Vec<(usize, Vector3<f64>)>> = vec![Vec::new(); mesh.n_points()];
+        let mut offsets = vec![0];
+        for face in faces {
+            let first = offsets[offsets.len() - 1];
+            for (k, &node) in face.nodes.iter().enumerate() {
+                at_nodes[node].push((first + k, normal_at(mesh, face, k)));
+            }
+            offsets.push(first + face.nodes.len());
+        }
+        let (mut node, mut cell_points) = (Vec::new(), vec![0; offsets[faces.len()]]);
+        for (i, around) in at_nodes.iter().enumerate() {
+            let mut parent: Vec<usize> = (0..around.len()).collect();
+            for (a, b) in (0..around.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+                if around[a].1.dot(&around[b].1) > SMOOTH {
+                    let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+                    parent[a.max(b)] = a.min(b);
+                }
+            }
+            let mut point = vec![0; around.len()];
+            for a in 0..around.len() {
+                let first = root(&mut parent, a);
+                if first == a {
+                    point[a] = node.len();
+                    node.push(i);
+                }
+                cell_points[around[a].0] = point[first];
+            }
+        }
+        Self { node, cell_points, offsets }
+    }
+
     pub(super) fn new(elements: Elements, class: &[usize]) -> Self {
         let cells = || elements.regions.cells.iter().map(|&cell| elements.mesh.cell_nodes(cell));
         let mut pairs: Vec<(usize, usize)> =
@@ -48,6 +88,15 @@ impl RecoveryPoints {
         }
         Self { node: pairs.into_iter().map(|(node, _)| node).collect(), cell_points, offsets }
     }
+}
+
+/// Unit normal of a face at its node `k`; zero where it has none.
+fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
+    let gradients = face.kind.face_gradients(face.kind.face_places()[k]);
+    let tangent = |axis: usize| -> Vector3<f64> {
+        face.nodes.iter().zip(&gradients).map(|(&node, g)| Vector3::from(mesh.points[node]) * g[axis]).sum()
+    };
+    tangent(0).cross(&tangent(1)).try_normalize(0.0).unwrap_or_default()
 }
 
 /// Which elements stress is smooth over: those joined through faces between elements whose material goes on

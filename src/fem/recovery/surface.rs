@@ -64,6 +64,20 @@ impl ContactPoint {
     }
 }
 
+/// What a face says at one of its nodes.
+pub(crate) struct FaceSample<'a> {
+    /// Its area vector there.
+    pub area: Vector3<f64>,
+    /// By which it counts at the point.
+    pub weight: f64,
+    /// Surface gradient of the displacement.
+    pub gradient: Matrix3<f64>,
+    /// MPa.
+    pub stiffness: &'a Matrix6<f64>,
+    /// Traction of the body's own loads, MPa.
+    pub load: Vector3<f64>,
+}
+
 /// What the faces at a point say.
 #[derive(Clone, Default)]
 struct Sum {
@@ -74,6 +88,32 @@ struct Sum {
     gradient: Matrix3<f64>,
     stiffness: Matrix6<f64>,
     load: Vector3<f64>,
+}
+
+/// Sums over the faces at each point.
+pub(crate) struct FaceSums(Vec<Sum>);
+
+impl FaceSums {
+    /// Of no faces.
+    pub fn new(n_points: usize) -> Self {
+        Self(vec![Sum::default(); n_points])
+    }
+
+    /// Adds what a face says at a point.
+    pub fn add(&mut self, point: usize, sample: &FaceSample) {
+        let sum = &mut self.0[point];
+        sum.area += sample.area;
+        sum.weight += sample.weight;
+        sum.gradient += sample.gradient * sample.weight;
+        sum.stiffness += sample.stiffness * sample.weight;
+        sum.load += sample.load * sample.weight;
+    }
+
+    /// The points that faces were added at, ascending.
+    pub fn points(&self) -> Vec<ContactPoint> {
+        let found = self.0.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
+        found.filter_map(|(point, sum)| sum.point(point)).collect()
+    }
 }
 
 /// The points of the contact `faces` with the strain of a displacement of all mesh nodes, ascending.
@@ -87,7 +127,7 @@ pub(crate) fn contact_points(
     u: &[[f64; 3]],
 ) -> Vec<ContactPoint> {
     let mesh = model.mesh();
-    let mut sums = vec![Sum::default(); points.n_points()];
+    let mut sums = FaceSums::new(points.n_points());
     let mut loads: HashMap<(CellRef, usize), Vec<FaceLoad>> = HashMap::new();
     for loaded in model.loaded_faces() {
         loads.entry((loaded.owner, loaded.local_face)).or_default().push(loaded.load);
@@ -100,19 +140,15 @@ pub(crate) fn contact_points(
         let at_nodes = face_gradients(mesh, face, u);
         let area: f64 = at_nodes.iter().map(|(area, _)| area.norm()).sum::<f64>() / at_nodes.len() as f64;
         for ((area_vector, gradient), &node) in at_nodes.into_iter().zip(local) {
-            let sum = &mut sums[points.of_cell(owner)[node]];
-            let weight = 1.0 / area;
-            sum.area += area_vector;
-            sum.weight += weight;
-            sum.gradient += gradient * weight;
-            sum.stiffness += stiffness * weight;
             let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
             let normal = area_vector.try_normalize(0.0).unwrap_or_default();
-            loads.iter().for_each(|load| sum.load += load.traction(&normal, &displacement) * weight);
+            let load = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
+            let sample =
+                FaceSample { area: area_vector, weight: 1.0 / area, gradient, stiffness: &stiffness, load };
+            sums.add(points.of_cell(owner)[node], &sample);
         }
     }
-    let found = sums.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
-    found.filter_map(|(point, sum)| sum.point(point)).collect()
+    sums.points()
 }
 
 impl Sum {

@@ -117,13 +117,51 @@ pub enum Coupling {
 pub struct Output {
     /// Kinds of fields; [] writes none.
     pub fields: Vec<FieldKind>,
+    /// Lines and rectangles of points inside half-spaces and bodies of boundary elements, whose displacement and stress is written.
+    pub inside: Vec<Inside>,
     /// How often a checkpoint is written, from which --resume goes on.
     pub checkpoint: Interval,
 }
 
+/// Points inside a body, evenly spread on a line or over a rectangle.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Inside {
+    /// Its name, which its files have too: letters, digits, "-", "_".
+    pub name: String,
+    /// 1 or 2.
+    #[schemars(range(min = 1, max = 2))]
+    pub body: usize,
+    /// First point, global x, y, z.
+    pub from: [f64; 3],
+    /// End of the line, or of the first side of a rectangle.
+    pub to: [f64; 3],
+    /// Third corner of a rectangle: the end of its side across, which starts at `from` too.
+    #[schemars(with = "[f64; 3]")]
+    #[serde(default)]
+    pub across: Option<[f64; 3]>,
+    /// Number of points of a line; of a rectangle [along, across].
+    pub points: Points,
+}
+
+/// Numbers of points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "points are a whole number, of a rectangle two")]
+#[schemars(inline)]
+pub enum Points {
+    /// On a line.
+    Line(usize),
+    /// Along a rectangle and across it.
+    Rectangle([usize; 2]),
+}
+
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: vec![FieldKind::Vtu, FieldKind::Svg], checkpoint: Interval::default() }
+        Self {
+            fields: vec![FieldKind::Vtu, FieldKind::Svg],
+            inside: Vec::new(),
+            checkpoint: Interval::default(),
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod compare;
 mod cycles;
 mod contradictions;
 mod frame;
+mod inside;
 mod laws;
 mod load_points;
 mod materials;
@@ -120,6 +121,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
     let compare = compare::resolve(r, &bodies);
+    let inside = inside::resolve(r, output.as_ref(), &bodies, frame.as_ref());
     let [body1, body2] = bodies;
     let laws = laws?;
     Some(Plan {
@@ -139,6 +141,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         memory: memory?,
         output: output?,
         compare: compare?,
+        inside,
         cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use orthowear::bem::finite::Interpolation::{self, Constant, Linear};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BeBody, BeSpec, ElasticBody, HalfSpaceBody};
+use orthowear::body::{BeBody, BeSpec, ElasticBody, Estimate, HalfSpaceBody};
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::Support;
 use orthowear::frame::{ContactFrame, Side};
+use orthowear::geometry::Point;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
@@ -19,7 +20,12 @@ use crate::fem_bodies::clamp;
 use crate::fem_meshes::block;
 use crate::hybrid::blocks;
 
-fn spec(mesh: &Mesh, stiffness: &Stiffness, interpolation: Interpolation, supports: Vec<Support>) -> BeSpec {
+pub(super) fn spec(
+    mesh: &Mesh,
+    stiffness: &Stiffness,
+    interpolation: Interpolation,
+    supports: Vec<Support>,
+) -> BeSpec {
     BeSpec {
         name: "body1".into(),
         mesh: Arc::new(skin(mesh)),
@@ -32,7 +38,7 @@ fn spec(mesh: &Mesh, stiffness: &Stiffness, interpolation: Interpolation, suppor
     }
 }
 
-fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
+pub(super) fn body(spec: &BeSpec, contact: &str, side: Side, frame: &ContactFrame) -> BeBody {
     BeBody::new(spec, (contact, side), frame, (None, &MemoryLimit::of_machine())).unwrap()
 }
 
@@ -57,7 +63,7 @@ fn work(tractions: &[f64], gap: &[f64]) -> f64 {
     tractions.iter().zip(gap).map(|(p, g)| p * g).sum()
 }
 
-fn held(group: &str, component: usize) -> Support {
+pub(super) fn held(group: &str, component: usize) -> Support {
     let components = std::array::from_fn(|c| c == component);
     Support { group: group.into(), components, value: [0.0; 3], gradient: [[0.0; 3]; 3] }
 }
@@ -90,6 +96,27 @@ fn column_between_smooth_walls() {
         let z = x[2] + height;
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
         assert!((u[2] - exact).abs() < 1e-4 * sinks.abs(), "{x:?} {u:?} {exact}");
+    }
+    // σ_z = -(p + b depth), and σ_x = σ_y by the sides that do not move; at the points of the surface, as in its field files, and inside.
+    let ratio = steel().component(0, 0, 2, 2) / modulus;
+    let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
+    let tractions = vec![0.0; 3 * n];
+    let stress = body.recover_stress(&tractions, &field.displacement, Estimate::Skipped).unwrap().unwrap();
+    for (&node, found) in stress.points.node.iter().zip(&stress.stress) {
+        let wanted = wanted(spec.mesh.points[node][2]);
+        assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
+    }
+    assert!(stress.contact.len() == 16, "{}", stress.contact.len());
+    for contact in &stress.contact {
+        let (found, wanted) = (contact.stress(&[0.0; 3]), wanted(0.0));
+        assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
+    }
+    let points = [[0.5, 0.5, -1.0], [0.3, 0.9, -0.01], [0.3, 0.2, 0.0]].map(Point::from);
+    for (x, found) in points.iter().zip(body.inside(&frame, &tractions, &points).unwrap().unwrap()) {
+        let (z, stress, wanted) = (x.z + height, found.voigt(), wanted(x.z));
+        assert!((0..6).all(|c| (stress[c] - wanted[c]).abs() < 1e-4 * pressure), "{stress:?} {wanted:?}");
+        let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;
+        assert!((found.displacement.z - exact).abs() < 1e-4 * sinks.abs(), "{x} {}", found.displacement);
     }
 }
 
@@ -131,6 +158,23 @@ fn the_block_of_finite_elements() {
     assert!(difference < 5e-3 && asymmetry < fine.1, "{difference} {asymmetry}");
 }
 
+/// A block of half-width and height `size` from z = 0 on along `up`, four elements on each side of the square of half-width 1 in its middle, from
+/// there on growing ones.
+pub(super) fn graded(size: f64, up: f64) -> Mesh {
+    let grown = |t: f64, n: f64| {
+        let ratio = (size - 1.0).powf(1.0 / n) + 0.6;
+        (size - 1.0) * (ratio.powf(t * n) - 1.0) / (ratio.powf(n) - 1.0)
+    };
+    let across = |x: f64| {
+        let k = (12.0 * x - 6.0).abs();
+        (x - 0.5).signum() * if k <= 2.0 { 0.5 * k } else { 1.0 + grown((k - 2.0) / 4.0, 4.0) }
+    };
+    block(Hex8, [12, 12, 6], [1.0; 3], |[x, y, z]| {
+        let depth = if up > 0.0 { z } else { 1.0 - z };
+        [across(x), across(y), up * (grown(depth, 6.0) * size / (size - 1.0))]
+    })
+}
+
 /// Truth: bodies that are large beside their contact are half-spaces: what they lack falls as 1 over their size, here doubled twice.
 #[test]
 fn large_bodies_become_half_spaces() {
@@ -143,21 +187,7 @@ fn large_bodies_become_half_spaces() {
     let [one, other] = &mut half_spaces;
     let infinite = work(&tractions, &gap([one, other], &frame, &tractions));
     let lacks = |size: f64| {
-        // Four cells under the frame along each side, from there on growing ones.
-        let grown = |t: f64, n: f64| {
-            let ratio = (size - 1.0).powf(1.0 / n) + 0.6;
-            (size - 1.0) * (ratio.powf(t * n) - 1.0) / (ratio.powf(n) - 1.0)
-        };
-        let across = |x: f64| {
-            let k = (12.0 * x - 6.0).abs();
-            (x - 0.5).signum() * if k <= 2.0 { 0.5 * k } else { 1.0 + grown((k - 2.0) / 4.0, 4.0) }
-        };
-        let mesh = |up: f64| {
-            block(Hex8, [12, 12, 6], [1.0; 3], |[x, y, z]| {
-                let depth = if up > 0.0 { z } else { 1.0 - z };
-                [across(x), across(y), up * (grown(depth, 6.0) * size / (size - 1.0))]
-            })
-        };
+        let mesh = |up: f64| graded(size, up);
         let lower = spec(&mesh(-1.0), &stiffness, Constant, vec![clamp("z0")]);
         let upper = spec(&mesh(1.0), &stiffness, Constant, vec![clamp("z1")]);
         let mut lower = body(&lower, "z1", Side::Lower, &frame);

@@ -1,0 +1,137 @@
+//! `[[output.inside]]`: points inside bodies.
+
+use super::Resolver;
+use crate::geometry::{Point, Side};
+use crate::results::inside::InsideRequest;
+use crate::scene::keys::solver::{Inside, Output, Points};
+use crate::scene::plan::{BodySpec, FrameSpec};
+
+/// Most points of a request.
+const MOST: usize = 200_000;
+
+/// Sine of the angle between the sides of a rectangle below which it is none.
+const FLAT: f64 = 1e-9;
+
+/// The requests of the output, with mistakes reported.
+pub(super) fn resolve(
+    r: &mut Resolver,
+    output: Option<&Output>,
+    bodies: &[Option<BodySpec>; 2],
+    frame: Option<&FrameSpec>,
+) -> Vec<InsideRequest> {
+    let mut found: Vec<InsideRequest> = Vec::new();
+    for (i, inside) in output.map_or(&[][..], |output| &output.inside).iter().enumerate() {
+        let key = format!("output.inside.{i}");
+        check_name(r, &key, &inside.name, &found);
+        // Another number is a mistake that the schema tells of.
+        let index = usize::from(inside.body != 1);
+        if let (Some(body), 1 | 2) = (&bodies[index], inside.body) {
+            check_body(r, &key, inside.body, body, frame);
+        }
+        let Some(counts) = counts(r, &key, inside) else { continue };
+        found.push(InsideRequest {
+            name: inside.name.clone(),
+            side: [Side::Lower, Side::Upper][index],
+            from: inside.from.into(),
+            to: inside.to.into(),
+            across: inside.across.map(Point::from),
+            counts,
+        });
+    }
+    found
+}
+
+fn check_name(r: &mut Resolver, key: &str, name: &str, before: &[InsideRequest]) {
+    let key = format!("{key}.name");
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.is_empty() || !name.chars().all(fits) {
+        let mend = "letters a to z, digits, \"-\" and \"_\", for the files are named by it";
+        return r.wrong(
+            &key,
+            format!("`name` is \"{name}\", which no file can be named by"),
+            "this name",
+            mend,
+        );
+    }
+    if before.iter().any(|other| other.name.eq_ignore_ascii_case(name)) {
+        let message = format!("`name` is \"{name}\", as of an element of output.inside before it");
+        r.wrong(
+            &key,
+            message,
+            "the same name",
+            "give each its own name, small and capital letters being the same",
+        );
+    }
+}
+
+fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodySpec, frame: Option<&FrameSpec>) {
+    let key = format!("{key}.body");
+    let (message, mend) = match body {
+        BodySpec::Be(_) => return,
+        BodySpec::HalfSpace(_) => match frame {
+            Some(FrameSpec::Grid { periodic, .. }) if *periodic != [false; 2] => (
+                format!("`body` is {number}, a half-space under a frame that repeats itself"),
+                "leave out output.inside, or frame.periodic".to_owned(),
+            ),
+            _ => return,
+        },
+        BodySpec::Fe(_) => (
+            format!("`body` is {number}, a body of finite elements"),
+            format!(
+                "write its volume with output.fields = [\"volume\"]: body{number}_volume_0001.vtu has displacement and stress, and \
+                 ParaView's filter \"Plot Over Line\" takes a line from it"
+            ),
+        ),
+        BodySpec::Truncated(_) => (
+            format!("`body` is {number}, a half-space with a meshed surface"),
+            format!("leave out body{number}.truncated: the exact half-space has points inside"),
+        ),
+        BodySpec::Rigid => {
+            (format!("`body` is {number}, which is rigid"), "name a body that deforms".to_owned())
+        }
+    };
+    r.wrong(&key, message, "this body", mend);
+}
+
+/// Numbers of points along and across, 1 across a line; `None` if something is wrong.
+fn counts(r: &mut Resolver, key: &str, inside: &Inside) -> Option<[usize; 2]> {
+    let before = r.mistakes.len();
+    let along = Point::from(inside.to) - Point::from(inside.from);
+    if along == Point::zeros() {
+        r.wrong(
+            &format!("{key}.to"),
+            "`to` is the same point as `from`",
+            "the same point",
+            "give the other end",
+        );
+    }
+    let counts = match (inside.points, inside.across) {
+        (Points::Line(n), None) => [n, 1],
+        (Points::Rectangle(counts), Some(across)) => {
+            let across = Point::from(across) - Point::from(inside.from);
+            if along.cross(&across).norm() <= FLAT * along.norm() * across.norm() {
+                let message = "`across` lies on the line through `from` and `to`";
+                r.wrong(&format!("{key}.across"), message, "no rectangle", "give a corner beside that line");
+            }
+            counts
+        }
+        (Points::Line(_), Some(_)) => {
+            let message = "`points` is one number, but a rectangle needs two";
+            let mend = "points = [along, across], or leave out `across` for a line";
+            r.wrong(&format!("{key}.points"), message, "one number", mend);
+            return None;
+        }
+        (Points::Rectangle(_), None) => {
+            let message = "`points` are two numbers, but there is no `across`";
+            let mend = "give the third corner, `across`, or one number of points for a line";
+            r.wrong(&format!("{key}.points"), message, "two numbers", mend);
+            return None;
+        }
+    };
+    let least = if inside.across.is_some() { counts[0].min(counts[1]) } else { counts[0] };
+    if least < 2 || counts[0].saturating_mul(counts[1]) > MOST {
+        let message = format!("`points` must be at least 2 along each side, and at most {MOST} together");
+        r.wrong(&format!("{key}.points"), message, "too few or too many", "give another number of points");
+    }
+    (r.mistakes.len() == before).then_some(counts)
+}

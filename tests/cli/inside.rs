@@ -1,0 +1,184 @@
+//! Points inside bodies as a user meets them: their files, and what is refused.
+
+use std::fs;
+
+use crate::bad_input::{SOUND, check};
+use crate::moved::layer;
+use crate::near_field::{call, run};
+
+const LINE: &str = "\n[[output.inside]]\nname = \"axis\"\nbody = 1\nfrom = [0.0, 0.0, 0.0]\nto = [0.0, 0.0, -0.6]\npoints = 11\n";
+
+const CUT: &str = "\n[[output.inside]]\nname = \"cut\"\nbody = 2\nfrom = [-0.4, 0.0, 0.05]\nto = [0.4, 0.0, 0.05]\n\
+                   across = [-0.4, 0.0, 0.6]\npoints = [9, 5]\n";
+
+/// What is replaced by what in the sound scene with [`LINE`] and [`CUT`], and words of the message.
+const WRONG: &[(&str, &str, &[&str])] = &[
+    ("body = 1", "body = 3", &["output.inside.0.body", "at most 2"]),
+    ("name = \"cut\"", "name = \"Axis\"", &["output.inside.1.name", "before it"]),
+    ("name = \"axis\"", "name = \"a/b\"", &["output.inside.0.name", "no file can be named by"]),
+    ("name = \"axis\"", "name = \"\"", &["output.inside.0.name"]),
+    ("to = [0.0, 0.0, -0.6]", "to = [0.0, 0.0, 0.6]", &["output.inside.0.to", "outside of body 1", "below"]),
+    ("from = [-0.4, 0.0, 0.05]", "from = [-0.4, 0.0, -0.05]", &["output.inside.1.from", "outside of body 2"]),
+    ("to = [0.0, 0.0, -0.6]", "to = [0.0, 0.0, 0.0]", &["output.inside.0.to", "same point"]),
+    ("points = 11", "points = 1", &["output.inside.0.points", "at least 2"]),
+    ("points = 11", "points = [11, 2]", &["output.inside.0.points", "there is no `across`"]),
+    ("points = [9, 5]", "points = 9", &["output.inside.1.points", "needs two"]),
+    ("points = 11", "points = \"many\"", &["output.inside.0.points"]),
+    (
+        "across = [-0.4, 0.0, 0.6]",
+        "across = [0.9, 0.0, 0.05]",
+        &["output.inside.1.across", "lies on the line"],
+    ),
+    ("points = 11", "points = 11\ndepth = 1.0", &["output.inside.0.depth"]),
+    (
+        "cells = [16, 16]",
+        "cells = [16, 16]\nperiodic = [true, true]",
+        &["output.inside.0.body", "repeats itself"],
+    ),
+];
+
+/// Truth: docs/scene.md: what is refused, with the key that is wrong.
+#[test]
+fn what_is_refused() {
+    let sound = format!("{SOUND}{LINE}{CUT}");
+    let (code, text) = check(&sound, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    for (from, to, words) in WRONG {
+        assert!(sound.contains(from), "`{from}` is not in the scene");
+        let (code, text) = check(&sound.replacen(from, to, 1), &[]);
+        assert_eq!(code, Some(2), "{to}: {text}");
+        assert!(words.iter().all(|word| text.contains(word)), "{to}: {words:?} in\n{text}");
+    }
+    let rigid = sound.replace("kind = \"half-space\"\nmaterial = \"steel\"", "kind = \"rigid\"");
+    let (code, text) = check(&rigid, &[]);
+    assert!(code == Some(2) && text.contains("output.inside.1.body") && text.contains("rigid"), "{text}");
+}
+
+fn columns(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let header = text.lines().next().unwrap().split(',').map(str::to_owned).collect();
+    let rows = text.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect());
+    (header, rows.collect())
+}
+
+/// Truth: Hertz (Johnson 3.45): on the axis of a circular contact σ_z = -p0 / (1 + z²/a²) with the radius and the peak of the sphere's contact, to
+/// 2 % at 10 cells a radius; a file for each entry, of rectangles a grid too; in body 2 above the same as below.
+#[test]
+fn files_of_a_half_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!("{HERTZ}{LINE}{CUT}").replace("from = [0.0, 0.0, 0.0]", "from = [0.0, 0.0, -0.05]");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let summary = run(folder.path(), &[]);
+    let out = folder.path().join("scene.out");
+    for name in ["inside-axis_0001.csv", "inside-cut_0001.csv", "inside-cut_0001.vtu", "inside-cut.pvd"] {
+        assert!(out.join(name).is_file() && summary["files"].to_string().contains(name), "{name}");
+    }
+    let (header, rows) = columns(&fs::read_to_string(out.join("inside-axis_0001.csv")).unwrap());
+    let at = |name: &str| header.iter().position(|column| column == name).unwrap();
+    assert_eq!(rows.len(), 11);
+    // Two equal bodies: E* = E / (2 (1 - ν²)).
+    let modulus: f64 = 210e3 / (2.0 * 0.91);
+    let a = f64::cbrt(0.75 * 1000.0 * 10.0 / modulus);
+    let p0 = 1.5 * 1000.0 / (std::f64::consts::PI * a * a);
+    for row in &rows {
+        let exact = -p0 / (1.0 + (row[at("z")] / a).powi(2));
+        let found = row[at("stress_zz")];
+        assert!((found - exact).abs() < 0.02 * p0, "{found} {exact}");
+        let (one, three) = (row[at("principal_1")], row[at("principal_3")]);
+        assert!((row[at("largest_shear")] - 0.5 * (one - three)).abs() < 1e-9 * p0);
+    }
+    let (above, cut) = columns(&fs::read_to_string(out.join("inside-cut_0001.csv")).unwrap());
+    assert_eq!((cut.len(), above[4].as_str()), (45, "distance_across"));
+    // The middle of the first row lies 0.05 above the surface, the first point of the axis as far below.
+    let column = above.iter().position(|name| name == "stress_zz").unwrap();
+    assert!((cut[4][column] - rows[0][at("stress_zz")]).abs() < 1e-6 * p0);
+}
+
+const HERTZ: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "half-space"
+material = "steel"
+[frame]
+kind = "grid"
+half_width = [0.5, 0.5]
+cells = [24, 24]
+[gap]
+kind = "sphere"
+radius = 10.0
+[[steps]]
+name = "press"
+normal_force = 1000.0
+[output]
+fields = []
+"#;
+
+const BLOCK: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+yield = 400.0
+[body1]
+kind = "be"
+material = "steel"
+mesh = "block.msh"
+contact = "top"
+fixed = [{ group = "base" }]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.75, 0.75]
+cells = [4, 4]
+[gap]
+kind = "sphere"
+radius = 50.0
+[[steps]]
+name = "press"
+approach = 0.005
+[output]
+fields = ["stress"]
+[[output.inside]]
+name = "axis"
+body = 1
+from = [0.0, 0.0, 0.0]
+to = [0.0, 0.0, -2.0]
+points = 5
+"#;
+
+/// Truth: docs/results.md: a body of boundary elements has the arrays and peaks of one of finite elements, on its surface; points inside, its surface
+/// among them, where the compression fades with depth; points beyond are refused, and of finite elements the message says how to come by a line.
+#[test]
+fn a_body_of_boundary_elements() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |scene: &str| fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    place(BLOCK);
+    fs::write(folder.path().join("block.msh"), layer([2.0, 2.0], 2.0, [6, 6, 4])).unwrap();
+    let summary = run(folder.path(), &[]);
+    let peaks = &summary["bodies"][0];
+    let mises = peaks["von_mises"]["value"].as_f64().unwrap();
+    assert!(mises > 0.0 && peaks["sigma_tangential"]["value"].is_number(), "{peaks}");
+    let index = &peaks["indices"][0];
+    assert!((index["value"].as_f64().unwrap() * 400.0 / mises - 1.0).abs() < 1e-9, "{peaks}");
+    let out = folder.path().join("scene.out");
+    let surface = fs::read(out.join("body1_0001.vtu")).unwrap();
+    let text = String::from_utf8_lossy(&surface);
+    for name in ["stress", "von_mises", "sigma_tangential", "traction", "displacement"] {
+        assert!(text.contains(&format!("Name=\"{name}\"")), "{name}");
+    }
+    let (header, rows) = columns(&fs::read_to_string(out.join("inside-axis_0001.csv")).unwrap());
+    let zz = header.iter().position(|column| column == "stress_zz").unwrap();
+    assert!(rows.windows(2).all(|pair| pair[0][zz] < 0.8 * pair[1][zz] || pair[1][2] < -1.2), "{rows:?}");
+    place(&BLOCK.replace("to = [0.0, 0.0, -2.0]", "to = [0.0, 0.0, -2.1]"));
+    let (code, text) = call("check", folder.path(), &[]);
+    assert!(code == Some(2) && text.contains("output.inside.0.to") && text.contains("outside"), "{text}");
+    place(&BLOCK.replace("kind = \"be\"", "kind = \"fe\""));
+    let (code, text) = call("check", folder.path(), &[]);
+    assert!(code == Some(2) && text.contains("Plot Over Line"), "{text}");
+}
