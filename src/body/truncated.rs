@@ -107,7 +107,7 @@ impl TruncatedSpec<'_> {
         if self.half_size <= 1.1 * most {
             return Err(Error::input(format!(
                 "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {most}: mesh at least 1.1 times \
-                 that, ten times for 1 to 10 %",
+                 that",
                 self.half_size
             )));
         }

@@ -121,7 +121,13 @@ impl Columns {
         self.values.iter().map(|value| value * value).sum::<f64>().sqrt()
     }
 
-    fn view(&self) -> MatRef<'_, f64> {
+    /// As a matrix of faer.
+    pub(crate) fn view(&self) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.values, self.n_rows, self.n_columns)
+    }
+
+    /// As a matrix of faer, to change.
+    pub(crate) fn view_mut(&mut self) -> MatMut<'_, f64> {
+        MatMut::from_column_major_slice_mut(&mut self.values, self.n_rows, self.n_columns)
     }
 }

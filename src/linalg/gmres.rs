@@ -41,7 +41,7 @@ pub struct Gmres {
 }
 
 /// The rotated Hessenberg matrix of one cycle.
-struct Hessenberg {
+pub(super) struct Hessenberg {
     /// Columns of the triangle.
     columns: Vec<Vec<f64>>,
     rotations: Vec<[f64; 2]>,
@@ -50,12 +50,12 @@ struct Hessenberg {
 }
 
 impl Hessenberg {
-    fn new(norm: f64) -> Self {
+    pub fn new(norm: f64) -> Self {
         Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![norm] }
     }
 
     /// Adds a column of length k + 2; the residual norm after it.
-    fn push(&mut self, mut column: Vec<f64>) -> f64 {
+    pub fn push(&mut self, mut column: Vec<f64>) -> f64 {
         let k = self.columns.len();
         for (i, [c, s]) in self.rotations.iter().enumerate() {
             let (a, b) = (column[i], column[i + 1]);
@@ -74,7 +74,7 @@ impl Hessenberg {
     }
 
     /// Coefficients of the basis that minimise the residual.
-    fn solve(&self) -> Vec<f64> {
+    pub fn solve(&self) -> Vec<f64> {
         let n = self.columns.len();
         let mut y = self.rhs[..n].to_vec();
         for i in (0..n).rev() {
@@ -88,7 +88,7 @@ impl Hessenberg {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Four sums side by side, for the vector units and for smaller rounding.
     let mut sums = [0.0; 4];
     let (heads, tail) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
@@ -101,7 +101,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-fn add(to: &mut [f64], factor: f64, x: &[f64]) {
+pub(super) fn add(to: &mut [f64], factor: f64, x: &[f64]) {
     to.iter_mut().zip(x).for_each(|(t, x)| *t += factor * x);
 }
 

@@ -11,6 +11,7 @@ pub mod dense;
 pub mod dense_lu;
 pub mod factor;
 pub mod gmres;
+pub mod gmres_columns;
 mod fronts;
 pub mod hierarchical;
 pub mod local_inverse;

@@ -23,6 +23,22 @@ pub struct BoundaryRecord {
     pub kernel_error: f64,
     /// Relative residual of equations computed afresh.
     pub residual: f64,
+    /// "dense" or "compressed".
+    pub equations: &'static str,
+    /// Of compressed equations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compression: Option<CompressionRecord>,
+}
+
+/// How equations were compressed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct CompressionRecord {
+    /// Tolerance of the blocks.
+    pub tolerance: f64,
+    /// Most products with the matrix for a right side.
+    pub iterations: usize,
+    /// Bytes of the matrix and its approximate inverse.
+    pub bytes: usize,
 }
 
 impl BoundaryRecord {
@@ -36,6 +52,12 @@ impl BoundaryRecord {
             asymmetry: body.asymmetry(),
             kernel_error: body.kernel_error(),
             residual: body.residual(),
+            equations: if body.compression().is_some() { "compressed" } else { "dense" },
+            compression: body.compression().map(|report| CompressionRecord {
+                tolerance: report.tolerance,
+                iterations: report.iterations,
+                bytes: report.bytes,
+            }),
         }
     }
 

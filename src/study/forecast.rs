@@ -8,6 +8,7 @@ use super::flat_faces::largest_bow;
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
 use super::skips::{cached, needs_solves, skips};
+use crate::bem::finite::Equations;
 use crate::body::hybrid::{Correction, Site};
 use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
@@ -52,6 +53,11 @@ const PER_PAIR: f64 = 5e-10;
 
 /// Seconds per node and element of their integrals, by closed forms and by a table.
 const PER_INFLUENCE: [f64; 2] = [2e-6, 4.5e-6];
+
+/// Of compressed boundary elements: share of the integrals that are computed and entries per row that are kept, at 10 000 unknowns and
+/// their powers with more of them, and products for a right side.
+const COMPRESSED: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
+const PRODUCTS: f64 = 15.0;
 
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
@@ -263,23 +269,30 @@ fn boundary_elements(
     let nodes = spec.n_nodes();
     let contact = spec.check(&be.meshed.contact, SIDES[index], frame).at(key)?.n_nodes;
     let what = format!("a boundary-element body of {} unknowns", 3 * nodes);
-    left.ensure(spec.bytes(contact), &what, BeBody::MEND).at(key)?;
+    let bytes = spec.bytes(contact).at(key)?;
+    left.ensure(bytes, &what, BeBody::MEND).at(key)?;
     let (n, columns) = (3.0 * nodes as f64, 3.0 * contact as f64);
     let elements = outer_faces(&be.meshed.mesh).len();
     let per_pair = PER_INFLUENCE[usize::from(!be.meshed.elastic.isotropic)];
     let table = if be.meshed.elastic.isotropic { 0.0 } else { TABLE };
-    let flops = 2.0 / 3.0 * n.powi(3) + 2.0 * n * n * columns;
+    let (how, share, flops) = match spec.solved_by() {
+        Equations::Dense => ("", 1.0, 2.0 / 3.0 * n.powi(3) + 2.0 * n * n * columns),
+        Equations::Compressed(_) => {
+            let [share, entries] = COMPRESSED.map(|[least, power]| least * (n / 1e4).powf(power));
+            ("; its equations are compressed", share, 2.0 * entries * n * columns * PRODUCTS)
+        }
+    };
     Ok(BodyForecast {
         what: format!(
-            "boundary elements, {}: {elements} {} elements, {} unknowns, {contact} contact nodes",
+            "boundary elements, {}: {elements} {} elements, {} unknowns, {contact} contact nodes{how}",
             be.meshed.elastic.name,
             be.interpolation.name(),
             3 * nodes
         ),
-        memory_bytes: spec.bytes(contact) as f64,
+        memory_bytes: bytes as f64,
         held_bytes: 8 * 3 * nodes * (3 * contact + 1) + 36 * contact * contact,
         note: None,
-        seconds: table + per_pair * (nodes * elements) as f64 + flops / FLOPS,
+        seconds: table + share * per_pair * (nodes * elements) as f64 + flops / FLOPS,
         application: 4.0 * columns * columns / BANDWIDTH,
         cached: Cached::Nothing,
     })

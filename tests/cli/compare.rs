@@ -265,3 +265,55 @@ fn differences_are_those_of_the_fields() {
     assert_eq!(code, Some(0), "{errors}");
     let _checked = crate::tools::python("differences.py", &folder.path().join("c"));
 }
+
+/// Truth: the scene's head: a bushing of boundary elements is that of finite elements, to half a percent of load and peak; a half-space has no curved
+/// surface, and a wound body no one direction.
+#[test]
+fn a_bushing_on_a_wound_tube() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/compare-bushing.toml");
+    let out = tempfile::tempdir().unwrap();
+    let [scene, place] = [scene.to_str().unwrap(), out.path().to_str().unwrap()];
+    let (code, text, errors) =
+        orthowear(out.path(), &["compare", scene, "--out", place, "--set", "output.fields=[]"]);
+    assert_eq!(code, Some(0), "{text}{errors}");
+    let comparison = json(&out.path().join("compare.json"));
+    let difference = &comparison["variants"][1]["steps"][0]["difference"];
+    for key in ["normal_force", "peak_pressure", "tangential_force"] {
+        let percent = difference[key].as_f64().unwrap();
+        assert!(percent.abs() < 0.5, "{key}: {percent}");
+    }
+    assert!(text.contains("HS-HS: the material axes of body1 vary by up to"), "{text}");
+}
+
+/// Truth: docs/command-line.md: differences are from the first variant that was computed, and of steps that ended after as many cycles; nothing
+/// computed is exit code 2, with the reasons, wherever the results are to lie; warnings of variants are told with their names.
+#[test]
+fn what_is_compared_with_what_is_told() {
+    let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let run = |arguments: &[&str]| {
+        let all = [&["compare", "scene.toml", "--set", "body1.near_field=\"mesh\""], arguments].concat();
+        let (code, text, errors) = orthowear(folder.path(), &all);
+        (code, format!("{text}{errors}").split_whitespace().collect::<Vec<_>>().join(" "))
+    };
+    let (code, text) = run(&["--variants", "FE-FE,HS-HS", "--out", "new/deep"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains("FE-FE: body2 is rigid in the scene") && !text.contains("cannot write"), "{text}");
+    let (code, text) = run(&["--variants", "FE-FE, fe-rigid,HS-rigid,FE-rigid", "--out", "c"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("FE-FE was not computed: differences are from FE-rigid"), "{text}");
+    let comparison = json(&folder.path().join("c/compare.json"));
+    let variants = comparison["variants"].as_array().unwrap();
+    assert_eq!(variants.len(), 3);
+    assert!(
+        variants[1]["steps"][0]["difference"].is_null() && variants[2]["steps"][0]["difference"].is_object()
+    );
+    let grid = fs::read(folder.path().join("c/differences_0001.vtu")).unwrap();
+    assert!(String::from_utf8_lossy(&grid).contains("pressure_HS-rigid_minus_FE-rigid"));
+    let (code, text) =
+        run(&["--variants", "BE-rigid,HS-rigid", "--out", "w", "--set", "frame.half_width=[0.375, 0.375]"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(
+        text.contains("BE-rigid, HS-rigid: step \"press\" (1): the contact reaches the rim of the frame"),
+        "{text}"
+    );
+}

@@ -3,6 +3,7 @@
 mod compressed;
 mod bodies;
 mod finite;
+mod finite_compressed;
 mod full_space;
 mod graded;
 mod green;

@@ -7,6 +7,8 @@
 //! # Source
 //! Formulation 9; C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).
 
+mod collocation;
+mod compressed;
 mod elements;
 mod influence;
 mod inside;
@@ -14,9 +16,11 @@ mod interpolation;
 mod on_surface;
 mod panel;
 mod plane;
+mod solution;
 mod system;
 mod weight;
 
+pub use compressed::{CompressedEquations, CompressionReport};
 pub use elements::BoundaryElements;
 pub use influence::Influence;
 pub use inside::{Foot, InsideField};
@@ -24,5 +28,6 @@ pub use interpolation::{ElementNodes, Interpolation, MOST_NODES};
 pub use on_surface::SurfaceField;
 pub use panel::Panel;
 pub use plane::PlaneResponse;
-pub use system::{Domain, Problem, Solution, SurfaceState};
+pub use solution::{Solution, SurfaceState};
+pub use system::{DENSE, Domain, Equations, Problem, TOLERANCE};
 pub use weight::Weight;

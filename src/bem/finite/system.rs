@@ -10,7 +10,10 @@ use faer::Par;
 use nalgebra::{DMatrix, Matrix3};
 use rayon::prelude::*;
 
+use super::compressed::{CompressedEquations, CompressionReport};
 use super::elements::BoundaryElements;
+use super::solution::Solution;
+pub(super) use super::solution::SurfaceState;
 use crate::error::{Error, Result};
 use crate::fem::FreeMotions;
 use crate::geometry::Point;
@@ -33,6 +36,31 @@ pub enum Domain {
     Outside,
 }
 
+/// Unknowns up to which dense equations are factorised: from there on compressed ones take less time.
+pub const DENSE: usize = 10_000;
+
+/// Tolerance of compressed equations.
+pub const TOLERANCE: f64 = 1e-5;
+
+/// Residual of rows computed afresh over the tolerance from which on compressed equations are refused.
+const DOUBTFUL: f64 = 100.0;
+
+/// How the equations are solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Equations {
+    /// Dense, by LU.
+    Dense,
+    /// Compressed to a tolerance, by iteration.
+    Compressed(f64),
+}
+
+impl Equations {
+    /// The one for so many unknowns.
+    pub fn of(n_unknowns: usize) -> Self {
+        if n_unknowns <= DENSE { Self::Dense } else { Self::Compressed(TOLERANCE) }
+    }
+}
+
 /// What is known of a body: at every node the displacement or the traction along each axis (component c of node i is dof 3 i + c).
 pub struct Problem<'a> {
     /// Its surface.
@@ -49,27 +77,6 @@ pub struct Problem<'a> {
     pub free: Option<&'a FreeMotions>,
     /// Mean displacement along each of them, mm; empty for none.
     pub mean: &'a [f64],
-}
-
-/// Displacement and traction of all nodes of a surface, global axes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SurfaceState {
-    /// mm.
-    pub displacement: Vec<[f64; 3]>,
-    /// On the body, MPa.
-    pub traction: Vec<[f64; 3]>,
-}
-
-/// What is not known, for what is known and for unit tractions of the loaded nodes.
-pub struct Solution {
-    held: Vec<bool>,
-    known: Vec<f64>,
-    loaded: Vec<usize>,
-    /// `[3 n + free motions, 1 + 3 loaded nodes]`, the first for what is known.
-    unknown: Columns,
-    /// Unknown tractions are solved for over this, which brings them near displacements, MPa/mm.
-    scale: f64,
-    residual: f64,
 }
 
 /// Rows of a node: the blocks of displacements and of tractions of all nodes.
@@ -119,14 +126,14 @@ impl BoundaryElements {
     }
 
     /// Element and place in it of every node.
-    fn places(&self) -> Vec<(usize, usize)> {
+    pub(super) fn places(&self) -> Vec<(usize, usize)> {
         (0..self.n_elements()).flat_map(|i| (0..self.nodes_of(i).len()).map(move |node| (i, node))).collect()
     }
 }
 
 impl Problem<'_> {
-    /// Bytes that solving it takes.
-    pub fn bytes(n_nodes: usize, n_loaded: usize) -> u128 {
+    /// Bytes that solving it by dense equations takes.
+    pub fn dense_bytes(n_nodes: usize, n_loaded: usize) -> u128 {
         let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
         8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48
     }
@@ -179,8 +186,8 @@ impl Problem<'_> {
         Ok((left, right))
     }
 
-    /// The free motions at the dofs, `[3 n, motions]`.
-    fn motions(&self) -> DMatrix<f64> {
+    /// The free motions at the dofs, `[3 n, motions]`; zero where held.
+    pub(super) fn motions(&self) -> DMatrix<f64> {
         let Some(free) = self.free else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
         let positions = self.elements.positions();
         DMatrix::from_fn(3 * positions.len(), free.n(), |dof, j| {
@@ -189,27 +196,63 @@ impl Problem<'_> {
     }
 
     /// What brings tractions near displacements.
-    fn scale(&self) -> f64 {
+    pub(super) fn scale(&self) -> f64 {
         let modulus = self.elements.stiffness().voigt().diagonal().max();
         let size = self.elements.areas().into_iter().fold(0.0, f64::max).sqrt();
         modulus / size
     }
 
+    /// Solves for what is not known: by [`Equations::of`] their number.
+    ///
+    /// # Errors
+    /// If memory does not suffice, the body is not held, an iteration does not converge, or a stop is wished.
+    pub fn solve(&self, par: Par) -> Result<Solution> {
+        self.solve_by(Equations::of(3 * self.elements.n_nodes()), par)
+    }
+
     /// Solves for what is not known.
     ///
     /// # Errors
-    /// If memory does not suffice, the body is not held, or a stop is wished.
-    pub fn solve(&self, par: Par) -> Result<Solution> {
-        let scale = self.scale();
-        let (left, mut unknown) = self.equations(scale)?;
-        DenseLu::new(left, par)?.solve_in_place(&mut unknown, par)?;
+    /// As [`Self::solve`].
+    pub fn solve_by(&self, equations: Equations, par: Par) -> Result<Solution> {
+        match equations {
+            Equations::Dense => {
+                let (left, mut unknown) = self.equations(self.scale())?;
+                DenseLu::new(left, par)?.solve_in_place(&mut unknown, par)?;
+                self.solution(unknown, None)
+            }
+            Equations::Compressed(tolerance) => {
+                self.solve_compressed(&CompressedEquations::new(self, tolerance)?)
+            }
+        }
+    }
+
+    /// Solves equations that are made already.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<Solution> {
+        let (unknown, report) = equations.solve(self)?;
+        let solution = self.solution(unknown, Some(report))?;
+        if solution.residual.is_nan() || solution.residual > DOUBTFUL * report.tolerance {
+            return Err(Error::numerical(format!(
+                "the compressed equations of boundary elements are wrong by {:.1e} where {:.1e} was asked for; take larger elements, until there are at \
+                 most {DENSE} unknowns, which are solved directly",
+                solution.residual, report.tolerance
+            )));
+        }
+        Ok(solution)
+    }
+
+    fn solution(&self, unknown: Columns, compression: Option<CompressionReport>) -> Result<Solution> {
         let mut solution = Solution {
             held: self.held.to_vec(),
             known: self.known.to_vec(),
             loaded: self.loaded.to_vec(),
             unknown,
-            scale,
+            scale: self.scale(),
             residual: 0.0,
+            compression,
         };
         solution.residual = self.residual(&solution)?;
         Ok(solution)
@@ -241,62 +284,5 @@ impl Problem<'_> {
         let found: Vec<(f64, f64)> = checked.par_iter().map(of_row).collect();
         let most = found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(*x), b.max(*y)));
         Ok(most.0 / most.1)
-    }
-}
-
-impl Solution {
-    /// Residual of equations computed afresh over the size of their terms.
-    pub fn residual(&self) -> f64 {
-        self.residual
-    }
-
-    /// Nodes that further tractions act on.
-    pub fn loaded(&self) -> &[usize] {
-        &self.loaded
-    }
-
-    /// Displacement of a dof by a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
-    pub fn response(&self, dof: usize, loaded: usize) -> f64 {
-        self.unknown.at(dof, 1 + loaded)
-    }
-
-    /// Bytes that it keeps.
-    pub fn bytes(&self) -> usize {
-        8 * self.unknown.values().len()
-    }
-
-    /// The unknowns for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa.
-    fn combined(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
-        let mut sum = vec![0.0; self.unknown.n_rows()];
-        for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
-            if *factor != 0.0 {
-                sum.iter_mut().zip(self.unknown.column(j)).for_each(|(sum, x)| *sum += factor * x);
-            }
-        }
-        sum
-    }
-
-    /// Displacement and traction of all nodes for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa,
-    /// beside it.
-    pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
-        let n = self.known.len() / 3;
-        let found = self.combined(own, tractions);
-        let mut state = SurfaceState { displacement: vec![[0.0; 3]; n], traction: vec![[0.0; 3]; n] };
-        for (dof, held) in self.held.iter().enumerate() {
-            let known = own * self.known[dof];
-            let (u, t) = if *held { (known, found[dof] * self.scale) } else { (found[dof], known) };
-            state.displacement[dof / 3][dof % 3] = u;
-            state.traction[dof / 3][dof % 3] = t;
-        }
-        for (j, &node) in self.loaded.iter().enumerate() {
-            (0..3).for_each(|c| state.traction[node][c] += tractions[3 * j + c]);
-        }
-        state
-    }
-
-    /// Tractions along the free motions that balance such loads, MPa.
-    pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
-        let found = self.combined(own, tractions);
-        found[self.known.len()..].iter().map(|x| x * self.scale).collect()
     }
 }

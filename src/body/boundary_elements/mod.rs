@@ -19,7 +19,9 @@ use self::spec::{Known, map, refuse_crossing, refuse_held};
 use super::condensed::CondensedFlexibility;
 use super::floating::{Floating, FloatingMotion};
 use super::{BodyEquations, BodyField, ElasticBody, Estimate, PointState, StressField};
-use crate::bem::finite::{BoundaryElements, Domain, Interpolation, Problem, Solution, SurfaceState, Weight};
+use crate::bem::finite::{
+    BoundaryElements, CompressionReport, Domain, Interpolation, Problem, Solution, SurfaceState, Weight,
+};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
 use crate::fem::FreeMotions;
@@ -89,7 +91,7 @@ impl BeBody {
         let known = spec.known(&elements, &number)?;
         refuse_held(&map, &known, &elements)?;
         let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
-        memory.ensure(spec.bytes(map.nodes().len()), &what, Self::MEND)?;
+        memory.ensure(spec.bytes(map.nodes().len())?, &what, Self::MEND)?;
         let free = elements.free_motions(&known.held)?;
         let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
         let problem = Problem {
@@ -204,6 +206,11 @@ impl BeBody {
     /// Residual of equations computed afresh over the size of their terms.
     pub fn residual(&self) -> f64 {
         self.solution.residual()
+    }
+
+    /// How its equations were compressed; `None` of dense ones.
+    pub fn compression(&self) -> Option<&CompressionReport> {
+        self.solution.compression()
     }
 
     /// Error of the tabulated kernels, over their largest values; 0 for closed forms.

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::bem::finite::{BoundaryElements, Interpolation, Panel, Problem, Weight};
+use crate::bem::finite::{
+    BoundaryElements, CompressedEquations, Equations, Interpolation, Panel, Problem, Weight,
+};
 use crate::bem::full_space::FullSpaceField;
 use crate::error::{Context, Error, Result};
 use crate::fem::{FreeMotions, Support};
@@ -236,9 +238,23 @@ impl BeSpec {
         Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
     }
 
+    /// How its equations are solved.
+    pub fn solved_by(&self) -> Equations {
+        Equations::of(3 * self.n_nodes())
+    }
+
     /// Bytes that a body with so many nodes under the frame takes while it is made.
-    pub fn bytes(&self, n_loaded: usize) -> u128 {
-        Problem::bytes(self.n_nodes(), n_loaded) + 9 * 8 * (n_loaded as u128).pow(2)
+    ///
+    /// # Errors
+    /// If its surface is wrong.
+    pub fn bytes(&self, n_loaded: usize) -> Result<u128> {
+        let equations = match self.solved_by() {
+            Equations::Dense => Problem::dense_bytes(self.n_nodes(), n_loaded),
+            Equations::Compressed(tolerance) => {
+                CompressedEquations::expected_bytes(&self.plain()?.elements(None)?.0, n_loaded, tolerance)
+            }
+        };
+        Ok(equations + 9 * 8 * (n_loaded as u128).pow(2))
     }
 }
 

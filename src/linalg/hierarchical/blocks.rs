@@ -1,13 +1,13 @@
-//! The pairs of clusters that a symmetric matrix over a cluster tree is stored in.
+//! The pairs of clusters that a matrix over a cluster tree is stored in.
 
-use super::cluster::ClusterTree;
+use super::cluster::{Cluster, ClusterTree};
 
 /// Rows of one cluster and columns of another, or of the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Block {
     /// Cluster of the rows.
     pub rows: usize,
-    /// Cluster of the columns, not before that of the rows in the order of the tree.
+    /// Cluster of the columns; of a symmetric matrix not before that of the rows in the order of the tree.
     pub columns: usize,
     /// Whether the clusters are far apart for their size, so that the block has a low rank.
     pub far: bool,
@@ -20,9 +20,7 @@ pub fn blocks(tree: &ClusterTree, admissibility: f64) -> Vec<Block> {
     let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
     while let Some((rows, columns)) = waiting.pop() {
         let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
-        let distance = row.distance(column);
-        let size = row.diameter().min(column.diameter());
-        let far = rows != columns && distance > 0.0 && size <= admissibility * distance;
+        let far = rows != columns && row.is_far_from(column, admissibility);
         match (far, row.halves, column.halves) {
             (false, Some([first, second]), _) if rows == columns => {
                 waiting.extend([(second, second), (first, second), (first, first)]);
@@ -38,6 +36,33 @@ pub fn blocks(tree: &ClusterTree, admissibility: f64) -> Vec<Block> {
         }
     }
     blocks
+}
+
+/// Blocks that together hold every pair of places once, in both orders; far apart as in [`blocks`].
+pub fn all_blocks<const D: usize>(tree: &ClusterTree<D>, admissibility: f64) -> Vec<Block> {
+    let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
+    while let Some((rows, columns)) = waiting.pop() {
+        let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
+        let far = rows != columns && row.is_far_from(column, admissibility);
+        let rows_first = column.halves.is_none() || row.diameter() >= column.diameter();
+        match (far, row.halves, column.halves) {
+            (false, Some([a, b]), Some([c, d])) if rows == columns => {
+                waiting.extend([(b, d), (b, c), (a, d), (a, c)]);
+            }
+            // The larger one is cut, so that both keep about the same size.
+            (false, Some([a, b]), _) if rows_first => waiting.extend([(b, columns), (a, columns)]),
+            (false, _, Some([c, d])) => waiting.extend([(rows, d), (rows, c)]),
+            _ => blocks.push(Block { rows, columns, far }),
+        }
+    }
+    blocks
+}
+
+impl<const D: usize> Cluster<D> {
+    fn is_far_from(&self, other: &Self, admissibility: f64) -> bool {
+        let distance = self.distance(other);
+        distance > 0.0 && self.diameter().min(other.diameter()) <= admissibility * distance
+    }
 }
 
 #[cfg(test)]
@@ -68,6 +93,31 @@ mod tests {
                         seen[j * 300 + i] += 1;
                     }
                 }
+            }
+        }
+        assert!(n_far > 10 && seen.iter().all(|&count| count == 1));
+    }
+
+    /// Truth: every pair of places lies in one block, far ones being as far apart as asked for; here of points on two walls in space.
+    #[test]
+    fn all_blocks_hold_every_pair_once() {
+        let at = |k: usize| {
+            let [u, v] = [(k % 16) as f64, (k / 16 % 16) as f64];
+            if k < 256 { [u, v, 0.0] } else { [0.0, u, v] }
+        };
+        let points: Vec<[f64; 3]> = (0..512).map(at).collect();
+        let extents: Vec<Extent<3>> =
+            points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
+        let tree = ClusterTree::new(&points, &extents, 8);
+        let (mut seen, mut n_far) = (vec![0; 512 * 512], 0);
+        for block in all_blocks(&tree, 1.5) {
+            let (row, column) = (&tree.clusters[block.rows], &tree.clusters[block.columns]);
+            if block.far {
+                n_far += 1;
+                assert!(row.diameter().min(column.diameter()) <= 1.5 * row.distance(column));
+            }
+            for i in row.range.clone() {
+                column.range.clone().for_each(|j| seen[i * 512 + j] += 1);
             }
         }
         assert!(n_far > 10 && seen.iter().all(|&count| count == 1));

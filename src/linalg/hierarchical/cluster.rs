@@ -1,26 +1,26 @@
-//! A binary tree of points in the plane: each cluster is cut in the middle of the longer side of its box.
+//! A binary tree of points in the plane or in space: each cluster is cut in the middle of the longest side of its box.
 
 use std::ops::Range;
 
-/// A rectangle along the axes: least and largest coordinates, mm.
-pub type Extent = [[f64; 2]; 2];
+/// A rectangle or box along the axes: least and largest coordinates, mm.
+pub type Extent<const D: usize = 2> = [[f64; D]; 2];
 
 /// Points that lie together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cluster {
+pub struct Cluster<const D: usize = 2> {
     /// Their places in the order of the tree.
     pub range: Range<usize>,
-    /// The smallest rectangle around what belongs to them.
-    pub extent: Extent,
+    /// The smallest rectangle or box around what belongs to them.
+    pub extent: Extent<D>,
     /// The two halves; `None` of a leaf.
     pub halves: Option<[usize; 2]>,
 }
 
-impl Cluster {
+impl<const D: usize> Cluster<D> {
     /// Diagonal of the extent.
     pub fn diameter(&self) -> f64 {
         let [low, high] = self.extent;
-        (high[0] - low[0]).hypot(high[1] - low[1])
+        length::<D>(|axis| high[axis] - low[axis])
     }
 
     /// Distance of two extents, zero where they touch.
@@ -29,23 +29,27 @@ impl Cluster {
             let gap = self.extent[0][axis] - other.extent[1][axis];
             gap.max(other.extent[0][axis] - self.extent[1][axis]).max(0.0)
         };
-        apart(0).hypot(apart(1))
+        length::<D>(apart)
     }
+}
+
+fn length<const D: usize>(along: impl Fn(usize) -> f64) -> f64 {
+    (0..D).fold(0.0, |length: f64, axis| length.hypot(along(axis)))
 }
 
 /// The clusters, the root first and halves after their whole, and the order of the points in which each is a range.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ClusterTree {
+pub struct ClusterTree<const D: usize = 2> {
     /// All clusters.
-    pub clusters: Vec<Cluster>,
+    pub clusters: Vec<Cluster<D>>,
     /// Index of the point at each place, `[N]`.
     pub order: Vec<usize>,
 }
 
-impl ClusterTree {
+impl<const D: usize> ClusterTree<D> {
     /// Leaves have `leaf` points at most, unless those lie in one place. `points` `[N]` are what is cut by, `extents`
     /// `[N]` what belongs to each.
-    pub fn new(points: &[[f64; 2]], extents: &[Extent], leaf: usize) -> Self {
+    pub fn new(points: &[[f64; D]], extents: &[Extent<D>], leaf: usize) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut clusters = vec![cluster(&order, extents, 0..points.len())];
         let mut next = 0;
@@ -79,28 +83,29 @@ impl ClusterTree {
     }
 }
 
-fn cluster(order: &[usize], extents: &[Extent], range: Range<usize>) -> Cluster {
+fn cluster<const D: usize>(order: &[usize], extents: &[Extent<D>], range: Range<usize>) -> Cluster<D> {
     let of_points = order[range.clone()].iter().map(|&point| extents[point]);
-    let extent =
-        of_points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], [least, most]| {
-            [[0, 1].map(|k| low[k].min(least[k])), [0, 1].map(|k| high[k].max(most[k]))]
-        });
+    let empty = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
+    let extent = of_points.fold(empty, |[low, high], [least, most]| {
+        [std::array::from_fn(|k| low[k].min(least[k])), std::array::from_fn(|k| high[k].max(most[k]))]
+    });
     Cluster { range, extent, halves: None }
 }
 
 /// Puts the points on one side of the cut before those on the other; how many those are, `None` if all are in one
 /// place.
-fn cut(points: &[[f64; 2]], order: &mut [usize]) -> Option<usize> {
-    let bounds = [0, 1].map(|axis| {
+fn cut<const D: usize>(points: &[[f64; D]], order: &mut [usize]) -> Option<usize> {
+    let bounds: [[f64; 2]; D] = std::array::from_fn(|axis| {
         let along = order.iter().map(|&point| points[point][axis]);
         along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
     });
-    let longer = usize::from(bounds[1][1] - bounds[1][0] > bounds[0][1] - bounds[0][0]);
-    let [low, high] = bounds[longer];
+    let side = |axis: usize| bounds[axis][1] - bounds[axis][0];
+    let longest = (1..D).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
+    let [low, high] = bounds[longest];
     let middle = 0.5 * (low + high);
     // Stable, so that the order depends on the points only.
     let (mut before, after): (Vec<usize>, Vec<usize>) =
-        order.iter().partition(|&&point| points[point][longer] < middle);
+        order.iter().partition(|&&point| points[point][longest] < middle);
     let size = before.len();
     before.extend(after);
     order.copy_from_slice(&before);

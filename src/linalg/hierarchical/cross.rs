@@ -14,9 +14,6 @@ pub trait Entries: Fn(usize, usize, &mut [f64]) + Sync {}
 
 impl<F: Fn(usize, usize, &mut [f64]) + Sync> Entries for F {}
 
-/// Share of the largest entry of a row from which on a column that is there already is taken as the pivot's.
-const KEPT: f64 = 0.3;
-
 /// Crosses below the bound, one after the other, after which a component is taken to be complete.
 const QUIET: usize = 2;
 
@@ -31,8 +28,61 @@ const FIRST: f64 = 0.5;
 const EARLY: [f64; 2] = [0.0, 1.0];
 const LATE: [f64; 3] = [0.25, 0.75, 0.1];
 
-/// A block whose rows and columns are computed when they are first asked for.
-pub(super) struct Lines<'k, K> {
+/// A matrix whose rows and columns are computed when they are first asked for, and kept.
+pub(super) trait Lines {
+    /// Share of the largest entry of a row from which on a column that is there already is taken as the pivot's.
+    const KEPT: f64 = 0.3;
+
+    /// Rows and columns.
+    fn size(&self) -> (usize, usize);
+
+    /// Rows that are known, in the order in which they became so.
+    fn known_rows(&self) -> &[usize];
+
+    /// Columns that are known.
+    fn known_columns(&self) -> &[usize];
+
+    /// Row `i`.
+    fn row(&mut self, i: usize) -> &[f64];
+
+    /// Column `j`.
+    fn column(&mut self, j: usize) -> &[f64];
+}
+
+/// A component of a block of entries.
+pub(super) struct Component<'l, 'k, K> {
+    pub lines: &'l mut EntryLines<'k, K>,
+    pub component: usize,
+}
+
+impl<K: Entries> Lines for Component<'_, '_, K> {
+    fn size(&self) -> (usize, usize) {
+        self.lines.size()
+    }
+
+    fn known_rows(&self) -> &[usize] {
+        &self.lines.row_places
+    }
+
+    fn known_columns(&self) -> &[usize] {
+        &self.lines.column_places
+    }
+
+    fn row(&mut self, i: usize) -> &[f64] {
+        let n = self.size().1;
+        let from = (self.lines.row(i) * self.lines.components + self.component) * n;
+        &self.lines.row_values[from..from + n]
+    }
+
+    fn column(&mut self, j: usize) -> &[f64] {
+        let m = self.size().0;
+        let from = (self.lines.column(j) * self.lines.components + self.component) * m;
+        &self.lines.column_values[from..from + m]
+    }
+}
+
+/// A block whose rows and columns are computed entry by entry.
+pub(super) struct EntryLines<'k, K> {
     entries: &'k K,
     rows: Range<usize>,
     columns: Range<usize>,
@@ -45,11 +95,11 @@ pub(super) struct Lines<'k, K> {
     column_values: Vec<f64>,
 }
 
-fn place(share: f64, count: usize) -> usize {
+pub(super) fn place(share: f64, count: usize) -> usize {
     ((count - 1) as f64 * share) as usize
 }
 
-impl<'k, K: Entries> Lines<'k, K> {
+impl<'k, K: Entries> EntryLines<'k, K> {
     pub fn new(entries: &'k K, rows: Range<usize>, columns: Range<usize>, components: usize) -> Self {
         let mut lines = Self {
             entries,
@@ -131,9 +181,8 @@ pub(super) struct Terms {
 }
 
 /// A cross approximation on its way.
-struct Cross<'l, 'k, K> {
-    lines: &'l mut Lines<'k, K>,
-    component: usize,
+struct Cross<L> {
+    lines: L,
     terms: Terms,
     used: Vec<bool>,
     /// What is left of a row and of a column.
@@ -141,24 +190,18 @@ struct Cross<'l, 'k, K> {
     column: Vec<f64>,
 }
 
-/// Component `component` of a block, the Frobenius norm of what is left being about `bound`.
-pub(super) fn approximate<K: Entries>(lines: &mut Lines<'_, K>, component: usize, bound: f64) -> Terms {
+/// A matrix, the Frobenius norm of what is left being about `bound`.
+pub(super) fn approximate(lines: impl Lines, bound: f64) -> Terms {
     let (m, n) = lines.size();
-    let mut cross = Cross {
-        lines,
-        component,
-        terms: Terms::default(),
-        used: vec![false; m],
-        row: vec![0.0; n],
-        column: vec![0.0; m],
-    };
+    let (row, column) = (vec![0.0; n], vec![0.0; m]);
+    let mut cross = Cross { lines, terms: Terms::default(), used: vec![false; m], row, column };
     let mean = bound / ((m * n) as f64).sqrt();
     let (mut known, mut late, mut quiet) = (0, 0, 0);
     while cross.terms.rank < m.min(n) {
         // Rows that are there, then those that the last column points at, then some to look whether all is done.
-        let (i, least) = if known < cross.lines.row_places.len() {
+        let (i, least) = if known < cross.lines.known_rows().len() {
             known += 1;
-            (cross.lines.row_places[known - 1], mean)
+            (cross.lines.known_rows()[known - 1], mean)
         } else if quiet < QUIET {
             match cross.loudest() {
                 Some(i) => (i, NOTHING * mean),
@@ -181,7 +224,7 @@ pub(super) fn approximate<K: Entries>(lines: &mut Lines<'_, K>, component: usize
     cross.terms
 }
 
-impl<K: Entries> Cross<'_, '_, K> {
+impl<L: Lines> Cross<L> {
     /// The row in which the last column is largest, of those that are not used.
     fn loudest(&self) -> Option<usize> {
         let free = (0..self.used.len()).filter(|&i| !self.used[i]);
@@ -193,22 +236,18 @@ impl<K: Entries> Cross<'_, '_, K> {
     fn add(&mut self, i: usize, least: f64) -> Option<f64> {
         let (m, n) = self.lines.size();
         self.used[i] = true;
-        let known = self.lines.row(i);
-        let from = (known * self.lines.components + self.component) * n;
-        self.row.copy_from_slice(&self.lines.row_values[from..from + n]);
+        self.row.copy_from_slice(self.lines.row(i));
         let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
         terms.for_each(|(u, v)| subtract(&mut self.row, u[i], v));
         let (mut j, mut pivot) = largest(&self.row, 0..n);
         if pivot.abs() <= least || pivot == 0.0 {
             return None;
         }
-        let (at, entry) = largest(&self.row, self.lines.column_places.iter().copied());
-        if entry.abs() >= KEPT * pivot.abs() {
+        let (at, entry) = largest(&self.row, self.lines.known_columns().iter().copied());
+        if entry.abs() >= L::KEPT * pivot.abs() {
             (j, pivot) = (at, entry);
         }
-        let known = self.lines.column(j);
-        let from = (known * self.lines.components + self.component) * m;
-        self.column.copy_from_slice(&self.lines.column_values[from..from + m]);
+        self.column.copy_from_slice(self.lines.column(j));
         let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
         terms.for_each(|(u, v)| subtract(&mut self.column, v[j], u));
         self.column.iter_mut().for_each(|value| *value /= pivot);

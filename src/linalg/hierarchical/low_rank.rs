@@ -110,7 +110,7 @@ pub(in crate::linalg) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cross::{Lines, approximate};
+    use super::super::cross::{Component, EntryLines, approximate};
     use super::*;
 
     /// The sum of the terms at (i, j).
@@ -138,10 +138,14 @@ mod tests {
             values[1] = 0.0;
             values[2] = 3.0 * term(7, i, j);
         };
-        let mut lines = Lines::new(&entries, 0..m, m..m + n, 3);
+        let mut lines = EntryLines::new(&entries, 0..m, m..m + n, 3);
         for (component, expected) in [(0, 5), (1, 0), (2, 1)] {
             let bound = 1e-9 * lines.norm();
-            let block = LowRank::new(&approximate(&mut lines, component, 0.3 * bound), (m, n), bound);
+            let block = LowRank::new(
+                &approximate(Component { lines: &mut lines, component }, 0.3 * bound),
+                (m, n),
+                bound,
+            );
             assert_eq!(rank(&block, (m, n)), expected, "component {component}");
             let mut error = 0.0;
             for (i, j) in (0..m * n).map(|k| (k / n, k % n)) {
@@ -165,10 +169,14 @@ mod tests {
         };
         let mut ranks = Vec::new();
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-            let mut lines = Lines::new(&entries, 0..m, m..2 * m, 1);
+            let mut lines = EntryLines::new(&entries, 0..m, m..2 * m, 1);
             let norm = lines.norm();
             let bound = tolerance * norm;
-            let block = LowRank::new(&approximate(&mut lines, 0, 0.3 * bound), (m, m), bound);
+            let block = LowRank::new(
+                &approximate(Component { lines: &mut lines, component: 0 }, 0.3 * bound),
+                (m, m),
+                bound,
+            );
             let (mut error, mut all) = (0.0, 0.0);
             for (i, j) in (0..m * m).map(|k| (k / m, k % m)) {
                 let mut value = [0.0];

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Block, blocks};
 use super::cluster::ClusterTree;
-use super::cross::{Entries, Lines, approximate};
+use super::cross::{Component, Entries, EntryLines, approximate};
 use super::low_rank::LowRank;
 use crate::error::Result;
 use crate::interrupt;
@@ -171,10 +171,12 @@ impl Layout {
         }
         let (m, n) = (rows.len(), columns.len());
         if block.far {
-            let mut lines = Lines::new(entries, rows.clone(), columns.clone(), components);
+            let mut lines = EntryLines::new(entries, rows.clone(), columns.clone(), components);
             let bound = self.tolerance_of(block, tolerance) * lines.norm() / (components as f64).sqrt();
-            let of =
-                |component| LowRank::new(&approximate(&mut lines, component, CROSSES * bound), (m, n), bound);
+            let of = |component| {
+                let crosses = Component { lines: &mut lines, component };
+                LowRank::new(&approximate(crosses, CROSSES * bound), (m, n), bound)
+            };
             let content = Content::Far((0..components).map(of).collect());
             if content.bytes() <= size_of::<f64>() * components * m * n {
                 return Stored { rows, columns, content };

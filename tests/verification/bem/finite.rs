@@ -63,7 +63,7 @@ pub(super) fn elements(
     BoundaryElements::new(panels, interpolation, (stiffness, field), accuracy)
 }
 
-fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
+pub(super) fn flat(values: impl Iterator<Item = Point>) -> Vec<f64> {
     values.flat_map(|x| [x.x, x.y, x.z]).collect()
 }
 
@@ -94,7 +94,7 @@ pub(super) fn solved(
 }
 
 /// Largest difference of the displacement of the nodes from an exact one, over its largest size.
-fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl Fn(&Point) -> Point) -> f64 {
+pub(super) fn off(elements: &BoundaryElements, state: &SurfaceState, exact: impl Fn(&Point) -> Point) -> f64 {
     let positions = elements.positions();
     let apart = positions.iter().zip(&state.displacement).map(|(x, u)| (Point::from(*u) - exact(x)).norm());
     let size = positions.iter().map(|x| exact(x).norm()).fold(0.0, f64::max);

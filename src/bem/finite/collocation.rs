@@ -1,0 +1,128 @@
+//! Collocation equations over a tree of elements: their order, their entries, and what of them is only summed up.
+
+use nalgebra::DMatrix;
+
+use super::elements::BoundaryElements;
+use super::influence::Influence;
+use super::system::Problem;
+use crate::linalg::hierarchical::{ClusterTree, Collocation, CollocationLayout, Extent, Groups};
+
+/// Most elements of a leaf of the tree.
+const LEAF: usize = 8;
+
+/// Clusters are far apart if the smaller diameter is at most so many times their distance.
+const ADMISSIBILITY: f64 = 2.0;
+
+/// Elements and nodes in the order of the tree.
+pub(super) struct Order {
+    pub elements: Vec<usize>,
+    /// Number of the node at each place.
+    pub nodes: Vec<usize>,
+    /// Its element and place in it.
+    pub places: Vec<(usize, usize)>,
+}
+
+/// What the entries come from.
+pub(super) struct Kernel<'a> {
+    pub problem: &'a Problem<'a>,
+    pub order: &'a Order,
+    pub scale: f64,
+    pub motions: &'a DMatrix<f64>,
+    pub with: Summed,
+}
+
+/// Columns that are only summed up.
+#[derive(Clone, Copy)]
+pub(super) struct Summed {
+    /// Whether the translations of held dofs are.
+    pub held: bool,
+    /// What is known is divided by this; `None` if it is zero.
+    pub known: Option<f64>,
+    /// Factor of those along the free motions, and their number.
+    pub motions: (f64, usize),
+}
+
+impl Summed {
+    pub fn count(&self) -> usize {
+        3 * usize::from(self.held) + usize::from(self.known.is_some()) + self.motions.1
+    }
+}
+
+impl Order {
+    /// The dof at a place.
+    pub fn dof(&self, at: usize) -> usize {
+        3 * self.nodes[at / 3] + at % 3
+    }
+
+    pub fn new(elements: &BoundaryElements, order: &[usize]) -> Self {
+        let places: Vec<(usize, usize)> =
+            order.iter().flat_map(|&i| (0..elements.nodes_of(i).len()).map(move |node| (i, node))).collect();
+        let nodes = places.iter().map(|&(i, node)| elements.nodes_of(i).start + node).collect();
+        Self { elements: order.to_vec(), nodes, places }
+    }
+}
+
+impl Collocation for Kernel<'_> {
+    fn entries(&self, node: usize, element: usize, values: &mut [f64]) {
+        let Problem { elements, held, known, .. } = self.problem;
+        let element = self.order.elements[element];
+        let influence = influence(elements, self.order.places[node], element);
+        let nodes = elements.nodes_of(element);
+        let (values, summed) = values.split_at_mut(9 * nodes.len());
+        summed.fill(0.0);
+        let (translations, summed) = summed.split_at_mut(if self.with.held { 9 } else { 0 });
+        let (of_known, of_motions) = summed.split_at_mut(if self.with.known.is_some() { 3 } else { 0 });
+        for (a, node) in nodes.enumerate() {
+            let (single, double) = (&influence.single[a], &influence.double[a]);
+            for c in 0..3 {
+                let dof = 3 * node + c;
+                let (unknown, of_held) = if held[dof] {
+                    (single.column(c) * -self.scale, -double.column(c))
+                } else {
+                    (double.column(c).into_owned(), single.column(c).into_owned())
+                };
+                values[3 * (3 * a + c)..][..3].copy_from_slice(unknown.as_slice());
+                if held[dof] {
+                    (0..3).for_each(|r| translations[3 * c + r] -= of_held[r]);
+                }
+                if let Some(size) = self.with.known {
+                    let value = known[dof] / size;
+                    (0..3).for_each(|r| of_known[r] += of_held[r] * value);
+                }
+            }
+            for j in 0..self.with.motions.1 {
+                let motion = self.motions.fixed_view::<3, 1>(3 * node, j);
+                let balance = single * motion * (self.scale * self.with.motions.0);
+                (0..3).for_each(|r| of_motions[3 * j + r] += balance[r]);
+            }
+        }
+    }
+}
+
+/// The tree over the elements of a body.
+pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
+    let n = elements.n_elements();
+    let extent = |i: usize| -> Extent<3> {
+        let nodes = &elements.panel(i).nodes;
+        let bound = |with: fn(f64, f64) -> f64| {
+            let first: [f64; 3] = nodes[0].into();
+            nodes.iter().fold(first, |bound, x| [0, 1, 2].map(|k| with(bound[k], x[k])))
+        };
+        [bound(f64::min), bound(f64::max)]
+    };
+    let extents: Vec<Extent<3>> = (0..n).map(extent).collect();
+    let middle = |i: usize| -> [f64; 3] { [0, 1, 2].map(|k| 0.5 * (extents[i][0][k] + extents[i][1][k])) };
+    let middles: Vec<[f64; 3]> = (0..n).map(middle).collect();
+    let tree = ClusterTree::new(&middles, &extents, LEAF);
+    let counts: Vec<usize> = tree.order.iter().map(|&i| elements.nodes_of(i).len()).collect();
+    CollocationLayout::new(tree, Groups::new(counts.into_iter(), summed), ADMISSIBILITY)
+}
+
+/// What element `element` does at a node.
+pub(super) fn influence(elements: &BoundaryElements, (i, node): (usize, usize), element: usize) -> Influence {
+    if i == element {
+        return elements.own(i, node);
+    }
+    let y = elements.panel(i).position(elements.places_of(i).places()[node]);
+    elements.away(element, &y)
+}

@@ -1,0 +1,328 @@
+//! Collocation equations in blocks of low rank, solved by generalised minimal residuals.
+//!
+//! The block of a node on itself follows from rigid translations as in the dense equations: it is what the sum of the compressed others
+//! leaves, so that translations are without traction to rounding. For that, and for what is known, further columns of each element are
+//! approximated with those of the unknowns, and only summed up.
+
+use faer::{MatMut, MatRef};
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::collocation::{Kernel, Order, Summed, influence, layout};
+use super::elements::BoundaryElements;
+use super::system::{Domain, Problem};
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::columns::Columns;
+use crate::linalg::gmres::{KrylovOptions, KrylovReport};
+use crate::linalg::gmres_columns::{ColumnSystem, solve_columns};
+use crate::linalg::hierarchical::{Additions, CollocationMatrix, LocalCoarse, Unknowns};
+
+/// Error of an entry over the tolerance times the root of the number of unknowns: rows of such errors stay below the tolerance beside
+/// the free terms 1/2.
+const ENTRY: f64 = 0.5;
+
+/// Right sides that are solved together.
+const TOGETHER: usize = 24;
+
+/// Vectors kept for each right side before a restart, and products at most.
+const RESTART: usize = 40;
+const PRODUCTS: usize = 400;
+
+/// Loaded elements whose columns are made side by side.
+const BATCH: usize = 16;
+
+/// Residual of the iteration over the tolerance of the compression, and the least that single precision reaches.
+const RESIDUAL: f64 = 0.05;
+const LEAST: f64 = 1e-7;
+
+/// Tolerances that can be asked for: the blocks are kept in single precision.
+pub const TOLERANCES: [f64; 2] = [1e-6, 1e-2];
+
+/// Bytes of a far block per row or column and square of the digits of the tolerance; measured.
+const FAR: f64 = 6.0;
+
+/// Equations of a problem in blocks of low rank.
+pub struct CompressedEquations {
+    tolerance: f64,
+    matrix: CollocationMatrix,
+    order: Order,
+    /// More entries of each node.
+    own: Vec<Matrix3<f64>>,
+    /// What borders the matrix: columns `[n + motions, motions]` and rows `[n, motions]`.
+    columns: Columns,
+    rows: Columns,
+    /// Of what is known.
+    right: Vec<f64>,
+    inverse: LocalCoarse,
+}
+
+/// What an iteration did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompressionReport {
+    /// Tolerance of the blocks.
+    pub tolerance: f64,
+    /// Most products with the matrix for a right side.
+    pub iterations: usize,
+    /// Largest residual of the iteration over that of zero.
+    pub residual: f64,
+    /// Bytes of the matrix and its approximate inverse.
+    pub bytes: usize,
+}
+
+impl CompressedEquations {
+    /// The equations of a problem, blocks that are far from each other to `tolerance`.
+    ///
+    /// # Errors
+    /// If memory does not suffice, the body is not held, or a stop is wished.
+    pub fn new(problem: &Problem, tolerance: f64) -> Result<Self> {
+        if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+            return Err(Error::input(format!(
+                "boundary elements cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
+                TOLERANCES[0], TOLERANCES[1]
+            )));
+        }
+        let (scale, motions) = (problem.scale(), problem.motions());
+        let size = problem.known.iter().zip(problem.held).fold(0.0_f64, |size, (value, held)| {
+            size.max(value.abs() * if *held { 1.0 } else { 1.0 / scale })
+        });
+        let areas = problem.elements.areas();
+        let area: f64 = areas.iter().sum();
+        let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
+        let with = Summed {
+            held: problem.held.contains(&true),
+            known: (size > 0.0).then_some(size),
+            motions: ((largest / area).sqrt(), motions.ncols()),
+        };
+        let layout = layout(problem.elements, with.count());
+        let order = Order::new(problem.elements, &layout.tree().order);
+        let kernel = Kernel { problem, order: &order, scale, motions: &motions, with };
+        let n = 3 * order.nodes.len();
+        let error = tolerance * ENTRY / (n as f64).sqrt();
+        let (matrix, sums) = layout.fill(&kernel, error)?;
+        let held: Vec<bool> = (0..n).map(|at| problem.held[order.dof(at)]).collect();
+        let mut own = own_blocks(&matrix, &sums, &held, problem.domain)?;
+        let mut right = vec![0.0; n + motions.ncols()];
+        if let Some(size) = with.known {
+            let at = 3 * usize::from(with.held);
+            right.iter_mut().zip(sums.column(at)).for_each(|(right, sum)| *right = size * sum);
+        }
+        for (at, held) in held.iter().enumerate() {
+            if *held {
+                let column = own[at / 3].column(at % 3) * problem.known[order.dof(at)];
+                (0..3).for_each(|r| right[at - at % 3 + r] -= column[r]);
+            }
+        }
+        let mut columns = Columns::zeros(n + motions.ncols(), motions.ncols())?;
+        let mut rows = Columns::zeros(n, motions.ncols())?;
+        let mean = area / areas.len() as f64;
+        for j in 0..motions.ncols() {
+            let sums = sums.column(with.count() - with.motions.1 + j);
+            let to = columns.column_mut(j).iter_mut();
+            to.zip(sums).for_each(|(to, sum)| *to = sum / with.motions.0);
+            for at in (0..n).filter(|&at| !held[at]) {
+                let dof = order.dof(at);
+                rows.column_mut(j)[at] = motions[(dof, j)] * areas[dof / 3] / mean;
+            }
+            right[n + j] = problem.mean.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+        }
+        let positions = problem.elements.positions();
+        let positions: Vec<Point> = order.nodes.iter().map(|&node| positions[node]).collect();
+        for (at, held) in held.iter().enumerate() {
+            if *held {
+                own[at / 3].column_mut(at % 3).fill(0.0);
+            }
+        }
+        let additions = Additions { blocks: &own, columns: &columns, rows: &rows };
+        let inverse =
+            LocalCoarse::new(&matrix, &additions, Unknowns { positions: &positions, tractions: &held })?;
+        Ok(Self { tolerance, matrix, order, own, columns, rows, right, inverse })
+    }
+
+    /// Bytes that making and solving such equations takes, right sides included: near blocks counted, far ones by the ranks that are usual.
+    pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
+        let [near, far] = layout(elements, 0).entries();
+        let (n, columns) = (3 * elements.n_nodes(), 3 * n_loaded + 1);
+        let blocks = 4 * near + (FAR * tolerance.log10().powi(2) * far as f64) as usize;
+        let sides = rayon::current_num_threads().min(columns.div_ceil(TOGETHER));
+        let iteration = 8 * n * TOGETHER.min(columns) * (RESTART + 7);
+        (blocks + LocalCoarse::expected_bytes(n) + 8 * n * (columns + 12) + sides * iteration) as u128
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        self.matrix.bytes() + self.inverse.bytes()
+    }
+
+    /// Right sides of unit tractions of the loaded nodes, after that of what is known.
+    fn right_sides(&self, problem: &Problem) -> Result<Columns> {
+        let mut right = Columns::zeros(self.right.len(), 1 + 3 * problem.loaded.len())?;
+        right.column_mut(0).copy_from_slice(&self.right);
+        let elements = problem.elements;
+        let mut of_element: Vec<Vec<(usize, usize)>> = vec![Vec::new(); elements.n_elements()];
+        let place_of = elements.places();
+        for (j, &node) in problem.loaded.iter().enumerate() {
+            let (element, place) = place_of[node];
+            of_element[element].push((j, place));
+        }
+        let loaded: Vec<usize> =
+            (0..of_element.len()).filter(|&element| !of_element[element].is_empty()).collect();
+        let kernel_of = |element: usize| {
+            let mut columns = vec![[[0.0; 3]; 3]; self.order.nodes.len() * of_element[element].len()];
+            let nodes = of_element[element].len();
+            for (at, columns) in self.order.places.iter().zip(columns.chunks_exact_mut(nodes)) {
+                let influence = influence(elements, *at, element);
+                for ((_, place), column) in of_element[element].iter().zip(columns) {
+                    *column = influence.single[*place].data.0;
+                }
+            }
+            columns
+        };
+        for batch in loaded.chunks(BATCH) {
+            interrupt::check()?;
+            let made: Vec<Vec<[[f64; 3]; 3]>> = batch.par_iter().map(|&element| kernel_of(element)).collect();
+            for (&element, columns) in batch.iter().zip(&made) {
+                let nodes = of_element[element].len();
+                for (k, (j, _)) in of_element[element].iter().enumerate() {
+                    for c in 0..3 {
+                        let to = right.column_mut(1 + 3 * j + c);
+                        for (at, values) in columns.chunks_exact(nodes).enumerate() {
+                            to[3 * at..3 * at + 3].copy_from_slice(&values[k][c]);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(right)
+    }
+
+    /// The unknowns for what is known and for unit tractions of the loaded nodes, `[n + motions, 1 + 3 loaded nodes]`.
+    ///
+    /// # Errors
+    /// If the iteration does not converge, memory does not suffice, or a stop is wished.
+    pub(super) fn solve(&self, problem: &Problem) -> Result<(Columns, CompressionReport)> {
+        let mut all = self.right_sides(problem)?;
+        let n = all.n_rows();
+        let options = KrylovOptions {
+            tolerance: (RESIDUAL * self.tolerance).max(LEAST),
+            products: PRODUCTS,
+            restart: RESTART,
+        };
+        let solve = |values: &mut [f64]| {
+            let mut columns = Columns::from_values(n, values.len() / n, values.to_vec());
+            let mut system = System { equations: self, x: Vec::new(), y: Vec::new() };
+            let reports = solve_columns(&mut system, &mut columns, options)?;
+            self.reorder(&columns, values);
+            Ok(reports)
+        };
+        let reports = all
+            .values_mut()
+            .par_chunks_mut(TOGETHER * n)
+            .with_max_len(1)
+            .map(solve)
+            .collect::<Result<Vec<Vec<KrylovReport>>>>()?;
+        let mut report = CompressionReport {
+            tolerance: self.tolerance,
+            iterations: 0,
+            residual: 0.0,
+            bytes: self.bytes(),
+        };
+        for column in reports.iter().flatten() {
+            report.iterations = report.iterations.max(column.products);
+            if column.residual.is_nan() || column.residual > options.tolerance.max(report.residual) {
+                report.residual = column.residual;
+            }
+        }
+        if report.residual.is_nan() || report.residual > options.tolerance * 1.5 {
+            return Err(Error::not_converged(format!(
+                "the compressed equations of boundary elements did not converge: after {} products a residual of {:.1e} is left of {:.1e} allowed; \
+                 take larger elements where the body is thin or away from the contact, until there are at most {} unknowns, which are \
+                 solved directly",
+                report.iterations,
+                report.residual,
+                options.tolerance,
+                super::system::DENSE
+            )));
+        }
+        Ok((all, report))
+    }
+
+    /// Columns in the order of the nodes.
+    fn reorder(&self, columns: &Columns, values: &mut [f64]) {
+        let n = columns.n_rows();
+        for (j, to) in values.chunks_exact_mut(n).enumerate() {
+            let from = columns.column(j);
+            for at in 0..3 * self.order.nodes.len() {
+                to[self.order.dof(at)] = from[at];
+            }
+            to[3 * self.order.nodes.len()..].copy_from_slice(&from[3 * self.order.nodes.len()..]);
+        }
+    }
+}
+
+/// The blocks of displacement that nodes have on themselves: what translations leave.
+fn own_blocks(
+    matrix: &CollocationMatrix,
+    sums: &Columns,
+    held: &[bool],
+    domain: Domain,
+) -> Result<Vec<Matrix3<f64>>> {
+    let n = matrix.n();
+    let (mut translations, mut moved) = (Columns::zeros(n, 3)?, Columns::zeros(n, 3)?);
+    for (at, held) in held.iter().enumerate() {
+        translations.column_mut(at % 3)[at] = if *held { 0.0 } else { 1.0 };
+    }
+    matrix.add_product(translations.view(), moved.view_mut());
+    if held.contains(&true) {
+        for c in 0..3 {
+            let to = moved.column_mut(c).iter_mut();
+            to.zip(sums.column(c)).for_each(|(to, sum)| *to += sum);
+        }
+    }
+    let far = match domain {
+        Domain::Inside => Matrix3::zeros(),
+        Domain::Outside => Matrix3::identity(),
+    };
+    let of_node = |node: usize| far - Matrix3::from_fn(|r, c| moved.at(3 * node + r, c));
+    Ok((0..n / 3).map(of_node).collect())
+}
+
+/// The equations as a Krylov method sees them.
+struct System<'a> {
+    equations: &'a CompressedEquations,
+    /// A vector and its product, which blocks in single precision take in single precision.
+    x: Vec<f32>,
+    y: Vec<f32>,
+}
+
+impl ColumnSystem for System<'_> {
+    fn apply(&mut self, x: &Columns, image: &mut Columns) {
+        let CompressedEquations { matrix, own, columns, rows, .. } = self.equations;
+        let n = matrix.n();
+        for j in 0..x.n_columns() {
+            let (from, to) = (x.column(j), image.column_mut(j));
+            for (node, own) in own.iter().enumerate() {
+                let product = own * Point::from_column_slice(&from[3 * node..3 * node + 3]);
+                to[3 * node..3 * node + 3].copy_from_slice(product.as_slice());
+            }
+            to[n..].fill(0.0);
+            for b in 0..columns.n_columns() {
+                to.iter_mut().zip(columns.column(b)).for_each(|(to, value)| *to += value * from[n + b]);
+                to[n + b] += rows.column(b).iter().zip(from).map(|(row, x)| row * x).sum::<f64>();
+            }
+        }
+        let (rows, count) = (x.n_rows(), x.n_columns());
+        self.x.clear();
+        self.x.extend(x.values().iter().map(|value| *value as f32));
+        self.y.clear();
+        self.y.resize(rows * count, 0.0);
+        let to = MatMut::from_column_major_slice_mut(&mut self.y[..], rows, count);
+        matrix.add_product(MatRef::from_column_major_slice(&self.x, rows, count), to);
+        image.values_mut().iter_mut().zip(&self.y).for_each(|(to, value)| *to += f64::from(*value));
+    }
+
+    fn precondition(&mut self, image: &Columns, x: &mut Columns) {
+        self.equations.inverse.apply(image, x);
+    }
+}

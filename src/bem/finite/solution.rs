@@ -1,0 +1,88 @@
+//! What is found of a body: displacement and traction of its surface.
+
+use super::compressed::CompressionReport;
+use crate::linalg::columns::Columns;
+
+/// Displacement and traction of all nodes of a surface, global axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceState {
+    /// mm.
+    pub displacement: Vec<[f64; 3]>,
+    /// On the body, MPa.
+    pub traction: Vec<[f64; 3]>,
+}
+
+/// What is not known, for what is known and for unit tractions of the loaded nodes.
+pub struct Solution {
+    pub(super) held: Vec<bool>,
+    pub(super) known: Vec<f64>,
+    pub(super) loaded: Vec<usize>,
+    /// `[3 n + free motions, 1 + 3 loaded nodes]`, the first for what is known.
+    pub(super) unknown: Columns,
+    /// Unknown tractions are solved for over this, which brings them near displacements, MPa/mm.
+    pub(super) scale: f64,
+    pub(super) residual: f64,
+    pub(super) compression: Option<CompressionReport>,
+}
+
+impl Solution {
+    /// Residual of equations computed afresh over the size of their terms.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// How the equations were compressed; `None` of dense ones.
+    pub fn compression(&self) -> Option<&CompressionReport> {
+        self.compression.as_ref()
+    }
+
+    /// Nodes that further tractions act on.
+    pub fn loaded(&self) -> &[usize] {
+        &self.loaded
+    }
+
+    /// Displacement of a dof by a unit traction of component c of loaded node j, dof 3 j + c, mm/MPa.
+    pub fn response(&self, dof: usize, loaded: usize) -> f64 {
+        self.unknown.at(dof, 1 + loaded)
+    }
+
+    /// Bytes that it keeps.
+    pub fn bytes(&self) -> usize {
+        8 * self.unknown.values().len()
+    }
+
+    /// The unknowns for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa.
+    fn combined(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.unknown.n_rows()];
+        for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
+            if *factor != 0.0 {
+                sum.iter_mut().zip(self.unknown.column(j)).for_each(|(sum, x)| *sum += factor * x);
+            }
+        }
+        sum
+    }
+
+    /// Displacement and traction of all nodes for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa,
+    /// beside it.
+    pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
+        let n = self.known.len() / 3;
+        let found = self.combined(own, tractions);
+        let mut state = SurfaceState { displacement: vec![[0.0; 3]; n], traction: vec![[0.0; 3]; n] };
+        for (dof, held) in self.held.iter().enumerate() {
+            let known = own * self.known[dof];
+            let (u, t) = if *held { (known, found[dof] * self.scale) } else { (found[dof], known) };
+            state.displacement[dof / 3][dof % 3] = u;
+            state.traction[dof / 3][dof % 3] = t;
+        }
+        for (j, &node) in self.loaded.iter().enumerate() {
+            (0..3).for_each(|c| state.traction[node][c] += tractions[3 * j + c]);
+        }
+        state
+    }
+
+    /// Tractions along the free motions that balance such loads, MPa.
+    pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+        let found = self.combined(own, tractions);
+        found[self.known.len()..].iter().map(|x| x * self.scale).collect()
+    }
+}

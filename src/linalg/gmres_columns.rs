@@ -1,0 +1,171 @@
+//! Generalised minimal residuals for several right sides side by side, each in a Krylov space of its own, with a preconditioner on the
+//! right: the matrix is read once for all of them.
+//!
+//! # Source
+//! Saad and Schultz 1986, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems".
+
+use super::columns::Columns;
+use super::gmres::{Hessenberg, KrylovOptions, KrylovReport, add, dot};
+use crate::error::Result;
+use crate::interrupt;
+
+/// A linear system by what Krylov methods for several right sides ask of it.
+pub trait ColumnSystem {
+    /// `image = A x` of each column; overwrites.
+    fn apply(&mut self, x: &Columns, image: &mut Columns);
+
+    /// `x` about A⁻¹ `image` of each column; overwrites.
+    fn precondition(&mut self, image: &Columns, x: &mut Columns);
+}
+
+/// Solves A X = B from X = 0; `columns` are B and become X. What was done for each column.
+///
+/// # Errors
+/// If memory does not suffice, or a stop is wished.
+pub fn solve_columns(
+    system: &mut dyn ColumnSystem,
+    columns: &mut Columns,
+    options: KrylovOptions,
+) -> Result<Vec<KrylovReport>> {
+    let (n, count) = (columns.n_rows(), columns.n_columns());
+    let norms = |columns: &Columns| -> Vec<f64> {
+        (0..count).map(|j| dot(columns.column(j), columns.column(j)).sqrt()).collect()
+    };
+    let scales = norms(columns);
+    let mut reports = vec![KrylovReport { products: 0, residual: 0.0 }; count];
+    let mut residual = columns.clone();
+    columns.values_mut().fill(0.0);
+    let mut basis: Vec<Columns> = Vec::new();
+    let mut work = [Columns::zeros(n, count)?, Columns::zeros(n, count)?];
+    let mut products = 0;
+    loop {
+        let starts = norms(&residual);
+        let goals: Vec<f64> = scales.iter().map(|scale| options.tolerance * scale).collect();
+        for (j, report) in reports.iter_mut().enumerate().filter(|(j, _)| scales[*j] != 0.0) {
+            report.residual = starts[j] / scales[j];
+        }
+        // A norm that is not a number is below no goal.
+        let mut open: Vec<bool> = (0..count).map(|j| starts[j] > goals[j] || starts[j].is_nan()).collect();
+        if open.iter().all(|open| !open) || products >= options.products || starts.iter().any(|s| s.is_nan())
+        {
+            return Ok(reports);
+        }
+        keep(&mut basis, 0, &residual, |j| if open[j] { 1.0 / starts[j] } else { 0.0 })?;
+        let mut hessenbergs: Vec<Hessenberg> = starts.iter().map(|start| Hessenberg::new(*start)).collect();
+        for k in 0..options.restart.min(options.products - products) {
+            interrupt::check()?;
+            let [step, image] = &mut work;
+            system.precondition(&basis[k], step);
+            system.apply(step, image);
+            products += 1;
+            let mut lengths = vec![0.0; count];
+            for j in 0..count {
+                if !open[j] {
+                    continue;
+                }
+                reports[j].products += 1;
+                let image = image.column_mut(j);
+                let mut column = Vec::with_capacity(k + 2);
+                for vectors in &basis[..=k] {
+                    let product = dot(vectors.column(j), image);
+                    add(image, -product, vectors.column(j));
+                    column.push(product);
+                }
+                lengths[j] = dot(image, image).sqrt();
+                column.push(lengths[j]);
+                let reached = hessenbergs[j].push(column);
+                open[j] = reached > goals[j] && lengths[j] > 0.0;
+            }
+            if open.iter().all(|open| !open) {
+                break;
+            }
+            keep(&mut basis, k + 1, image, |j| if open[j] { 1.0 / lengths[j] } else { 0.0 })?;
+        }
+        let [step, image] = &mut work;
+        step.values_mut().fill(0.0);
+        for (j, hessenberg) in hessenbergs.iter().enumerate() {
+            for (coefficient, vectors) in hessenberg.solve().iter().zip(&basis) {
+                add(step.column_mut(j), *coefficient, vectors.column(j));
+            }
+        }
+        // Right preconditioning: the solution is the preconditioned combination.
+        system.precondition(step, image);
+        columns.add(1.0, image);
+        // The residual afresh, from which the next cycle starts if one is still too large.
+        system.apply(image, step);
+        residual.add(-1.0, step);
+    }
+}
+
+/// Basis vectors `k` := those `vectors` times `factor`.
+fn keep(basis: &mut Vec<Columns>, k: usize, vectors: &Columns, factor: impl Fn(usize) -> f64) -> Result<()> {
+    if basis.len() <= k {
+        basis.push(Columns::zeros(vectors.n_rows(), vectors.n_columns())?);
+    }
+    for j in 0..vectors.n_columns() {
+        let factor = factor(j);
+        let to = basis[k].column_mut(j).iter_mut();
+        to.zip(vectors.column(j)).for_each(|(to, value)| *to = factor * value);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tridiagonal matrix that is not symmetric, with its diagonal as preconditioner.
+    struct Tridiagonal;
+
+    impl ColumnSystem for Tridiagonal {
+        fn apply(&mut self, x: &Columns, image: &mut Columns) {
+            let n = x.n_rows();
+            for j in 0..x.n_columns() {
+                let x = x.column(j);
+                for i in 0..n {
+                    let [before, after] = [i.checked_sub(1), Some(i + 1).filter(|i| *i < n)];
+                    let other = |i: Option<usize>| i.map_or(0.0, |i| x[i]);
+                    image.column_mut(j)[i] =
+                        (3.0 + i as f64) * x[i] - 1.5 * other(before) + 0.5 * other(after);
+                }
+            }
+        }
+
+        fn precondition(&mut self, image: &Columns, x: &mut Columns) {
+            for j in 0..image.n_columns() {
+                let pairs = x.column_mut(j).iter_mut().zip(image.column(j)).enumerate();
+                pairs.for_each(|(i, (x, b))| *x = b / (3.0 + i as f64));
+            }
+        }
+    }
+
+    /// Truth: the residual by the matrix itself, with and without restarts; a column of zeros has the solution zero, and one that is
+    /// not a number is told.
+    #[test]
+    fn residuals_are_what_the_matrix_says() {
+        let n = 40;
+        let entry = |k: usize| if k < 2 * n { (k as f64 * (1.0 + (k / n) as f64)).sin() } else { 0.0 };
+        let right = Columns::from_values(n, 3, (0..3 * n).map(entry).collect());
+        for restart in [5, 60] {
+            let options = KrylovOptions { tolerance: 1e-12, products: 400, restart };
+            let mut columns = right.clone();
+            let reports = solve_columns(&mut Tridiagonal, &mut columns, options).unwrap();
+            let mut image = Columns::zeros(n, 3).unwrap();
+            Tridiagonal.apply(&columns, &mut image);
+            image.add(-1.0, &right);
+            for (j, report) in reports.iter().enumerate().take(2) {
+                let residual = dot(image.column(j), image.column(j)).sqrt();
+                assert!(
+                    residual < 2e-12 * dot(right.column(j), right.column(j)).sqrt(),
+                    "{restart}: {residual}"
+                );
+                assert!(report.residual <= 1e-12 && report.products > 3, "{report:?}");
+            }
+            assert!(columns.column(2).iter().all(|x| *x == 0.0) && reports[2].products == 0);
+        }
+        let options = KrylovOptions { tolerance: 1e-12, products: 400, restart: 10 };
+        let mut columns = Columns::from_values(2, 1, vec![f64::NAN; 2]);
+        let reports = solve_columns(&mut Tridiagonal, &mut columns, options).unwrap();
+        assert!(reports[0].residual.is_nan());
+    }
+}

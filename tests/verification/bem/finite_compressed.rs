@@ -1,0 +1,160 @@
+//! Compressed equations of finite bodies of boundary elements: beside dense ones, rigid motions, uniform strain, threads.
+
+use faer::Par;
+use nalgebra::{Matrix3, Vector3};
+use orthowear::bem::finite::Interpolation::{Constant, Linear as LinearElements};
+use orthowear::bem::finite::{BoundaryElements, Domain, Equations, Interpolation, Problem, Solution};
+use orthowear::error::Kind;
+use orthowear::geometry::Point;
+use orthowear::material::Stiffness;
+
+use super::finite::{Linear, cube, elements, flat, off};
+use crate::common::{steel, tabulated_cfrp as cfrp};
+
+/// A cube with `n` x `n` elements on each side.
+fn body(n: usize, interpolation: Interpolation, stiffness: &Stiffness) -> BoundaryElements {
+    elements(cube(n, false, |x| x), interpolation, stiffness, 1e-7)
+}
+
+/// The body held where `held` holds, with known displacements there and tractions elsewhere.
+fn solved(
+    elements: &BoundaryElements,
+    held: impl Fn(&Point) -> [bool; 3],
+    (displacement, traction): (impl Fn(&Point) -> Point, impl Fn(&Point) -> Point),
+    (loaded, equations): (&[usize], Equations),
+) -> Solution {
+    let (positions, normals) = (elements.positions(), elements.normals());
+    let is_held: Vec<bool> = positions.iter().flat_map(&held).collect();
+    let of_node = |(x, n): (&Point, &Point)| {
+        let (u, t, is_held) = (displacement(x), traction(n), held(x));
+        Point::from_fn(|c, _| if is_held[c] { u[c] } else { t[c] })
+    };
+    let known = flat(positions.iter().zip(&normals).map(of_node));
+    let free = elements.free_motions(&is_held).unwrap();
+    let problem = Problem {
+        elements,
+        domain: Domain::Inside,
+        held: &is_held,
+        known: &known,
+        loaded,
+        free: free.as_ref(),
+        mean: &[],
+    };
+    problem.solve_by(equations, Par::Seq).unwrap()
+}
+
+/// Truth: the dense equations of the same body, held at its base along all axes and at a wall along its normal, with loads: displacements,
+/// tractions and responses to unit tractions differ by less than 10 times the tolerance of their largest.
+#[test]
+fn the_dense_equations() {
+    let elements = body(10, Constant, &cfrp());
+    let held = |x: &Point| [x.z < -0.999 || x.x < -0.999, x.z < -0.999, x.z < -0.999];
+    let known = (|x: &Point| x * 1e-3, |n: &Point| Point::new(3.0, -1.0, 2.0) + n * 5.0);
+    let positions = elements.positions();
+    let top = |&node: &usize| positions[node].z > 0.999 && positions[node].xy().norm() < 0.4;
+    let loaded: Vec<usize> = (0..positions.len()).filter(top).collect();
+    let dense = solved(&elements, held, known, (&loaded, Equations::Dense));
+    assert!(dense.compression().is_none() && loaded.len() > 6);
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let values = |solution: &Solution| {
+        let state = solution.state(1.0, &vec![0.0; 3 * loaded.len()]);
+        let columns = 0..3 * loaded.len();
+        let responses: Vec<f64> = columns
+            .flat_map(|j| loaded.iter().map(move |node| (3 * node + j % 3, j)))
+            .map(|(dof, j)| solution.response(dof, j))
+            .collect();
+        [state.displacement.concat(), state.traction.concat(), responses]
+    };
+    let wanted = values(&dense);
+    let found = [1e-3, 1e-5].map(|tolerance| {
+        let solution = solved(&elements, held, known, (&loaded, Equations::Compressed(tolerance)));
+        let report = solution.compression().unwrap();
+        assert!(
+            report.tolerance == tolerance && report.iterations < 40 && solution.residual() < 3.0 * tolerance
+        );
+        [0, 1, 2].map(|k| {
+            let apart: Vec<f64> = values(&solution)[k].iter().zip(&wanted[k]).map(|(a, b)| a - b).collect();
+            largest(&apart) / largest(&wanted[k]) / tolerance
+        })
+    });
+    for (k, apart) in found.iter().flatten().enumerate() {
+        assert!(*apart < 10.0 && *apart > 0.0, "{k}: {found:?}");
+    }
+}
+
+/// Truth: a body whose base is displaced and turned moves as a whole: translations to the rounding of single precision (6e-8, some
+/// twenty times over), for which the blocks of the nodes on themselves are made; turns to some times the tolerance.
+#[test]
+fn rigid_motions() {
+    let elements = body(6, LinearElements, &steel());
+    let held = |x: &Point| [x.z < -0.999; 3];
+    for (turn, allowed) in [(0.0, 2e-6), (1.0, 6e-5)] {
+        let motion = |x: &Point| Point::new(1.0, 2.0, -1.0) + Vector3::new(0.3, -0.5, 0.7).cross(x) * turn;
+        let known = (motion, |_: &Point| Point::zeros());
+        let solution = solved(&elements, held, known, (&[], Equations::Compressed(1e-5)));
+        let error = off(&elements, &solution.state(1.0, &[]), motion);
+        assert!(error < allowed, "{turn}: {error:e}");
+    }
+}
+
+/// Truth: a linear field, which linear elements have exactly, from its displacements on one side and its tractions on the others, and from
+/// its tractions alone without mean motion: displacements to some times the tolerance.
+#[test]
+fn uniform_strain() {
+    let elements = body(6, LinearElements, &cfrp());
+    let any = Matrix3::new(1e-3, 2e-4, -3e-4, 2e-4, 7e-4, 1e-4, -3e-4, 1e-4, -9e-4);
+    let field = Linear::new(&cfrp(), any);
+    for base in [true, false] {
+        let held = |x: &Point| [base && x.z < -0.999; 3];
+        let known = (|x: &Point| field.gradient * x, |n: &Point| field.stress * n);
+        let solution = solved(&elements, held, known, (&[], Equations::Compressed(1e-5)));
+        let state = solution.state(1.0, &[]);
+        let error = off(&elements, &state, |x| field.gradient * x);
+        assert!(error < 6e-5, "{base}: {error:e}");
+        let size = field.stress.amax();
+        let normals = elements.normals();
+        let apart =
+            normals.iter().zip(&state.traction).map(|(n, t)| (Point::from(*t) - field.stress * n).amax());
+        let error = apart.fold(0.0, f64::max) / size;
+        assert!(error < 5e-4, "{base}: {error:e}");
+    }
+}
+
+/// Truth: the same bits with one thread and with several.
+#[test]
+fn threads_do_not_change_bits() {
+    let elements = body(6, Constant, &steel());
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let held = |x: &Point| [x.z < -0.999; 3];
+        let known = (|x: &Point| x * 1e-3, |n: &Point| n * 5.0);
+        let loaded: Vec<usize> = (0..20).collect();
+        let loaded: Vec<usize> =
+            loaded.into_iter().filter(|&node| elements.positions()[node].z > -0.9).collect();
+        let solution =
+            pool.install(|| solved(&elements, held, known, (&loaded, Equations::Compressed(1e-4))));
+        solution.state(1.0, &vec![1.0; 3 * loaded.len()])
+    };
+    let one = run(1);
+    assert!(run(2) == one && run(3) == one);
+}
+
+/// Truth: the blocks are kept in single precision, which has no more digits.
+#[test]
+fn tolerances_beyond_single_precision_are_refused() {
+    let elements = body(1, Constant, &steel());
+    let n = 3 * elements.n_nodes();
+    let problem = Problem {
+        elements: &elements,
+        domain: Domain::Inside,
+        held: &vec![true; n],
+        known: &vec![0.0; n],
+        loaded: &[],
+        free: None,
+        mean: &[],
+    };
+    for tolerance in [1e-9, 0.5, f64::NAN] {
+        let error = problem.solve_by(Equations::Compressed(tolerance), Par::Seq).err().unwrap();
+        assert!(error.kind() == Kind::Input && error.message().contains("1e-6"), "{error}");
+    }
+}
