@@ -14,10 +14,10 @@ DefineConstant[
   outer = {13, Name "outer"},                // outer radius of the bushing
   half_length = {4, Name "half_length"},     // half the length of the bushing
   beyond = {6, Name "beyond"},               // by which the tube is longer than that
-  around = {12, Name "around"},              // cells over a quarter of the circumference
-  length_cells = {4, Name "length_cells"},   // cells along half of the bushing
-  beyond_cells = {3, Name "beyond_cells"},   // cells along the rest of the tube
-  wall_cells = {2, Name "wall_cells"},       // cells through the wall
+  around = {8, Name "around"},              // cells over a quarter of the circumference
+  length_cells = {3, Name "length_cells"},   // cells along half of the bushing
+  beyond_cells = {2, Name "beyond_cells"},   // cells along the rest of the tube
+  wall_cells = {1, Name "wall_cells"},       // cells through the wall
   order = {2, Name "order"}                  // order of the elements: 1 or 2
 ];
 

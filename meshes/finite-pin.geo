@@ -15,9 +15,9 @@ DefineConstant[
   depth = {4, Name "depth"},                 // its thickness
   patch = {0.5, Name "patch"},               // half the width of the contact patch
   patch_cells = {8, Name "patch_cells"},     // cells across it
-  length_cells = {8, Name "length_cells"},   // cells along the pin
+  length_cells = {5, Name "length_cells"},   // cells along the pin
   outer_cells = {2, Name "outer_cells"},     // cells from the patch to each side
-  depth_cells = {4, Name "depth_cells"},     // cells over the height
+  depth_cells = {3, Name "depth_cells"},     // cells over the height
   order = {2, Name "order"}                  // order of the elements: 1 or 2
 ];
 

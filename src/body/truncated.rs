@@ -99,16 +99,22 @@ impl TruncatedSpec<'_> {
     }
 
     fn grid(&self, frame: &ContactFrame) -> Result<Grid> {
-        let grid = frame.grid.filter(|grid| grid.periodic == [false; 2]).ok_or_else(|| {
-            Error::input("a half-space with a meshed surface needs a grid frame that does not repeat itself (frame.kind = \"grid\")")
+        let grid = frame.grid.ok_or_else(|| {
+            Error::input("a half-space with a meshed surface needs a grid frame (frame.kind = \"grid\")")
         })?;
+        if grid.periodic != [false; 2] {
+            return Err(Error::input(
+                "a half-space with a meshed surface has no frame that repeats itself: leave out frame.periodic, or `truncated`",
+            ));
+        }
         let half = [0, 1].map(|axis| 0.5 * grid.cells[axis] as f64 * grid.spacing[axis]);
         let most = half[0].max(half[1]);
         if self.half_size <= 1.1 * most {
             return Err(Error::input(format!(
-                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {most}: mesh at least 1.1 times \
-                 that",
-                self.half_size
+                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {most} along x or y: mesh it to \
+                 {} at least",
+                self.half_size,
+                1.1 * most
             )));
         }
         Ok(grid)

@@ -178,9 +178,13 @@ fn differences_file(number: usize) -> String {
 fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
     fs::create_dir_all(directory).map_err(|e| failure("cannot make the output directory", directory, &e))?;
-    let stale = (1..).map(|number| directory.join(differences_file(number)));
-    for path in stale.take_while(|path| path.exists()) {
-        fs::remove_file(&path).map_err(|e| failure("cannot remove", &path, &e))?;
+    for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        let ours = name.to_string_lossy().starts_with("differences_")
+            && path.extension().is_some_and(|is| is == "vtu");
+        if ours || name == "differences.pvd" {
+            fs::remove_file(&path).map_err(|e| failure("cannot remove", &path, &e))?;
+        }
     }
     let mut files = Vec::new();
     for (index, step) in ends.steps().into_iter().enumerate() {

@@ -102,7 +102,7 @@ struct RunArgs {
 struct CompareArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Variants: what body 1 and body 2 are, FE, BE, HS (half-space) or rigid, like FE-FE,BE-BE; the first is what the others are compared
+    /// Variants: what body 1 and body 2 are, FE, BE, HS (half-space), THS (truncated) or rigid, like FE-FE,BE-BE; the first is what the others are compared
     /// with.
     #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
     variants: Vec<Pair>,

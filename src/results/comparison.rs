@@ -109,8 +109,11 @@ impl Comparison {
                 None => said.push((words, vec![variant])),
             }
         }
-        self.warnings
-            .extend(said.into_iter().map(|(words, variants)| format!("{}: {words}", variants.join(", "))));
+        let all = self.variants.iter().filter(|variant| variant.status.is_some()).count();
+        let named = |(words, variants): (String, Vec<String>)| {
+            if variants.len() == all { words } else { format!("{}: {words}", variants.join(", ")) }
+        };
+        self.warnings.extend(said.into_iter().map(named));
     }
 
     /// The differences there are: name of the step, of the variant, and of that which it differs from.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::body::Estimate;
+use crate::body::{Estimate, PointState};
 use crate::error::{Context, Result};
 use crate::frame::ContactFrame;
 use crate::history::record::{FrameState, IncrementRecord};
@@ -53,6 +53,9 @@ impl FieldKind {
         if needed { Estimate::Wanted } else { Estimate::Skipped }
     }
 }
+
+/// Displacement and stress at the points of a request; `None` where the body has none.
+pub type Inside = Option<Vec<PointState>>;
 
 /// Writes what is asked for of a frame and its bodies.
 pub struct FieldWriter<'a> {
@@ -154,7 +157,7 @@ impl<'a> FieldWriter<'a> {
         &mut self,
         output: &mut OutputDir,
         record: &IncrementRecord,
-        state: &FrameState,
+        (state, inside): (&FrameState, Vec<Inside>),
     ) -> Result<()> {
         self.written.increments += 1;
         if self.wanted.contains(&FieldKind::Svg) {
@@ -171,11 +174,24 @@ impl<'a> FieldWriter<'a> {
                     .context(|| format!("fields of {}", body.side.key()))?;
             }
         }
-        for request in self.inside.clone() {
-            self.points_inside(output, &request, state)
+        for (request, states) in self.inside.clone().iter().zip(&inside) {
+            self.points_inside(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
         Ok(())
+    }
+
+    /// Displacement and stress at the points inside that are asked for.
+    ///
+    /// # Errors
+    /// If they cannot be had, or a stop is wished.
+    pub fn inside(&self, state: &FrameState) -> Result<Vec<Inside>> {
+        let of = |request: &InsideRequest| {
+            let body = self.bodies.iter().find(|body| body.side == request.side);
+            let states = body.map(|body| body.body.inside(self.frame, &state.tractions, &request.points()));
+            states.transpose().map(Option::flatten).context(|| format!("output.inside, \"{}\"", request.name))
+        };
+        self.inside.iter().map(of).collect()
     }
 
     /// Writes displacement and stress at points inside a body.
@@ -183,19 +199,14 @@ impl<'a> FieldWriter<'a> {
         &mut self,
         output: &mut OutputDir,
         request: &InsideRequest,
-        state: &FrameState,
+        states: &Inside,
     ) -> Result<()> {
-        let body = self.bodies.iter().find(|body| body.side == request.side);
-        let states = match body {
-            Some(body) => body.body.inside(self.frame, &state.tractions, &request.points())?,
-            None => None,
-        };
         // Other bodies in the place of the scene's own, as for comparisons, may have none.
         let Some(states) = states else { return Ok(()) };
         let series = request.series();
-        write_text(output, &format!("{series}_{:04}.csv", self.written.increments), &request.csv(&states)?)?;
+        write_text(output, &format!("{series}_{:04}.csv", self.written.increments), &request.csv(states)?)?;
         if request.across.is_some() {
-            self.write(output, &series, &request.grid(&states))?;
+            self.write(output, &series, &request.grid(states))?;
         }
         Ok(())
     }

@@ -193,6 +193,8 @@ impl Observer for Recorder<'_> {
     }
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
+        // May be interrupted: before anything of the entry is kept.
+        let inside = self.fields.as_ref().map(|fields| fields.inside(state)).transpose()?.unwrap_or_default();
         if let (Some(keeping), Some(output), false) = (&mut self.keeping, &self.output, record.converged) {
             let written =
                 self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());
@@ -200,7 +202,7 @@ impl Observer for Recorder<'_> {
         }
         self.records.push(record.clone());
         match (&mut self.fields, &mut self.output) {
-            (Some(fields), Some(output)) => fields.increment(output, record, state),
+            (Some(fields), Some(output)) => fields.increment(output, record, (state, inside)),
             _ => Ok(()),
         }
     }

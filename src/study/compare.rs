@@ -107,8 +107,12 @@ fn changed(plan: &Plan, frame: &ContactFrame, pair: Pair, notes: &mut Vec<String
                 "the mesh of {key} moves with wear (wear.move_mesh), which finite elements alone do"
             )));
         }
-        if kind == FiniteElements && plan.inside.iter().any(|request| request.side == SIDES[index]) {
-            notes.push(format!("points inside {key} (output.inside) are not taken from finite elements"));
+        let asked = changed.inside.len();
+        changed.inside.retain(|request| request.side != SIDES[index] || kind == own);
+        if changed.inside.len() < asked {
+            notes.push(format!(
+                "points inside {key} (output.inside) are left out where something else stands for it"
+            ));
         }
         if own == FiniteElements && kind == BoundaryElements && plan.compare.others[index].surface.is_none() {
             hint = format!("; compare.{key}.be.mesh gives it a surface mesh of its own");

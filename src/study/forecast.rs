@@ -19,6 +19,7 @@ use crate::history::step::{Integrator, Jumps, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
+use crate::results::inside::InsideRequest;
 use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan, Truncated};
 
 /// Floating-point operations per second that factorisations reach on one core.
@@ -58,6 +59,9 @@ const PER_INFLUENCE: [f64; 2] = [2e-6, 4.5e-6];
 /// their powers with more of them, and products for a right side.
 const COMPRESSED: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
+
+/// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
+const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
@@ -147,12 +151,24 @@ pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, 
         (of_frame(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
+    let seconds =
+        seconds + n_solves as f64 * plan.inside.iter().map(|request| inside(plan, request)).sum::<f64>();
     let mend = "take fewer cells in the frame, or a coarser mesh";
     plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = skips(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
     skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
+}
+
+/// Seconds for the points inside a body, once.
+fn inside(plan: &Plan, request: &InsideRequest) -> f64 {
+    let n = request.points().len() as f64;
+    match &plan.bodies[usize::from(request.side == SIDES[1])] {
+        BodySpec::Be(be) => n * PER_POINT_INSIDE[2] * outer_faces(&be.meshed.mesh).len() as f64,
+        BodySpec::HalfSpace(elastic) => n * PER_POINT_INSIDE[usize::from(!elastic.isotropic)],
+        _ => 0.0,
+    }
 }
 
 /// Contact problems of a step.

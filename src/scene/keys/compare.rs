@@ -9,7 +9,7 @@ use super::body::{BoundaryElement, Element, NearField};
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Compare {
-    /// What body 1 and body 2 are in each variant: FE, BE, HS (half-space) or rigid, like "FE-BE". The others are compared with the
+    /// What body 1 and body 2 are in each variant: FE, BE, HS (half-space), THS (a truncated one) or rigid, like "FE-BE". The others are compared with the
     /// first. Default: the scene as it is, FE-FE, BE-BE, FE-BE and HS-HS.
     #[schemars(with = "Vec<String>", length(min = 1))]
     pub variants: Option<Vec<String>>,

@@ -22,7 +22,9 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Optio
                 r.wrong(&key, format!("the variant {pair} is named twice"), "named twice", "name it once");
             }
             Ok(pair) => pairs.push(pair),
-            Err(message) => r.wrong(&key, message, "no variant", "write FE, BE, HS or rigid for each body"),
+            Err(message) => {
+                r.wrong(&key, message, "no variant", "write FE, BE, HS, THS or rigid for each body")
+            }
         }
     }
     let [body1, body2] = [(body1, "body1"), (body2, "body2")];

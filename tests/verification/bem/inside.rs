@@ -110,6 +110,15 @@ fn spheres_and_cavities() {
     }
 }
 
+/// Truth: Lamé (be-cavity-pressure): σ_t = p/2 on the wall, of quadratic elements to 1e-3 in the mean over it, with order 1.5 at least at
+/// their corners.
+#[test]
+fn the_wall_of_a_cavity() {
+    let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Outside));
+    assert!(fine.mean < 1e-3 * 0.5, "{}", fine.mean);
+    assert!(coarse.corners / fine.corners > 1.5_f64.powf(1.5), "{} {}", coarse.corners, fine.corners);
+}
+
 /// Truth: Hertz (Johnson 3.45, 4.2): under the pressure p0 √(1 - r²/a²) the stresses on the axis
 /// σ_z = -p0 / (1 + ζ²), σ_r = -p0 ((1 + ν)(1 - ζ atan(1/ζ)) - 1/(2 (1 + ζ²))) with ζ = z / a; the largest shear stress 0.310 p0 at 0.48 a for ν = 0.3. Of 64 x 64
 /// cells with the pressure in their middles; in both bodies.
