@@ -157,8 +157,8 @@ pub(super) fn body(
         BodySpec::Truncated(spec) => {
             let stiffness = spec.elastic.in_axes(0.0);
             let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
-            let body =
-                TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.cache.as_ref(), &left)).at(key)?;
+            let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.cache.as_ref(), &left))
+                .at(&format!("{key}.truncated"))?;
             let (held, note, record) = (
                 body.held_bytes(),
                 body.note().map(str::to_owned),

@@ -315,3 +315,26 @@ fn what_is_compared_with_what_is_told() {
     let rim = "note: step \"press\" (1): the contact reaches the rim of the frame";
     assert!(text.contains("BE-rigid: WARNING: a cell of the frame is only") && text.contains(rim), "{text}");
 }
+
+/// Truth: docs/scene.md: groups of supports and loads that differ in area or place from mesh to mesh by more than 5 % are told; equal ones are not.
+#[test]
+fn meshes_that_are_not_alike_are_told() {
+    let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
+    let mesh = fs::read_to_string(folder.path().join("box.msh")).unwrap();
+    // The first two faces of the base are none of its group.
+    let base = mesh.lines().filter(|line| line.contains(" 3 2 2 2 ")).take(2).collect::<Vec<_>>();
+    let other = base
+        .iter()
+        .fold(mesh.clone(), |mesh, line| mesh.replace(line, &line.replace(" 3 2 2 2 ", " 3 2 1 1 ")));
+    assert_ne!(other, mesh);
+    for (name, text, told) in [("same.msh", &mesh, false), ("other.msh", &other, true)] {
+        fs::write(folder.path().join(name), text).unwrap();
+        let own = format!("compare.body1.be={{ mesh = \"{name}\", element = \"constant\" }}");
+        let arguments = ["compare", "scene.toml", "--variants", "FE-rigid,BE-rigid", "--set", &own];
+        let near = ["--set", "body1.near_field=\"mesh\"", "--out", "c"];
+        let (code, text, errors) = orthowear(folder.path(), &[&arguments[..], &near].concat());
+        assert_eq!(code, Some(0), "{text}{errors}");
+        let warning = "the group \"base\" of body1 has an area of 4.0000";
+        assert_eq!(text.contains(warning), told, "{name}: {text}");
+    }
+}

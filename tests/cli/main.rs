@@ -26,4 +26,5 @@ mod study;
 mod tools;
 mod mesh_mistakes;
 mod scenes;
+mod truncated;
 mod units;
