@@ -31,6 +31,9 @@ const SHALLOW: f64 = 0.02;
 /// Height over the size of a cell up to which a point above the surface counts as on it.
 const ON_SURFACE: f64 = 1e-6;
 
+/// Error of the table of the field inside, over the largest gradient, from which on it is told.
+const DOUBTFUL: f64 = 1e-3;
+
 /// Points evaluated between two looks at whether to stop.
 const BATCH: usize = 256;
 
@@ -119,6 +122,26 @@ impl HalfSpaceBody {
     /// Seconds that making a compressed operator usually takes.
     pub fn building_seconds(&self) -> f64 {
         CompressedFlexibility::usual_seconds(self.cells.n(), &self.green, self.tolerance)
+    }
+
+    /// Makes the field of a point force, which points inside need: what the user should know of its accuracy, or of the cache.
+    ///
+    /// # Errors
+    /// As [`PointForceField::cached`].
+    pub fn make_inside(&self) -> Result<Option<String>> {
+        let (field, note) = PointForceField::cached(&self.stiffness, self.cache.as_ref())?;
+        let error = field.error();
+        // A second thread may have been faster; both are equal.
+        let _ = self.point_force.set(field);
+        let doubt = (error > DOUBTFUL).then(|| {
+            format!(
+                "the table of the field inside the half-space errs by up to {:.2} % of the stress around a point force, for its \
+                 stiffness varies much with direction: stress at points inside may err by as much",
+                100.0 * error
+            )
+        });
+        let notes: Vec<String> = note.into_iter().chain(doubt).collect();
+        Ok((!notes.is_empty()).then(|| notes.join("; ")))
     }
 
     fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
@@ -353,14 +376,9 @@ impl ElasticBody for HalfSpaceBody {
             )));
         }
         if self.point_force.get().is_none() {
-            let (field, _) = PointForceField::cached(&self.stiffness, self.cache.as_ref())?;
-            // A second thread may have been faster; both are equal.
-            let _ = self.point_force.set(field);
+            self.make_inside()?;
         }
         let field = self.point_force.get().expect("set above");
-        let bytes = Subsurface::PER_CELL * self.cells.n() + size_of::<PointState>() * points.len();
-        let what = format!("displacement and stress at {} points inside", points.len());
-        self.memory.ensure(bytes as u128, &what, "ask for fewer points (output.inside)")?;
         let turn = upright(self.side);
         let (_, corners) = plane_polygons(frame)?;
         let n = corners.len();

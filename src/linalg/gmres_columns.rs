@@ -44,10 +44,9 @@ pub fn solve_columns(
         for (j, report) in reports.iter_mut().enumerate().filter(|(j, _)| scales[*j] != 0.0) {
             report.residual = starts[j] / scales[j];
         }
-        // A norm that is not a number is below no goal.
-        let mut open: Vec<bool> = (0..count).map(|j| starts[j] > goals[j] || starts[j].is_nan()).collect();
-        if open.iter().all(|open| !open) || products >= options.products || starts.iter().any(|s| s.is_nan())
-        {
+        // A column that is not a number is left as it is, and told by its residual.
+        let mut open: Vec<bool> = (0..count).map(|j| starts[j] > goals[j]).collect();
+        if open.iter().all(|open| !open) || products >= options.products {
             return Ok(reports);
         }
         keep(&mut basis, 0, &residual, |j| if open[j] { 1.0 / starts[j] } else { 0.0 })?;
@@ -105,7 +104,9 @@ fn keep(basis: &mut Vec<Columns>, k: usize, vectors: &Columns, factor: impl Fn(u
     for j in 0..vectors.n_columns() {
         let factor = factor(j);
         let to = basis[k].column_mut(j).iter_mut();
-        to.zip(vectors.column(j)).for_each(|(to, value)| *to = factor * value);
+        // Nothing of a column that is closed, which may not be numbers.
+        to.zip(vectors.column(j))
+            .for_each(|(to, value)| *to = if factor == 0.0 { 0.0 } else { factor * value });
     }
     Ok(())
 }
@@ -164,8 +165,11 @@ mod tests {
             assert!(columns.column(2).iter().all(|x| *x == 0.0) && reports[2].products == 0);
         }
         let options = KrylovOptions { tolerance: 1e-12, products: 400, restart: 10 };
-        let mut columns = Columns::from_values(2, 1, vec![f64::NAN; 2]);
+        let mut columns = Columns::from_values(2, 2, vec![f64::NAN, 1.0, 6.0, 2.5]);
         let reports = solve_columns(&mut Tridiagonal, &mut columns, options).unwrap();
         assert!(reports[0].residual.is_nan());
+        // 3 x + 0.5 y = 6, -1.5 x + 4 y = 2.5.
+        let [x, y] = [2.0 - 11.0 / 51.0, 22.0 / 17.0];
+        assert!((columns.at(0, 1) - x).abs() < 1e-10 && (columns.at(1, 1) - y).abs() < 1e-10, "{columns:?}");
     }
 }

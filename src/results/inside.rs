@@ -19,6 +19,10 @@ const QUADRILATERAL: u8 = 9;
 const AFTER: &str = "displacement_x,displacement_y,displacement_z,stress_xx,stress_yy,stress_zz,stress_yz,stress_xz,stress_xy,von_mises,\
                      largest_shear,principal_1,principal_2,principal_3";
 
+/// Bytes per point of the table and of the grid while they are written; measured.
+const TABLE: usize = 385;
+const GRID: usize = 420;
+
 /// Points that are asked for, evenly spread on a line or over a rectangle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InsideRequest {
@@ -42,6 +46,16 @@ impl InsideRequest {
         format!("inside-{}", self.name)
     }
 
+    /// Number of its points.
+    pub fn n_points(&self) -> usize {
+        self.counts[0] * self.counts[1]
+    }
+
+    /// Bytes while its files are written.
+    pub fn writing_bytes(&self) -> usize {
+        self.n_points() * if self.across.is_some() { TABLE.max(GRID) } else { TABLE }
+    }
+
     /// Shares of the way along and across of point `i`; those along change fastest.
     fn shares(&self, i: usize) -> [f64; 2] {
         let [n, m] = self.counts;
@@ -59,7 +73,7 @@ impl InsideRequest {
             let [s, t] = self.shares(i);
             self.from + along * s + across * t
         };
-        (0..self.counts[0] * self.counts[1]).map(at).collect()
+        (0..self.n_points()).map(at).collect()
     }
 
     /// The corners with their keys: where a convex body that holds them all holds all points.

@@ -152,7 +152,10 @@ pub(super) fn body(
             let body = half_space_of(plan, elastic, index, frame)?.with_memory(left);
             memory::ensure(plan, frame, &body, &left).at(key)?;
             let held = memory::of_half_space(plan, frame, &body);
-            Made::new(body, held)
+            let asked = plan.inside.iter().any(|request| request.side == SIDES[index]);
+            let note = asked.then(|| body.make_inside()).transpose().at("output.inside")?.flatten();
+            let note = note.map(|note| format!("{key}: {note}"));
+            Made { note, ..Made::new(body, held) }
         }
         BodySpec::Truncated(spec) => {
             let stiffness = spec.elastic.in_axes(0.0);

@@ -127,6 +127,7 @@ pub fn forecast(plan: &Plan) -> Result<Forecast, Failure> {
 /// As [`forecast`], on a frame that may have been made for another plan.
 pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, Failure> {
     refuse_impossible_controls(plan, &frame)?;
+    memory::ensure_inside(plan, &frame).at("output.inside")?;
     let near = choose(plan, &frame)?;
     let frame = with_candidates(plan, frame, &near)?;
     let first = body(plan, 0, (&frame, &near[0]), memory::left(plan, &frame, 0))?;

@@ -2,6 +2,7 @@
 
 use super::bodies::{KEYS, SIDES};
 use super::failure::{AtKey, Failure};
+use super::memory;
 use crate::body::half_space::first_above;
 use crate::error::Error;
 use crate::frame::ContactFrame;
@@ -12,8 +13,9 @@ use crate::scene::plan::{BodySpec, Plan};
 /// Refuses points outside of their bodies.
 ///
 /// # Errors
-/// If there is one.
+/// If there is one, or there is no memory for them.
 pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
+    memory::ensure_inside(plan, frame).at("output.inside")?;
     plan.inside.iter().enumerate().try_for_each(|(i, request)| {
         let key = format!("output.inside.{i}");
         let index = usize::from(request.side == SIDES[1]);
@@ -52,7 +54,7 @@ fn below(plan: &Plan, frame: &ContactFrame, (key, request): (&str, &InsideReques
 
 fn beyond(plan: &Plan, (key, request): (&str, &InsideRequest), point: &Point) -> Result<(), Failure> {
     let corners = request.corners();
-    let name = corners.iter().find(|(_, corner)| corner == point).map_or("to", |(name, _)| name);
+    let corner = corners.iter().find(|(_, corner)| corner == point);
     let error = Error::input(format!(
         "the point {} ({}) of \"{}\" lies outside of the surface of {}: move `from`, `to` or `across`, or end them on the surface",
         place(&<[f64; 3]>::from(*point)),
@@ -60,5 +62,6 @@ fn beyond(plan: &Plan, (key, request): (&str, &InsideRequest), point: &Point) ->
         request.name,
         request.side.name(),
     ));
-    Err(Failure { error, key: format!("{key}.{name}") })
+    // Of a point between the corners no key is at fault.
+    Err(Failure { error, key: corner.map_or_else(|| key.to_owned(), |(name, _)| format!("{key}.{name}")) })
 }

@@ -21,6 +21,8 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ("from = [-0.4, 0.0, 0.05]", "from = [-0.4, 0.0, -0.05]", &["output.inside.1.from", "outside of body 2"]),
     ("to = [0.0, 0.0, -0.6]", "to = [0.0, 0.0, 0.0]", &["output.inside.0.to", "same point"]),
     ("points = 11", "points = 1", &["output.inside.0.points", "at least 2"]),
+    ("points = 11", "points = -1", &["output.inside.0.points", "at least 2"]),
+    ("points = [9, 5]", "points = [9, 1]", &["output.inside.1.points", "at least 2"]),
     ("points = 11", "points = [11, 2]", &["output.inside.0.points", "there is no `across`"]),
     ("points = [9, 5]", "points = 9", &["output.inside.1.points", "needs two"]),
     ("points = 11", "points = \"many\"", &["output.inside.0.points"]),
@@ -91,6 +93,22 @@ fn files_of_a_half_space() {
     // The middle of the first row lies 0.05 above the surface, the first point of the axis as far below.
     let column = above.iter().position(|name| name == "stress_zz").unwrap();
     assert!((cut[4][column] - rows[0][at("stress_zz")]).abs() < 1e-6 * p0);
+}
+
+/// Truth: exit code 4 of docs/command-line.md: points that the memory does not hold are refused before anything is computed, by `check` too;
+/// fewer fit.
+#[test]
+fn too_many_points_for_the_memory() {
+    let limited = HERTZ.replace("[output]", "[solver]\nmemory_limit = \"60 MiB\"\n[output]");
+    let folder = tempfile::tempdir().unwrap();
+    for (points, code, word) in [("[400, 400]", 4, "160000 points inside"), ("[40, 40]", 0, "")] {
+        let scene = format!("{limited}{}", CUT.replace("[9, 5]", points));
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        for command in ["check", "run"] {
+            let (found, text) = call(command, folder.path(), &[]);
+            assert!(found == Some(code) && text.contains(word), "{command} {points}: {found:?} {text}");
+        }
+    }
 }
 
 const HERTZ: &str = r#"

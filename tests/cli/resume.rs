@@ -225,6 +225,61 @@ fn one_run_at_a_time() {
     assert_whole(&job.out);
 }
 
+/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where the interrupt comes while points inside are evaluated, which
+/// takes most of the time: nothing of that entry is left.
+#[test]
+fn points_inside_may_be_interrupted() {
+    let scene = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.5, 0.5]
+cells = [16, 16]
+[gap]
+kind = "sphere"
+radius = 10.0
+[[steps]]
+name = "press"
+normal_force = 1000.0
+increments = 3
+[output]
+fields = []
+checkpoint = { seconds = 1e-9 }
+[[output.inside]]
+name = "cut"
+body = 1
+from = [-0.4, 0.0, -0.1]
+to = [0.4, 0.0, -0.1]
+across = [-0.4, 0.0, -0.6]
+points = [100, 60]
+"#;
+    let [whole, job] = [(); 2].map(|()| Job::new());
+    for job in [&whole, &job] {
+        fs::write(job.folder.path().join("scene.toml"), scene).unwrap();
+    }
+    let (code, text) = whole.run(&[]);
+    assert_eq!(code, Some(0), "{text}");
+    job.interrupt(&["--threads", "1"], 1);
+    let names = |job: &Job, end: &str| results(&job.out).keys().filter(|name| name.ends_with(end)).count();
+    let done = job.summary()["steps"].as_array().unwrap().len();
+    assert!(done < 3 && names(&job, ".csv") == done + 1 && names(&job, ".vtu") == done, "{done}");
+    let (code, text) = job.run(&["--resume"]);
+    assert_eq!(code, Some(0), "{text}");
+    let [found, expected] = [&job, &whole].map(|job| results(&job.out));
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, content) in &expected {
+        assert!(found[name] == *content, "{name} differs");
+    }
+}
+
 /// Truth: docs/checkpoints.md: files of an interrupted run that are gone are named, and the run goes on.
 #[test]
 fn missing_field_files() {

@@ -230,8 +230,9 @@ impl CompressedEquations {
         };
         for column in reports.iter().flatten() {
             report.iterations = report.iterations.max(column.products);
-            if column.residual.is_nan() || column.residual > options.tolerance.max(report.residual) {
-                report.residual = column.residual;
+            // The order of all numbers has what is none above the others.
+            if column.residual.abs().total_cmp(&report.residual).is_gt() {
+                report.residual = column.residual.abs();
             }
         }
         if report.residual.is_nan() || report.residual > options.tolerance * 1.5 {

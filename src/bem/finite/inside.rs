@@ -103,6 +103,16 @@ impl BoundaryElements {
         best.expect("a surface has elements")
     }
 
+    /// The points of all elements that `y` counts as being on: several on a common side or corner.
+    fn feet(&self, y: &Point) -> Vec<Foot> {
+        let on = |i: usize| {
+            let (middle, radius) = self.ball(i);
+            let near = (y - middle).norm() <= radius * (1.0 + ON_SURFACE);
+            near.then(|| self.foot_on(i, y)).filter(|foot| foot.distance <= ON_SURFACE * radius)
+        };
+        (0..self.n_elements()).filter_map(on).collect()
+    }
+
     /// A ball around element `i`.
     fn ball(&self, i: usize) -> (Point, f64) {
         let nodes = &self.panel(i).nodes;
@@ -159,16 +169,22 @@ fn clamped([u, v]: [f64; 2], triangle: bool) -> [f64; 2] {
 }
 
 impl InsideField<'_> {
-    /// Displacement and stress at a point inside, or on the surface.
+    /// Displacement and stress at a point inside, or on the surface: on common sides and corners of elements the mean of theirs.
     pub fn at(&self, y: &Point) -> PointState {
-        let foot = self.elements.foot(y);
         let stiffness = self.elements.stiffness();
+        let feet = self.elements.feet(y);
+        if !feet.is_empty() {
+            let share = 1.0 / feet.len() as f64;
+            let mut mean = PointState { displacement: Point::zeros(), stress: Matrix3::zeros() };
+            for foot in feet {
+                mean.displacement += self.surface.displacement(foot.element, foot.xi) * share;
+                mean.stress += self.surface.stress(foot.element, foot.xi) * share;
+            }
+            return mean;
+        }
+        let foot = self.elements.foot(y);
         let u = self.surface.displacement(foot.element, foot.xi);
         let gradient = self.surface.gradient(foot.element, foot.xi);
-        let (_, radius) = self.elements.ball(foot.element);
-        if foot.distance <= ON_SURFACE * radius {
-            return PointState { displacement: u, stress: stiffness.stress(&gradient) };
-        }
         let stress = stiffness.stress(&gradient);
         let linear = |x: &Point| u + gradient * (x - foot.position);
         let mut sum = Somigliana { displacement: Point::zeros(), gradient: Matrix3::zeros() };

@@ -14,7 +14,7 @@ use super::elements::BoundaryElements;
 use super::interpolation::Interpolation;
 use super::panel::Panel;
 use super::system::SurfaceState;
-use super::weight::acoustic;
+use super::weight::inverse_acoustic;
 use crate::geometry::Point;
 
 /// Cosine of the largest angle between neighbours over which displacement is smooth: 45 degrees.
@@ -111,8 +111,7 @@ impl SurfaceField<'_> {
         let n = self.elements.panel(i).area(xi).normalize();
         let inner = self.surface_gradient(i, xi);
         let rest = self.traction(i, xi) - stiffness.stress(&inner) * n;
-        let along = acoustic(stiffness, &n).try_inverse().expect("a stiffness is positive definite") * rest;
-        inner + along * n.transpose()
+        inner + inverse_acoustic(stiffness, &n) * rest * n.transpose()
     }
 
     /// Stress there, MPa.

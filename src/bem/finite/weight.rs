@@ -19,12 +19,15 @@ pub struct Weight {
     stress: Matrix3<f64>,
 }
 
-/// T_ik = C_ijkl n_j n_l.
-pub(super) fn acoustic(stiffness: &Stiffness, n: &Point) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, k| {
+/// The inverse of T_ik = C_ijkl n_j n_l.
+pub(super) fn inverse_acoustic(stiffness: &Stiffness, n: &Point) -> Matrix3<f64> {
+    let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
         let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
         pairs.map(|(j, l)| stiffness.component(i, j, k, l) * n[j] * n[l]).sum()
-    })
+    });
+    // The determinant of very large or small numbers is none.
+    let size = acoustic.amax();
+    Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite") / size
 }
 
 impl Weight {
@@ -33,10 +36,7 @@ impl Weight {
         // The square of a very large or small force is none.
         let direction =
             (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
-        let acoustic = acoustic(stiffness, &direction);
-        let size = acoustic.amax();
-        let inverse = Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite");
-        let curvature = inverse * force / size;
+        let curvature = inverse_acoustic(stiffness, &direction) * force;
         let stress = Matrix3::from_fn(|i, j| {
             let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
             -pairs.map(|(k, l)| stiffness.component(i, j, k, l) * curvature[k] * direction[l]).sum::<f64>()

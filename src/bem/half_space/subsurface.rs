@@ -132,8 +132,14 @@ fn parts_of(corners: &[[f64; 2]], traction: Point) -> Vec<Part> {
 }
 
 impl<'a> Subsurface<'a> {
-    /// Bytes per loaded cell, at most.
-    pub const PER_CELL: usize = 600;
+    /// Bytes that cells of so many corners take if all are loaded, at most.
+    pub fn bytes(n_corners: impl Iterator<Item = usize>) -> usize {
+        let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
+        // A group that is divided leaves more than half of FEW parts in each half.
+        let groups = 2 * parts / FEW.div_ceil(2) + 1;
+        parts * size_of::<Part>()
+            + groups * (size_of::<Group>() + SIDE * SIDE * size_of::<([f64; 2], Point)>())
+    }
 
     /// Under the tractions (MPa, on the body) of cells by their corners in the plane; `field` is that of the material of this `stiffness` in
     /// the axes of the surface.

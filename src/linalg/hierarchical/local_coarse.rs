@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::general::CollocationMatrix;
 use crate::error::Result;
+use crate::interrupt;
 use crate::linalg::columns::Columns;
 use crate::linalg::dense_lu::DenseLu;
 
@@ -117,6 +118,7 @@ impl LocalCoarse {
     pub fn new(matrix: &CollocationMatrix, additions: &Additions, unknowns: Unknowns) -> Result<Self> {
         let n = matrix.n();
         let local = |places: Range<usize>| {
+            interrupt::check()?;
             let mut values = Columns::zeros(places.len(), places.len())?;
             matrix.add_within(&places, &mut values);
             for (at, dof) in places.clone().enumerate() {
@@ -137,6 +139,7 @@ impl LocalCoarse {
         let mut means = Columns::zeros(count + border, count + border)?;
         matrix.add_grouped(&groups, &mut means);
         for group in &groups {
+            interrupt::check()?;
             let size = group.places.len();
             for (j, motion) in group.motions.chunks_exact(size).enumerate() {
                 let mut image = vec![0.0; size];

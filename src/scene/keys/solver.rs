@@ -150,9 +150,9 @@ pub struct Inside {
 #[schemars(inline)]
 pub enum Points {
     /// On a line.
-    Line(usize),
+    Line(#[schemars(range(min = 2))] usize),
     /// Along a rectangle and across it.
-    Rectangle([usize; 2]),
+    Rectangle(#[schemars(inner(range(min = 2)))] [usize; 2]),
 }
 
 impl Default for Output {

@@ -46,6 +46,10 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
     if keys.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
         r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
     }
+    if keys.name.as_deref().is_some_and(|name| name.contains(char::is_control)) {
+        let message = "a step has a name of more than one line, or with characters that cannot be seen";
+        r.wrong(&format!("{key}.name"), message, "this name", "give it in one line");
+    }
     exclusive(r, &key, &keys);
     carried::prescribed(r, &key, &keys, laws, level);
     let cycles = super::cycles::resolve(r, &key, &keys, laws);
