@@ -145,6 +145,31 @@ fn a_second_run_skips_the_factorisation() {
     assert_eq!(place.entries().len(), 3);
 }
 
+/// Truth: the table of the field inside a half-space is kept and read to the last bit; a damaged one is made anew, and the summary says so.
+#[test]
+fn the_field_inside_a_half_space() {
+    let place = Place::new();
+    let scene = SCENE.replace("kind = \"fe\"", "kind = \"half-space\"");
+    let mesh = scene.find("mesh = ").unwrap()..scene.find("[body2]").unwrap();
+    let mut scene = scene.replace(&scene[mesh], "");
+    scene.push_str(
+        "inside = [{ name = \"axis\", body = 1, from = [0, 0, -0.1], to = [0, 0, -0.5], points = 3 }]\n",
+    );
+    fs::write(place.folder.path().join("scene.toml"), scene).unwrap();
+    let points = || fs::read(place.folder.path().join("scene.out/inside-axis_0001.csv")).unwrap();
+    place.run(&[]);
+    let (made, entry) = (points(), place.entries().remove(0));
+    place.run(&[]);
+    assert!(points() == made && place.entries().len() == 1);
+    let mut bytes = fs::read(&entry).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&entry, &bytes).unwrap();
+    let rebuilt = place.run(&[]);
+    assert!(rebuilt["warnings"].to_string().contains("was damaged"), "{}", rebuilt["warnings"]);
+    assert!(points() == made);
+}
+
 /// Truth: docs/command-line.md: 0 is no cache, anything but a number is a mistake.
 #[test]
 fn the_limit_is_the_users() {
