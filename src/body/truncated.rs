@@ -14,7 +14,7 @@ use crate::bem::half_space::{CrossBlocks, DenseFlexibility};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
-use crate::geometry::{Point, Side};
+use crate::geometry::{Point, Side, number};
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::{Flexibility, SharedFlexibility};
@@ -22,6 +22,11 @@ use crate::material::Stiffness;
 
 /// Accuracy of the integrals, over the largest values.
 const ACCURACY: f64 = 1e-6;
+
+/// How far the surface may be meshed, over half of the longer side of the frame: farther out its elements are needles, and the truncation is below
+/// what else is wrong.
+const REACH: [f64; 2] = [1.1, 1000.0];
+const ROUNDING: f64 = 1e-9;
 
 /// By how much an element beyond the frame may be longer than the one before it.
 const GROWTH: f64 = 1.4;
@@ -109,12 +114,15 @@ impl TruncatedSpec<'_> {
         }
         let half = [0, 1].map(|axis| 0.5 * grid.cells[axis] as f64 * grid.spacing[axis]);
         let most = half[0].max(half[1]);
-        if self.half_size <= 1.1 * most {
+        let [least, farthest] = REACH.map(|times| times * most);
+        if !(least * (1.0 - ROUNDING)..=farthest).contains(&self.half_size) {
             return Err(Error::input(format!(
-                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {most} along x or y: mesh it to \
-                 {} at least",
-                self.half_size,
-                1.1 * most
+                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {} along x or y: mesh it to {} \
+                 at least, and to {} at most",
+                number(self.half_size),
+                number(most),
+                number(least),
+                number(farthest)
             )));
         }
         Ok(grid)

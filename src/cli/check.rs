@@ -10,6 +10,7 @@ use crate::history::step::{CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::scene::{self, Document};
+use crate::study::accuracy::Search;
 use crate::study::{self, Forecast, moving};
 use crate::wear::WearLaw;
 
@@ -38,9 +39,10 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
         Ok(cache) => cache,
         Err(error) => return report(&error),
     };
-    match study::forecast(&plan).and_then(|forecast| Ok((forecast, study::notes(&plan)?))) {
-        Ok((forecast, notes)) => {
-            to_stdout(&describe(&plan, &forecast, &notes));
+    let looked = || Ok((study::forecast(&plan)?, study::notes(&plan)?, Search::new(&plan)?));
+    match looked() {
+        Ok((forecast, notes, search)) => {
+            to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
             exit::DONE
         }
         Err(failure) => show_failure(&plan, &failure),
@@ -48,8 +50,17 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
 }
 
 /// The plan as a person reads it.
-fn describe(plan: &Plan, forecast: &Forecast, notes: &[String]) -> String {
-    let rows: Vec<Vec<String>> = summary_rows(plan, forecast);
+fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[String]) -> String {
+    let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
+    if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
+        let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.words()).collect();
+        let words = format!(
+            "{:e}: runs with finer {} until it is reached; above are those of the scene",
+            wanted.relative,
+            knobs.join(", ")
+        );
+        rows.push(vec!["accuracy".to_owned(), words]);
+    }
     let width = rows.iter().map(|row| row[0].chars().count()).max().unwrap_or(0);
     let mut text = format!("{}\n\n", plan.title);
     for row in &rows {

@@ -5,12 +5,12 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::compute::{Job, compute};
+use super::compute::{Job, compute, nothing};
 use super::progress::{Progress, seconds};
 use super::run::{reason, report, show_failure, units};
 use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
@@ -19,7 +19,7 @@ use crate::results::output::{OutputDir, failure, write_atomically};
 use crate::results::step_ends::{StepEnds, Variants};
 use crate::results::summary::{Status, Summary};
 use crate::results::vtu::collection;
-use crate::scene::{self, Plan};
+use crate::scene::{self, Mistakes, Plan};
 use crate::study::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
@@ -97,6 +97,10 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
 fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let scene = &arguments.scene;
     let mut plan = scene::read(&scene.scene, &scene.overrides).map_err(|mistakes| refuse(&mistakes))?;
+    if plan.accuracy.is_some() {
+        let error = Error::input("variants are compared on the cells of the scene: leave out `accuracy`");
+        return Err(refuse(&Mistakes::from_error(&plan.document, "accuracy", &error)));
+    }
     if !arguments.no_cache {
         plan.cache = FlexibilityCache::of_user().map_err(|error| report(&error))?;
     }
@@ -156,8 +160,15 @@ impl Run<'_> {
         let show = &mut |stage: &str, done, residual| {
             self.progress.show(&format!("{label} {stage}"), done, residual);
         };
-        let job = Job { frame: Some(self.frame), show, watch: &mut ends, stop: self.stop, checkpoints: None };
-        let code = compute(plan, output, &mut summary, job).unwrap_or_else(|failure| {
+        let job = Job {
+            frame: Some(self.frame),
+            show,
+            watch: &mut ends,
+            stop: self.stop,
+            checkpoints: None,
+            complete: &mut nothing,
+        };
+        let code = compute(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {
             to_stderr(&format!("{}: ", variant.name));
             show_failure(self.plan, &failure)
         });

@@ -19,7 +19,7 @@ use crate::results::fields::{FieldWriter, Written};
 use crate::results::keeper::{Keeper, Kept};
 use crate::results::output::OutputDir;
 use crate::results::recorder::{Parts, Recorder};
-use crate::results::summary::{FrameRecord, Summary};
+use crate::results::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
 use crate::study::moving::Room;
 use crate::study::{Failure, Study};
@@ -36,6 +36,8 @@ pub(super) struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<Checkpoints>,
+    /// Looks at the entries when the run ends, before its summary is written.
+    pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary),
 }
 
 impl Job<'_> {
@@ -43,6 +45,9 @@ impl Job<'_> {
         Maker { frame: self.frame, show: &mut *self.show, stop: self.stop }
     }
 }
+
+/// Completes nothing.
+pub(super) fn nothing(_: &[IncrementRecord], _: &mut Summary) {}
 
 /// Hears nothing.
 pub(super) struct Nobody;
@@ -104,11 +109,11 @@ struct Leg {
     stage: Stage,
 }
 
-/// Runs the plan into `output` and completes `summary`; the exit code, or the failure that ended it, which is in the
+/// Runs the plan into `output`, if there is one, and completes `summary`; the exit code, or the failure that ended it, which is in the
 /// summary too.
 pub(super) fn compute(
     plan: &Plan,
-    output: OutputDir,
+    output: Option<OutputDir>,
     summary: &mut Summary,
     mut job: Job<'_>,
 ) -> std::result::Result<u8, Failure> {
@@ -118,7 +123,7 @@ pub(super) fn compute(
         moves: from.kept.moves.clone(),
     });
     let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
-    let early = |output| Recorder::into_directory(output).with_records(records.clone());
+    let early = |output| Recorder::writing_to(output).with_records(records.clone());
     let study = match safely(|| job.maker().ready(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
@@ -144,8 +149,22 @@ pub(super) fn compute(
         Some(Kept { snapshot, course, written, .. }) => (written, Some((snapshot, course))),
         None => (Written::default(), None),
     };
-    let parts = Parts { output: Some(output), records, written, keeper };
+    let parts = Parts { output, records, written, keeper };
     legs(plan, study, Leg { parts, from, stage }, summary, &mut job)
+}
+
+/// Leaves a summary of what stood in the way before anything was computed.
+pub(super) fn refused(
+    output: OutputDir,
+    summary: &mut Summary,
+    failure: Failure,
+) -> std::result::Result<u8, Failure> {
+    summary.fail(&failure.error);
+    let code = failure.error.exit_code();
+    match finish(Recorder::into_directory(output), summary, code) {
+        written if written == code => Err(failure),
+        other => Ok(other),
+    }
 }
 
 /// A panic as a failure.
@@ -188,7 +207,7 @@ fn legs<'p>(
         };
         let room = match Room::new(plan, &study, &stage.moves) {
             Ok(room) => room,
-            Err(error) => return conclude(recorder, Err(error), summary),
+            Err(error) => return conclude(recorder, &mut *job.complete, Err(error), summary),
         };
         let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room };
         let (snapshot, course) = from.unzip();
@@ -203,9 +222,13 @@ fn legs<'p>(
             result = Err(failure.error);
             None
         }) {
-            None => return conclude(recorder, result, summary),
-            Some(Way::End(why)) => return conclude(recorder, tell(result, Some(why)), summary),
-            Some(Way::Interrupted) => return conclude(recorder, interrupted(result), summary),
+            None => return conclude(recorder, &mut *job.complete, result, summary),
+            Some(Way::End(why)) => {
+                return conclude(recorder, &mut *job.complete, tell(result, Some(why)), summary);
+            }
+            Some(Way::Interrupted) => {
+                return conclude(recorder, &mut *job.complete, interrupted(result), summary);
+            }
             Some(way) => way,
         };
         let grows = matches!(way, Way::Larger(_));
@@ -237,7 +260,7 @@ fn legs<'p>(
                 let resumes = parts.keeper.is_some_and(|keeper| keeper.has_any());
                 let recorder =
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
-                return conclude(recorder.that_resumes(resumes), result, summary);
+                return conclude(recorder.that_resumes(resumes), &mut *job.complete, result, summary);
             }
         }
     }
@@ -258,6 +281,7 @@ fn tell(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult>
 /// Completes the summary and writes what there is.
 fn conclude(
     recorder: Recorder<'_>,
+    complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary),
     result: Result<RunResult>,
     summary: &mut Summary,
 ) -> std::result::Result<u8, Failure> {
@@ -269,7 +293,10 @@ fn conclude(
         result.outcome
     });
     summary.conclude(&outcome);
-    let code = finish(recorder, summary, exit_code(&outcome));
+    complete(recorder.records(), summary);
+    let code = exit_code(&outcome);
+    let doubted = code == exit::DONE && summary.status == Status::NotConverged;
+    let code = finish(recorder, summary, if doubted { exit::NOT_CONVERGED } else { code });
     match outcome {
         Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
         _ => Ok(code),

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
+mod accurate;
 mod check;
 mod compare;
 mod compute;
@@ -90,12 +91,21 @@ struct RunArgs {
     /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
     #[arg(long)]
     no_cache: bool,
+    /// Relative error that the results may have, e.g. 1e-3: cells, increments and jumps are then chosen; in place of the scene's `accuracy`.
+    #[arg(long, value_name = "ERROR", value_parser = relative)]
+    accuracy: Option<f64>,
     /// Goes on from the last checkpoint in the output directory, if there is one.
     #[arg(long)]
     resume: bool,
     /// Prints nothing but errors.
     #[arg(long)]
     quiet: bool,
+}
+
+/// A relative error.
+fn relative(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
+    number.ok_or_else(|| "it must be a number above 0 and at most 0.1, like 1e-3".to_owned())
 }
 
 #[derive(Debug, Args)]

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::compute::{Job, Nobody, compute};
+use super::accurate::{self, compute_accurately};
+use super::compute::{Job, Nobody, nothing};
 use super::progress::{Progress, seconds};
 use super::resume::{self, Checkpoints, Start};
 use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout};
@@ -12,6 +13,8 @@ use crate::fem::FlexibilityCache;
 use crate::results::checkpoint;
 use crate::results::output::{OutputDir, SUMMARY};
 use crate::results::summary::{Status, Summary, Units};
+use crate::scene::keys::accuracy::Quantity;
+use crate::scene::plan::AccuracySpec;
 use crate::scene::{self, Mistakes, Plan};
 use crate::study::Failure;
 
@@ -24,6 +27,10 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         Ok(plan) => plan,
         Err(mistakes) => return refuse_scene(&mistakes, arguments, &directory),
     };
+    if let Some(relative) = arguments.accuracy {
+        let wanted = AccuracySpec { relative, of: Quantity::ALL.to_vec(), keep: Vec::new() };
+        plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracySpec { relative, ..spec }));
+    }
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
     summary.warnings.extend(plan.notes.iter().cloned());
     summary.timings.add("scene", started.elapsed().as_secs_f64());
@@ -46,8 +53,9 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let mut progress = Progress::new(arguments.quiet);
     let mut nobody = Nobody;
     let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
-    let job = Job { frame: None, show, watch: &mut nobody, stop, checkpoints: Some(checkpoints) };
-    let code = compute(&plan, output, &mut summary, job);
+    let complete = &mut nothing;
+    let job = Job { frame: None, show, watch: &mut nobody, stop, checkpoints: Some(checkpoints), complete };
+    let code = compute_accurately(&plan, output, &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
@@ -76,6 +84,11 @@ fn begin(
 ) -> Result<Option<(OutputDir, Checkpoints)>> {
     let mut output = OutputDir::open(directory)?;
     let mut checkpoints = Checkpoints::of(plan)?;
+    if arguments.resume && plan.accuracy.is_some() {
+        return Err(Error::input(
+            "a run that chooses its cells by an accuracy has no checkpoints to go on from: leave out --resume, or the accuracy",
+        ));
+    }
     if arguments.resume {
         let mut say = |text: &str| {
             if !arguments.quiet {
@@ -147,6 +160,9 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
     text.push_str(&table::bodies(summary));
+    if let Some(record) = &summary.accuracy {
+        text.push_str(&format!("\n{}", accurate::describe(record)));
+    }
     let failed = summary.status == Status::Failed;
     for warning in summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNITS_HINT))) {
         text.push_str(&format!("\n{}", remark(warning)));
@@ -183,6 +199,10 @@ pub(super) fn reason(word: Option<&str>) -> String {
         Some("stick-zone") => {
             "the cells that stick through a fretting cycle did not settle (stick-zone): more jumps, another amplitude or more \
              cells may help, more iterations do not"
+        }
+        Some(accurate::REASON) => {
+            "the estimated errors stay above the accuracy (accuracy): raise it, ask for other results (accuracy.of), or see accuracy in \
+             summary.json for what does not converge"
         }
         Some("linear-solver") => {
             "the systems of a body were not solved (linear-solver): raise solver.memory_limit"

@@ -7,8 +7,9 @@ use std::time::Instant;
 
 use clap::Args;
 
+use super::accurate::compute_accurately;
 use super::compare::worse;
-use super::compute::{Job, Nobody, compute};
+use super::compute::{Job, Nobody, nothing};
 use super::progress::{Progress, seconds};
 use super::run::{reason, report, units};
 use super::table::{align, short};
@@ -200,8 +201,9 @@ impl Work<'_> {
         summary.warnings.extend(plan.notes.iter().cloned());
         let output = OutputDir::open(&self.directory.join(&spec.folder)).map_err(unkeyed)?;
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
-        let job = Job { frame: None, show, watch: &mut Nobody, stop: self.stop, checkpoints: None };
-        compute(&plan, output, summary, job)
+        let (watch, complete) = (&mut Nobody, &mut nothing);
+        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints: None, complete };
+        compute_accurately(&plan, output, summary, job)
     }
 }
 

@@ -3,6 +3,7 @@
 //! Every file is written under a temporary name and renamed when it is complete ([`output`]), so that a failed run
 //! loses nothing that was there before. No number that is not finite is written silently.
 
+pub mod accuracy;
 pub mod along;
 pub mod body_fields;
 pub mod body_peaks;

@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::error::{Error, Kind, Result};
 use crate::frame::Grid;
 use crate::history::record::{FrettingLoop, IncrementRecord, Outcome, Skipped};
+use crate::results::accuracy::AccuracyRecord;
 use crate::results::body_peaks::BodyRecord;
 use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
@@ -121,7 +122,7 @@ pub struct Summary {
     pub units: Units,
     /// How the run ended.
     pub status: Status,
-    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone" or "linear-solver".
+    /// Why it did not converge: "iterations", "gross-sliding", "contact-lost", "frame-edge", "stick-zone", "linear-solver" or "accuracy".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The message of the error that ended a failed run.
@@ -155,6 +156,9 @@ pub struct Summary {
     /// Where the near fields of meshed bodies were computed, and how good the corrections are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub near_fields: Vec<NearFieldRecord>,
+    /// The accuracy that was asked for and reached.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyRecord>,
     /// Seconds by stage.
     pub timings: Timings,
     /// Peak resident memory of the process, bytes (0 where unknown).
@@ -187,6 +191,7 @@ impl Summary {
             boundary_elements: Vec::new(),
             truncations: Vec::new(),
             near_fields: Vec::new(),
+            accuracy: None,
             timings: Timings::default(),
             peak_memory_bytes: 0,
             warnings: Vec::new(),

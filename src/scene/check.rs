@@ -45,6 +45,21 @@ impl<'a> Walk<'a> {
             if let (Some(array), Value::Array(_)) = (array, &node.value) {
                 return self.array(node, array, key);
             }
+            let plain = |kind: &str| {
+                let is = |branch: &&Json| {
+                    branch.get("type").is_some_and(|t| t == kind) && branch.get("const").is_none()
+                };
+                branches.iter().map(|branch| self.resolve(branch)).find(is)
+            };
+            let (table, text) = (plain("object"), plain("string").filter(|text| text.get("enum").is_none()));
+            if let (None, Some(table), Some(_)) = (tag_of(branches), table, text) {
+                return match (&node.value, number_branch(branches)) {
+                    (Value::Table(_), _) => self.object(node, table, key, None),
+                    (Value::String(_), _) => {}
+                    (Value::Integer(_) | Value::Float(_), Some(number)) => self.node(node, number, key),
+                    _ => self.wrong_type(node, key, "a number, a text in double quotes or a table"),
+                };
+            }
             return match tag_of(branches) {
                 Some(tag) => self.tagged(node, branches, tag, key),
                 None if number_or_list(branches).is_some() => {

@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 
 use super::document::Document;
 use super::keys::Units;
+use super::keys::accuracy::{Knob, Quantity};
 use super::keys::body::{Element, Fibre, NearField};
 use super::keys::frame::FramePoints;
 use super::keys::laws::Integrator;
@@ -64,6 +65,8 @@ pub struct Plan {
     pub compare: CompareSpec,
     /// Points inside bodies whose displacement and stress is written.
     pub inside: Vec<InsideRequest>,
+    /// How accurate results shall be; `None` where cells, increments and jumps are the scene's.
+    pub accuracy: Option<AccuracySpec>,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.
@@ -72,6 +75,17 @@ pub struct Plan {
     pub files: Vec<(String, PathBuf)>,
     /// The scene file, for messages that point into it.
     pub document: Document,
+}
+
+/// How accurate results shall be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AccuracySpec {
+    /// Relative error.
+    pub relative: f64,
+    /// Of what.
+    pub of: Vec<Quantity>,
+    /// What stays as the scene has it.
+    pub keep: Vec<Knob>,
 }
 
 /// A body.

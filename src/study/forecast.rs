@@ -63,6 +63,9 @@ const PRODUCTS: f64 = 15.0;
 /// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
 const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
 
+/// Seconds for the table of the field inside a half-space, over the root of its largest stiffness over the smallest.
+const INSIDE_TABLE: f64 = 0.5;
+
 /// Products of an increment on an operator with an approximate inverse.
 const WITH_INVERSE: f64 = 70.0;
 
@@ -152,6 +155,7 @@ pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, 
         (of_frame(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
     let seconds =
         bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
+    let seconds = seconds + inside_tables(plan);
     let seconds =
         seconds + n_solves as f64 * plan.inside.iter().map(|request| inside(plan, request)).sum::<f64>();
     let mend = "take fewer cells in the frame, or a coarser mesh";
@@ -160,6 +164,20 @@ pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, 
     let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
     skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
+}
+
+/// Seconds for the tables of the field inside half-spaces, where they are not kept: the more the stiffness varies with direction the longer.
+fn inside_tables(plan: &Plan) -> f64 {
+    let of = |index: usize| match &plan.bodies[index] {
+        BodySpec::HalfSpace(elastic)
+            if !elastic.isotropic && plan.inside.iter().any(|request| request.side == SIDES[index]) =>
+        {
+            let stiffness = elastic.stiffness.voigt().diagonal();
+            INSIDE_TABLE * (stiffness.max() / stiffness.min()).sqrt()
+        }
+        _ => 0.0,
+    };
+    of(0) + of(1)
 }
 
 /// Seconds for the points inside a body, once.

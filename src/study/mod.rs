@@ -1,5 +1,6 @@
 //! From a plan to its results: bodies, frame and flexibility of a scene, then its history.
 
+pub mod accuracy;
 mod bodies;
 mod candidates;
 pub mod compare;

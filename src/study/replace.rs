@@ -43,7 +43,7 @@ pub(super) fn replaced(
     }
     if kind == Discretisation::Truncated {
         return Err(Error::input(format!(
-            "{key} is not one in the scene: write kind = \"half-space\" with `truncated`"
+            "{key} is no half-space with a meshed surface (THS) in the scene: write kind = \"half-space\" with `truncated`"
         )));
     }
     let Some(meshed) = body.meshed() else {

@@ -1,4 +1,5 @@
 //! Command line: runs, refusals, outputs.
+mod accuracy;
 mod bad_input;
 mod bad_loads;
 mod boundary;

@@ -35,6 +35,10 @@ impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
         let y = self.panel(node).position(self.places_of(node).places()[0]);
         let of = |i: usize| {
+            // Very long elements take long; nothing is made of these rows then.
+            if interrupt::wished() {
+                return (Matrix3::zeros(), Matrix3::zeros());
+            }
             let influence = if i == node { self.own(i, 0) } else { self.away(i, &y) };
             (influence.double[0], influence.single[0])
         };
@@ -69,6 +73,7 @@ impl BoundaryElements {
                 }
             }
         }
+        interrupt::check()?;
         DenseLu::new(left, par)?.solve_in_place(&mut right, par)?;
         let residual = self.plane_residual(&right, loaded)?;
         Ok(PlaneResponse { displacement: right, residual })
@@ -91,6 +96,7 @@ impl BoundaryElements {
                 .fold((Point::zeros(), 0.0), |(sum, size), part| (sum + part, size + part.norm()))
         };
         let found: Vec<(Point, f64)> = checked.par_iter().map(of_row).collect();
+        interrupt::check()?;
         let most =
             found.iter().fold((0.0_f64, f64::MIN_POSITIVE), |(a, b), (x, y)| (a.max(x.norm()), b.max(*y)));
         Ok(most.0 / most.1)

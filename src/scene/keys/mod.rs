@@ -2,6 +2,7 @@
 //!
 //! Angles are degrees here and become radians in the [plan](super::plan::Plan).
 
+pub mod accuracy;
 pub mod body;
 pub mod compare;
 pub mod direction;
@@ -55,6 +56,10 @@ pub struct Scene {
     /// What is written besides summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
+    /// How accurate results shall be, if cells, increments and jumps are to be chosen by the program: a relative error like 1e-3.
+    #[schemars(with = "accuracy::Accuracy")]
+    #[serde(default)]
+    pub accuracy: Option<accuracy::Accuracy>,
     /// What `orthowear compare` computes.
     #[serde(default)]
     pub compare: compare::Compare,

@@ -131,7 +131,16 @@ fn counts(r: &mut Resolver, key: &str, inside: &Inside) -> Option<[usize; 2]> {
     let least = if inside.across.is_some() { counts[0].min(counts[1]) } else { counts[0] };
     if least < 2 || counts[0].saturating_mul(counts[1]) > MOST {
         let message = format!("`points` must be at least 2 along each side, and at most {MOST} together");
-        r.wrong(&format!("{key}.points"), message, "too few or too many", "give another number of points");
+        r.wrong(
+            &format!("{key}.points"),
+            message,
+            "too few or too many",
+            if least < 2 {
+                "give more points"
+            } else {
+                "give fewer points, or several elements of output.inside"
+            },
+        );
     }
     (r.mistakes.len() == before).then_some(counts)
 }

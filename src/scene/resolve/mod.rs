@@ -1,5 +1,6 @@
 //! From the keys as written to the plan: what makes no sense is collected as mistakes.
 
+mod accuracy;
 mod bodies;
 mod boundary;
 mod carried;
@@ -122,6 +123,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     let output: Option<Output> = r.section_or_default("output");
     let compare = compare::resolve(r, &bodies);
     let inside = inside::resolve(r, output.as_ref(), &bodies, frame.as_ref());
+    let accuracy = accuracy::resolve(r);
     let [body1, body2] = bodies;
     let laws = laws?;
     Some(Plan {
@@ -142,6 +144,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         output: output?,
         compare: compare?,
         inside,
+        accuracy: accuracy?,
         cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),

@@ -1,0 +1,70 @@
+//! How accurate the results are, where an accuracy was asked for.
+
+use serde::Serialize;
+
+/// What was asked for and reached: the entry `accuracy` of `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AccuracyRecord {
+    /// The relative error that was asked for.
+    pub requested: f64,
+    /// Of what.
+    pub of: Vec<&'static str>,
+    /// Whether all estimates are below it.
+    pub met: bool,
+    /// Why there was nothing finer, if something failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The results with their estimated errors.
+    pub results: Vec<Estimated>,
+    /// The runs that were made, the last one that of the results.
+    pub runs: Vec<Tried>,
+}
+
+/// A result with its estimated error.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimated {
+    /// At the end of this step.
+    pub step: String,
+    /// What it is, as in `steps`.
+    pub name: &'static str,
+    /// The result of the last run.
+    pub value: f64,
+    /// Its estimated error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<f64>,
+    /// The same relative: of forces to the length of the force, of motions to that of the motion, of others to themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
+    /// The parts of cells, increments and jumps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_cells: Option<f64>,
+    #[allow(missing_docs)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_increments: Option<f64>,
+    #[allow(missing_docs)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_jumps: Option<f64>,
+    /// The order by which it converges with what was refined last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<f64>,
+    /// Its limit (Richardson), where its last changes show one order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extrapolated: Option<f64>,
+}
+
+/// A run of the search.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tried {
+    /// Cells of the frame, where it is a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<[usize; 2]>,
+    /// How many times the increments of the scene.
+    pub increments: usize,
+    /// Tolerance or number of the jumps over cycles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jumps: Option<f64>,
+    /// Its time.
+    pub seconds: f64,
+    /// Its results, in the order of `results`.
+    pub values: Vec<f64>,
+}

@@ -1,0 +1,141 @@
+//! How a value converges with a size that gets smaller.
+
+/// Orders that are believed; the lower ones only of values that change steadily.
+const ORDERS: [f64; 2] = [0.5, 2.0];
+const LEAST_OF_NOISE: f64 = 1.0;
+
+/// Order as long as too few values are there to see one.
+const ASSUMED: f64 = 1.0;
+
+/// Differences that the order is fitted to, and those of which the largest constant is taken.
+const FITTED: usize = 4;
+const LARGEST_OF: usize = 3;
+
+/// Difference of the orders of two pairs of differences up to which a limit is extrapolated.
+const SAME_ORDER: f64 = 0.3;
+
+/// An error that falls like C h^p.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// The power p.
+    pub order: f64,
+    constant: f64,
+}
+
+impl Convergence {
+    /// Of values at sizes that get smaller; at least two of them. The order is that of the last differences, between 1/2 and 2 where they have one
+    /// sign and between 1 and 2 elsewhere; the constant is the largest that explains one of the last three differences: contacts end between the
+    /// cells, so that single ones are small by chance.
+    pub fn of(sizes: &[f64], values: &[f64]) -> Self {
+        let differences = differences(values);
+        let first = differences.len().saturating_sub(FITTED);
+        let seen: Vec<[f64; 2]> = (first..differences.len())
+            .filter(|&i| differences[i] != 0.0)
+            .map(|i| [sizes[i].ln(), differences[i].abs().ln()])
+            .collect();
+        let last = differences.len().saturating_sub(LARGEST_OF);
+        let steady = differences[last..].iter().all(|d| d.signum() == differences[last].signum());
+        let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
+        let order = if seen.len() < 3 { ASSUMED } else { slope(&seen).clamp(least, ORDERS[1]) };
+        let constant = (last..differences.len())
+            .map(|i| differences[i].abs() / (sizes[i].powf(order) - sizes[i + 1].powf(order)))
+            .fold(0.0, f64::max);
+        Self { order, constant }
+    }
+
+    /// The error at `size`.
+    pub fn error(&self, size: f64) -> f64 {
+        self.constant * size.powf(self.order)
+    }
+}
+
+/// The limit of values at sizes that get smaller, where the last three differences show one order.
+///
+/// # Source
+/// Richardson 1911, "The approximate arithmetical solution by finite differences".
+pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
+    let n = values.len();
+    let first = n.checked_sub(4)?;
+    let (sizes, values) = (&sizes[first..], &values[first..]);
+    let d = differences(values);
+    if d.iter().any(|x| *x == 0.0 || x.signum() != d[0].signum()) {
+        return None;
+    }
+    let [before, last] =
+        [0, 1].map(|i| order_between([sizes[i], sizes[i + 1], sizes[i + 2]], [d[i], d[i + 1]]));
+    let (before, last) = (before?, last?);
+    ((last - before).abs() <= SAME_ORDER).then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
+}
+
+/// The power p for which two differences belong to one error C h^p, by bisection; `None` if it is not believed.
+fn order_between(h: [f64; 3], d: [f64; 2]) -> Option<f64> {
+    let excess = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p)) - d[0] / d[1];
+    let [mut low, mut high] = [0.5 * ORDERS[0], 1.5 * ORDERS[1]];
+    if excess(low) > 0.0 || excess(high) < 0.0 {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    Some(0.5 * (low + high))
+}
+
+fn differences(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+/// Slope of the line with the least squares.
+fn slope(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = [0, 1].map(|c| points.iter().map(|point| point[c]).sum::<f64>() / n);
+    let product = |c: usize| -> f64 { points.iter().map(|p| (p[0] - mean[0]) * (p[c] - mean[c])).sum() };
+    product(1) / product(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sizes() -> Vec<f64> {
+        [12.0, 18.0, 26.0, 40.0, 60.0].map(|n: f64| 1.0 / n).to_vec()
+    }
+
+    /// Truth: values 3 + C h^p: the error and the order are those, the limit is 3.
+    #[test]
+    fn powers_of_the_size() {
+        for order in [0.7, 1.0, 1.6, 2.0] {
+            let values: Vec<f64> = sizes().iter().map(|h| 3.0 - 5.0 * h.powf(order)).collect();
+            let found = Convergence::of(&sizes(), &values);
+            assert!((found.order - order).abs() < 0.15, "{order}: {found:?}");
+            let error = 5.0 * (1.0 / 60f64).powf(order);
+            let ratio = found.error(1.0 / 60.0) / error;
+            assert!((0.7..1.5).contains(&ratio), "{order}: {ratio}");
+            let limit = limit(&sizes(), &values).unwrap();
+            assert!((limit - 3.0).abs() < 1e-8, "{order}: {limit}");
+        }
+    }
+
+    /// Truth: an error that changes its sign has no limit to extrapolate, and a difference that is small by chance does not make the
+    /// estimate small: the error 0.1 h² of every value is covered.
+    #[test]
+    fn values_that_jump() {
+        let signs = [1.0, -1.0, 1.0, 1.0, -0.4];
+        let values: Vec<f64> = sizes().iter().zip(signs).map(|(h, sign)| 1.0 + sign * 0.1 * h * h).collect();
+        assert_eq!(limit(&sizes(), &values), None);
+        for n in 3..=5 {
+            let found = Convergence::of(&sizes()[..n], &values[..n]);
+            let h = sizes()[n - 1];
+            assert!(found.error(h) > 0.1 * h * h, "{n}: {found:?}");
+        }
+    }
+
+    /// Truth: definition: values that do not change have no error, and those that grow without bound have a large one.
+    #[test]
+    fn values_that_do_not_converge() {
+        assert_eq!(Convergence::of(&sizes(), &[2.0; 5]).error(0.1), 0.0);
+        let values: Vec<f64> = sizes().iter().map(|h| h.powf(-0.5)).collect();
+        let found = Convergence::of(&sizes(), &values);
+        assert!(found.error(1.0 / 60.0) > 0.2 * values[4] && limit(&sizes(), &values).is_none(), "{found:?}");
+    }
+}

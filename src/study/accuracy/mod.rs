@@ -1,0 +1,270 @@
+//! Runs of a plan that get finer until what is asked for is accurate enough.
+//!
+//! Increments and jumps are refined first, on coarse cells, for their share of the error hardly depends on the cells; then the cells. Each share is
+//! estimated from how the values change; the sum of the shares is what is compared with the accuracy.
+
+mod estimate;
+mod ladder;
+mod values;
+
+use estimate::{Convergence, limit};
+use ladder::Ladder;
+pub use ladder::Levels;
+pub use values::{Value, values};
+
+use super::failure::Failure;
+use crate::error::Error;
+use crate::history::record::IncrementRecord;
+use crate::results::accuracy::{AccuracyRecord, Estimated, Tried};
+use crate::scene::keys::accuracy::Knob;
+use crate::scene::plan::{AccuracySpec, Plan};
+
+/// Share of the accuracy that increments and jumps may each take where cells follow.
+const SHARE: f64 = 0.3;
+
+/// Values by which a turn is judged, or two where they hardly differ: by this share of what is allowed.
+const JUDGED: usize = 3;
+const SAME: f64 = 0.05;
+
+/// A run with what the estimates need of it.
+#[derive(Debug, Clone)]
+struct Sample {
+    levels: Levels,
+    values: Vec<Value>,
+    seconds: f64,
+}
+
+/// What is done next.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Next {
+    /// A run; whether it will probably be the last.
+    Run(Levels, bool),
+    /// Nothing: these are the levels of the result.
+    Done(Levels),
+}
+
+/// The search for settings that are fine enough.
+pub struct Search<'p> {
+    plan: &'p Plan,
+    spec: &'p AccuracySpec,
+    ladder: Ladder,
+    /// What is turned, in this order.
+    knobs: Vec<Knob>,
+    samples: Vec<Sample>,
+    /// The samples of each knob that was turned, by number.
+    turns: Vec<Vec<usize>>,
+    /// Why there is nothing finer.
+    wall: Option<String>,
+}
+
+impl<'p> Search<'p> {
+    /// A search for the accuracy that `plan` asks for; `None` if it asks for none.
+    ///
+    /// # Errors
+    /// If nothing is left to choose, or the plan cannot be computed.
+    pub fn new(plan: &'p Plan) -> Result<Option<Self>, Failure> {
+        let Some(spec) = &plan.accuracy else { return Ok(None) };
+        let ladder = Ladder::new(plan, spec)?;
+        let knobs = ladder.knobs();
+        if knobs.is_empty() {
+            let error = Error::input(
+                "nothing can be chosen for the accuracy that is asked for: the cells are those of a mesh or kept, and increments and jumps do not matter \
+                 here or are kept; leave out `accuracy`, or less of accuracy.keep (`orthowear refine` estimates the error of meshes)",
+            );
+            return Err(Failure { error, key: "accuracy".to_owned() });
+        }
+        let (samples, turns) = (Vec::new(), Vec::new());
+        Ok(Some(Self { plan, spec, ladder, knobs, samples, turns, wall: None }))
+    }
+
+    /// What is turned, in this order.
+    pub fn knobs(&self) -> &[Knob] {
+        &self.knobs
+    }
+
+    /// The plan of some levels.
+    pub fn plan(&self, levels: &Levels) -> Plan {
+        self.ladder.plan(self.plan, levels)
+    }
+
+    /// Levels in words: "60 x 60 cells, 4 times the increments".
+    pub fn words(&self, levels: &Levels) -> String {
+        self.ladder.words(levels)
+    }
+
+    /// Levels of the last run that was taken.
+    pub fn last(&self) -> Option<Levels> {
+        self.samples.last().map(|sample| sample.levels)
+    }
+
+    /// Takes the records of a run that converged, with the smallest number of cells in contact at the end of a step.
+    pub fn take(&mut self, levels: Levels, records: &[IncrementRecord], (cells, seconds): (usize, f64)) {
+        self.samples.push(Sample { levels, values: values(self.plan, records), seconds });
+        let number = self.samples.len() - 1;
+        if self.turns.is_empty() {
+            let coarse = self.knobs.contains(&Knob::Cells) && !self.ladder.resolves(cells);
+            if !coarse || self.ladder.is_last(Knob::Cells, &levels) {
+                self.turns.push(vec![number]);
+            }
+        } else if let Some(turn) = self.turns.last_mut() {
+            turn.push(number);
+        }
+        while self.turns.last().is_some_and(|turn| self.is_closed(self.turns.len() - 1, turn))
+            && self.turns.len() < self.knobs.len()
+        {
+            self.turns.push(vec![number]);
+        }
+    }
+
+    /// Hears that a run failed: finer ones are not tried. False if there is none to fall back on.
+    pub fn stop(&mut self, why: String) -> bool {
+        self.wall = Some(why);
+        !self.samples.is_empty()
+    }
+
+    /// What is done next.
+    pub fn next(&self) -> Next {
+        let Some(last) = self.samples.last() else { return Next::Run(self.ladder.first(), false) };
+        if self.wall.is_some() {
+            return Next::Done(last.levels);
+        }
+        let Some(turn) = self.turns.last() else {
+            return Next::Run(last.levels.finer(Knob::Cells), false);
+        };
+        let (index, knob) = (self.turns.len() - 1, self.knobs[self.turns.len() - 1]);
+        if self.is_closed(index, turn) {
+            return Next::Done(last.levels);
+        }
+        let levels = last.levels.finer(knob);
+        let at_end = self.turns.len() == self.knobs.len();
+        let likely = turn.len() + 1 >= JUDGED
+            && self.errors(turn, knob, &levels).is_some_and(|errors| self.suffice(index, &errors));
+        Next::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
+    }
+
+    /// Whether the accuracy is reached by the last run.
+    pub fn is_met(&self) -> bool {
+        self.turns.len() == self.knobs.len()
+            && self.turns.iter().enumerate().all(|(index, turn)| self.is_fine(index, turn))
+    }
+
+    /// Whether a knob is turned no further.
+    fn is_closed(&self, index: usize, turn: &[usize]) -> bool {
+        let last = turn.last().map(|&number| self.samples[number].levels);
+        self.is_fine(index, turn)
+            || last.is_some_and(|levels| self.ladder.is_last(self.knobs[index], &levels))
+    }
+
+    /// Whether the share of a knob is small enough.
+    fn is_fine(&self, index: usize, turn: &[usize]) -> bool {
+        let Some(&last) = turn.last() else { return false };
+        let Some(errors) = self.errors(turn, self.knobs[index], &self.samples[last].levels) else {
+            return false;
+        };
+        self.suffice(index, &errors)
+            && (turn.len() >= JUDGED || errors.iter().all(|error| *error <= SAME * self.spec.relative))
+    }
+
+    fn suffice(&self, index: usize, errors: &[f64]) -> bool {
+        errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
+    }
+
+    /// The relative error that a knob may leave of a value.
+    fn allowed(&self, index: usize, value: usize) -> f64 {
+        let whole = self.spec.relative;
+        if index + 1 < self.knobs.len() {
+            return if self.knobs.contains(&Knob::Cells) {
+                SHARE * whole
+            } else {
+                whole / self.knobs.len() as f64
+            };
+        }
+        let before = (0..index).filter_map(|other| self.share(other)).map(|errors| errors[value]);
+        // What is left where others took too much shall not stop the last one from being turned.
+        (whole - before.sum::<f64>()).max((1.0 - SHARE * (self.knobs.len() - 1) as f64) * whole)
+    }
+
+    /// Relative errors of all values that a knob leaves after its turn.
+    fn share(&self, index: usize) -> Option<Vec<f64>> {
+        let turn = self.turns.get(index)?;
+        let last = &self.samples[*turn.last()?];
+        self.errors(turn, self.knobs[index], &last.levels)
+    }
+
+    /// Relative errors of all values at some levels, by the samples of a turn; `None` of a single one.
+    fn errors(&self, turn: &[usize], knob: Knob, levels: &Levels) -> Option<Vec<f64>> {
+        if turn.len() < 2 {
+            return None;
+        }
+        let size = self.ladder.size(knob, levels);
+        let relative = |(value, wanted): (usize, &Value)| {
+            let (sizes, values) = self.course(turn, knob, value);
+            let error = Convergence::of(&sizes, &values).error(size);
+            if wanted.scale > 0.0 { error / wanted.scale } else { 0.0 }
+        };
+        Some(self.samples[*turn.last()?].values.iter().enumerate().map(relative).collect())
+    }
+
+    /// Sizes and values of a turn.
+    fn course(&self, turn: &[usize], knob: Knob, value: usize) -> (Vec<f64>, Vec<f64>) {
+        let of = |&number: &usize| {
+            let sample = &self.samples[number];
+            (self.ladder.size(knob, &sample.levels), sample.values[value].value)
+        };
+        turn.iter().map(of).unzip()
+    }
+
+    /// What is known of the accuracy of the last run.
+    pub fn record(&self) -> AccuracyRecord {
+        let shares: Vec<Option<Vec<f64>>> = (0..self.knobs.len()).map(|index| self.share(index)).collect();
+        let of_value = |(value, wanted): (usize, &Value)| {
+            let error = |knob: Knob| {
+                let index = self.knobs.iter().position(|known| *known == knob)?;
+                Some(shares[index].as_ref()?[value])
+            };
+            let by = [Knob::Cells, Knob::Increments, Knob::Jumps].map(error);
+            let known = shares.iter().all(Option::is_some);
+            let relative = known.then(|| by.iter().flatten().sum::<f64>());
+            let turn = self.turns.last().filter(|turn| turn.len() >= 2);
+            let course = turn.map(|turn| self.course(turn, self.knobs[self.turns.len() - 1], value));
+            Estimated {
+                step: wanted.step.clone(),
+                name: wanted.name,
+                value: wanted.value,
+                estimate: relative.map(|relative| relative * wanted.scale),
+                relative,
+                of_cells: by[0],
+                of_increments: by[1],
+                of_jumps: by[2],
+                order: course.as_ref().map(|(sizes, values)| Convergence::of(sizes, values).order),
+                extrapolated: course.and_then(|(sizes, values)| limit(&sizes, &values)),
+            }
+        };
+        let results = self
+            .samples
+            .last()
+            .map_or(&[][..], |last| &last.values)
+            .iter()
+            .enumerate()
+            .map(of_value)
+            .collect();
+        let tried = |sample: &Sample| {
+            let plan = self.plan(&sample.levels);
+            Tried {
+                cells: ladder::cells(&plan),
+                increments: sample.levels.increments(),
+                jumps: ladder::jumps(&plan),
+                seconds: sample.seconds,
+                values: sample.values.iter().map(|value| value.value).collect(),
+            }
+        };
+        AccuracyRecord {
+            requested: self.spec.relative,
+            of: self.spec.of.iter().map(|quantity| quantity.words()).collect(),
+            met: self.is_met(),
+            reason: self.wall.clone(),
+            results,
+            runs: self.samples.iter().map(tried).collect(),
+        }
+    }
+}

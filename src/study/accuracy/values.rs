@@ -1,0 +1,94 @@
+//! The values whose accuracy is asked for.
+
+use crate::history::record::IncrementRecord;
+use crate::history::step::{CycleMotion, Drive, Normal, Step, Tangential};
+use crate::scene::keys::accuracy::Quantity;
+use crate::scene::plan::Plan;
+use crate::wear::WearLaw;
+
+/// Share of the largest value of all steps that the error of a small one is relative to at least.
+const LEAST: f64 = 0.01;
+
+/// Name of the worn volume.
+const WORN: &str = "worn_volume";
+
+/// A value at the end of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Value {
+    /// The step.
+    pub step: String,
+    /// What it is, as in `summary.steps`.
+    pub name: &'static str,
+    /// The value.
+    pub value: f64,
+    /// What its error is relative to; 0 if there is nothing.
+    pub scale: f64,
+}
+
+/// What holds in a step: whether force is prescribed along the normal, and along the surface.
+#[derive(Clone, Copy)]
+struct Held {
+    normal_force: bool,
+    tangential_force: bool,
+}
+
+impl Held {
+    fn after(self, step: &Step) -> Self {
+        let normal_force = step.normal.map_or(self.normal_force, |normal| matches!(normal, Normal::Force(_)));
+        let held = step.tangential.map_or(self.tangential_force, |held| matches!(held, Tangential::Force(_)));
+        let driven = step.cycles.and_then(|cycles| match cycles.motion {
+            CycleMotion::Closed(closed) => Some(closed.drive == Drive::Force),
+            CycleMotion::Sliding { .. } => None,
+        });
+        Self { normal_force, tangential_force: driven.unwrap_or(held) }
+    }
+}
+
+/// The values at the ends of the steps.
+pub fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
+    let wanted = plan.accuracy.as_ref().map_or(&Quantity::ALL[..], |spec| &spec.of);
+    let mut held = Held { normal_force: false, tangential_force: false };
+    let mut found: Vec<Value> = Vec::new();
+    for step in &plan.steps {
+        held = held.after(step);
+        // Of load points and steps of one name the last.
+        found.retain(|value| value.step != step.name);
+        let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
+        let mut push = |name: &'static str, value: f64, scale: f64| {
+            let step = step.name.clone();
+            found.push(Value { step, name, value, scale: if scale.is_finite() { scale } else { 0.0 } });
+        };
+        if wanted.contains(&Quantity::Load) {
+            let [qx, qy] = record.tangential_force;
+            let [sx, sy] = record.shift;
+            let force = record.normal_force.hypot(qx).hypot(qy);
+            let motion = record.approach.hypot(sx).hypot(sy);
+            match held.normal_force {
+                true => push("approach", record.approach, motion),
+                false => push("normal_force", record.normal_force, force),
+            }
+            match held.tangential_force {
+                true => [("shift x", sx), ("shift y", sy)].map(|(name, value)| push(name, value, motion)),
+                false => [("tangential_force x", qx), ("tangential_force y", qy)]
+                    .map(|(name, value)| push(name, value, force)),
+            };
+        }
+        if wanted.contains(&Quantity::PeakPressure) {
+            push("peak_pressure", record.peak_pressure, record.peak_pressure);
+        }
+        if wanted.contains(&Quantity::WornVolume) && plan.wear != WearLaw::None {
+            push(WORN, record.worn_volume, record.worn_volume);
+        }
+    }
+    for name in found.iter().map(|value| value.name).collect::<Vec<_>>() {
+        let largest = found
+            .iter()
+            .filter(|value| value.name == name)
+            .fold(0.0, |most: f64, value| most.max(value.scale));
+        // What has been worn before the end hardly matters beside it.
+        let least = if name == WORN { 1.0 } else { LEAST };
+        let of_name = found.iter_mut().filter(|value| value.name == name);
+        of_name.for_each(|value| value.scale = value.scale.max(least * largest));
+    }
+    found
+}

@@ -1,0 +1,229 @@
+//! `accuracy`: results with the error that was asked for, and what is said where it is not reached.
+
+use std::f64::consts::PI;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::bad_input::{SOUND, check};
+use crate::near_field::{call, run};
+
+const FRAME: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 167230.0
+E2 = 9544.0
+G12 = 5292.0
+nu12 = 0.272
+nu23 = 0.369
+[body1]
+kind = "half-space"
+material = "BELOW"
+FIBRE
+[body2]
+kind = "half-space"
+material = "steel"
+[frame]
+kind = "grid"
+half_width = [1.2, 1.2]
+cells = [8, 8]
+[gap]
+kind = "sphere"
+radius = 50.0
+[output]
+fields = []
+"#;
+
+/// A scene of the frame with a material below (and the tilt of its fibres), more text, and an accuracy.
+fn scene(below: &str, tilt: f64, more: &str, accuracy: &str) -> String {
+    let fibre = if below == "cfrp" { format!("fibre = {{ tilt = {tilt:.1} }}") } else { String::new() };
+    let frame = FRAME.replace("BELOW", below).replace("FIBRE", &fibre);
+    format!("accuracy = {accuracy}\n{frame}{more}")
+}
+
+fn of_folder(folder: &Path, text: &str) -> Value {
+    fs::write(folder.join("scene.toml"), text).unwrap();
+    run(folder, &[])
+}
+
+/// The step's value in `summary.accuracy`, and its estimate.
+fn value(summary: &Value, step: &str, name: &str) -> [f64; 2] {
+    let results = summary["accuracy"]["results"].as_array().unwrap();
+    let found = results.iter().find(|result| result["step"] == step && result["name"] == name);
+    let found = found.unwrap_or_else(|| panic!("{step} {name} in {results:?}"));
+    ["value", "estimate"].map(|key| found[key].as_f64().unwrap())
+}
+
+/// Truths: the closed forms of Hertz (Johnson 4.22 to 4.24) and Cattaneo and Mindlin (Johnson 7.42: shift), the exact ellipses of CFRP without friction and the values
+/// of an independent program with it (tests/data/sphere-on-frp.json). What is asked for is reached in at least 95 of 100 values, none is
+/// off by more than three times of it, and most are not ten times better than needed. The values are those of `steps`.
+#[test]
+fn true_errors_stay_below_what_is_asked_for() {
+    let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut shares: Vec<(String, f64)> = Vec::new();
+    // Bodies that do not contract across, for which the form of Cattaneo and Mindlin is exact.
+    let modulus = 210e3 / 2.0;
+    let (force, radius) = (150.0, 50.0_f64);
+    let a = f64::cbrt(0.75 * force * radius / modulus);
+    let (approach, peak) = (a * a / radius, 1.5 * force / (PI * a * a));
+    for asked in [1e-2, 3e-3, 1e-3, 3e-4] {
+        let mut compare = |summary: &Value, step: &str, truths: &[(&str, f64, f64)]| {
+            assert!(summary["accuracy"]["met"] == true && summary["status"] == "converged", "{summary}");
+            let last =
+                summary["steps"].as_array().unwrap().iter().rfind(|entry| entry["name"] == step).unwrap();
+            for (name, truth, scale) in truths {
+                let [found, estimate] = value(summary, step, name);
+                if let Some(entry) = last[name].as_f64() {
+                    assert_eq!(entry, found, "{name}");
+                }
+                assert!(estimate <= asked * scale * 1.01, "{asked} {step} {name}: {estimate}");
+                shares.push((format!("{asked} {step} {name}"), (found - truth).abs() / scale / asked));
+            }
+        };
+        let asked_text = format!("{asked:e}");
+        let press = format!("[[steps]]\nname = \"press\"\nnormal_force = {force:.1}\n");
+        // Two equal bodies: nothing couples pressure and friction.
+        let friction = "[friction]\nlaw = \"coulomb\"\nmu = 0.3\n";
+        let pull = "[[steps]]\nname = \"pull\"\ntangential_force = [36.0, 0.0]\n";
+        let summary = of_folder(
+            folder.path(),
+            &scene("steel", 0.0, &format!("{friction}{press}{pull}"), &asked_text)
+                .replace("nu = 0.3\n", "nu = 0.0\n"),
+        );
+        let pressed = [("approach", approach, approach), ("peak_pressure", peak, peak)];
+        compare(&summary, "press", &pressed);
+        let shear = 210e3 / 2.0;
+        let shift = 3.0 * 0.3 * force * 2.0 / (8.0 * shear * a)
+            * (1.0 - f64::powf(1.0 - 36.0 / (0.3 * force), 2.0 / 3.0));
+        compare(&summary, "pull", &[("shift x", shift, approach), ("peak_pressure", peak, peak)]);
+        for tilt in [0.0, 30.0, 60.0, 90.0] {
+            let indent = "[[steps]]\nname = \"indent\"\napproach = 0.02\n";
+            let case = &data["cases"][format!("{tilt}")];
+            let summary =
+                of_folder(folder.path(), &scene("cfrp", tilt, indent, &format!("\"{asked_text}\"")));
+            let [p, p0] = ["P", "p0"].map(|name| case["exact"][name].as_f64().unwrap());
+            compare(&summary, "indent", &[("normal_force", p, p), ("peak_pressure", p0, p0)]);
+            if tilt == 60.0 {
+                // The independent program's peaks are off by 1e-3 there.
+                continue;
+            }
+            let friction = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n";
+            let shift = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.008, angle = 45.0 }\n";
+            let kept = format!("{{ relative = {asked_text}, keep = [\"increments\"] }}");
+            let summary =
+                of_folder(folder.path(), &scene("cfrp", tilt, &format!("{friction}{indent}{shift}"), &kept));
+            for (step, case) in [("indent", &case["FR"]), ("shift", &case["FR_T45"])] {
+                let [p, x, y, p0] = ["P", "Q1", "Q2", "p0"].map(|name| case[name]["value"].as_f64().unwrap());
+                let all = p.hypot(x).hypot(y);
+                let forces = [
+                    ("normal_force", p, all),
+                    ("tangential_force x", x, all),
+                    ("tangential_force y", y, all),
+                ];
+                compare(&summary, step, &forces);
+                compare(&summary, step, &[("peak_pressure", p0, p0)]);
+            }
+        }
+    }
+    let above: Vec<_> = shares.iter().filter(|(_, share)| *share > 1.0).collect();
+    assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 3.0), "{above:?}");
+    // Forces across vanish, and loads converge before the peaks that bound the cells: of each run the worst value counts.
+    let peaks: Vec<_> = shares.iter().filter(|(name, _)| name.ends_with("peak_pressure")).collect();
+    let near = peaks.iter().filter(|(_, share)| *share > 0.1).count();
+    assert!(2 * near > peaks.len(), "{near} of {}: {peaks:?}", peaks.len());
+}
+
+/// Truth: the independent program's worn volume after 100 000 cycles (tests/data/sphere-on-frp.json), at a hundredth and a thousandth.
+#[test]
+fn worn_volumes() {
+    let data: Value = serde_json::from_str(include_str!("../data/sphere-on-frp.json")).unwrap();
+    let truth = data["wear"]["0"]["V"].as_f64().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let more = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n\
+                [wear]\nlaw = \"frp\"\ni_L = 5.0e-10\ni_T = 6.25e-10\ni_N = 6.875e-10\n\
+                [[steps]]\nname = \"indent\"\napproach = 0.02\nwear = false\nfriction = false\n\
+                [[steps]]\nname = \"fretting\"\ncycles = { count = 100_000, amplitude = 0.08 }\n";
+    for asked in [1e-2, 1e-3] {
+        let wanted = format!("{{ relative = {asked:e}, of = [\"worn_volume\"] }}");
+        let text =
+            scene("cfrp", 0.0, more, &wanted).replace("half_width = [1.2, 1.2]", "half_width = [1.5, 1.5]");
+        let summary = of_folder(folder.path(), &text);
+        let [found, estimate] = value(&summary, "fretting", "worn_volume");
+        assert!(
+            (found / truth - 1.0).abs() < asked && estimate < asked * truth,
+            "{asked}: {found} +- {estimate}, {truth}"
+        );
+        assert!(summary["accuracy"]["of"] == serde_json::json!(["worn volume"]), "{summary}");
+    }
+}
+
+/// Truth: docs/scene.md: where nothing finer fits into the memory the best results so far are there, with exit code 3 and the reason; the
+/// singular pressure at the edge of a punch does not converge.
+#[test]
+fn what_is_not_reached_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let punch = "[[steps]]\nname = \"press\"\nnormal_force = 100.0\n[solver]\nmemory_limit = \"60 MB\"\n";
+    let wanted = "{ relative = 1e-3, of = [\"peak_pressure\"] }";
+    let text = scene("steel", 0.0, punch, wanted);
+    let gap = text.find("[gap]").unwrap()..text.find("[output]").unwrap();
+    let text = text.replace(&text[gap], "[gap]\nkind = \"flat\"\n");
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let (code, said) = call("run", folder.path(), &[]);
+    assert!(
+        code == Some(3) && said.contains("NOT REACHED") && said.contains("accuracy.of"),
+        "{code:?} {said}"
+    );
+    let summary: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("scene.out/summary.json")).unwrap()).unwrap();
+    assert!(summary["status"] == "not-converged" && summary["reason"] == "accuracy", "{summary}");
+    let record = &summary["accuracy"];
+    assert!(record["met"] == false && record["reason"].to_string().contains("memory"), "{record}");
+    assert!(!summary["steps"].as_array().unwrap().is_empty());
+    assert!(record["results"][0]["relative"].as_f64().unwrap() > 1e-2, "{record}");
+}
+
+/// Truth: docs/scene.md, docs/command-line.md: what is refused, with the key and the mend; a keyword of the command line takes the place of the scene's.
+#[test]
+fn what_is_refused() {
+    let with = |accuracy: &str| format!("accuracy = {accuracy}\n{SOUND}");
+    for (accuracy, words) in [
+        ("0.0", &["accuracy", "above 0"][..]),
+        ("0.5", &["accuracy", "at most 0.1"]),
+        ("-1e-3", &["accuracy"]),
+        ("nan", &["accuracy"]),
+        ("\"fine\"", &["accuracy", "fine", "1e-3"]),
+        ("\"0.5\"", &["accuracy", "at most 0.1"]),
+        ("true", &["accuracy"]),
+        ("{ of = [\"load\"] }", &["accuracy", "relative"]),
+        ("{ relative = 1e-3, of = [\"stress\"] }", &["accuracy", "stress"]),
+        ("{ relative = 1e-3, of = [] }", &["accuracy.of"]),
+        (
+            "{ relative = 1e-3, keep = [\"cells\", \"increments\", \"jumps\"] }",
+            &["accuracy", "nothing can be chosen"],
+        ),
+    ] {
+        let (code, text) = check(&with(accuracy), &[]);
+        assert_eq!(code, Some(2), "{accuracy}: {text}");
+        assert!(words.iter().all(|word| text.contains(word)), "{accuracy}: {words:?} in\n{text}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), with("1e-2")).unwrap();
+    let (code, text) = call("compare", folder.path(), &[]);
+    assert!(code == Some(2) && text.contains("accuracy"), "{text}");
+    for (more, expected, word) in [
+        (&["--resume"][..], 2, "leave out --resume"),
+        (&["--accuracy", "2"], 2, "at most 0.1"),
+        (&["--accuracy", "0.05"], 0, "accuracy 5e-2"),
+    ] {
+        let mut program = crate::tools::orthowear();
+        let output = program.arg("run").arg(folder.path().join("scene.toml")).args(more).output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert!(output.status.code() == Some(expected) && text.contains(word), "{more:?}: {text}");
+    }
+}
