@@ -4,6 +4,9 @@
 const ORDERS: [f64; 2] = [0.5, 2.0];
 const LEAST_OF_NOISE: f64 = 1.0;
 
+/// Ratios of differences, one after the other, of values that change steadily: sizes fall to two thirds.
+const STEADY: [f64; 2] = [0.55, 1.6];
+
 /// Order as long as too few values are there to see one.
 const ASSUMED: f64 = 1.0;
 
@@ -23,8 +26,8 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// Of values at sizes that get smaller; at least two of them. The order is that of the last differences, between 1/2 and 2 where they have one
-    /// sign and between 1 and 2 elsewhere; the constant is the largest that explains one of the last three differences: contacts end between the
+    /// Of values at sizes that get smaller; at least two of them. The order is that of the last differences, between 1/2 and 2 where they fall
+    /// steadily and between 1 and 2 elsewhere; the constant is the largest that explains one of the last three differences: contacts end between the
     /// cells, so that single ones are small by chance.
     pub fn of(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
@@ -34,7 +37,7 @@ impl Convergence {
             .map(|i| [sizes[i].ln(), differences[i].abs().ln()])
             .collect();
         let last = differences.len().saturating_sub(LARGEST_OF);
-        let steady = differences[last..].iter().all(|d| d.signum() == differences[last].signum());
+        let steady = differences[last..].windows(2).all(|pair| (STEADY[0]..=STEADY[1]).contains(&(pair[1] / pair[0])));
         let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
         let order = if seen.len() < 3 { ASSUMED } else { slope(&seen).clamp(least, ORDERS[1]) };
         let constant = (last..differences.len())

@@ -34,6 +34,10 @@ struct Sample {
     seconds: f64,
 }
 
+/// A run writes files if the errors foreseen for it are at most so many times what is allowed: files that finer runs replace cost less than
+/// another run for the files alone.
+const LIKELY: f64 = 2.0;
+
 /// What is done next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Next {
@@ -137,8 +141,9 @@ impl<'p> Search<'p> {
         }
         let levels = last.levels.finer(knob);
         let at_end = self.turns.len() == self.knobs.len();
-        let likely = turn.len() + 1 >= JUDGED
-            && self.errors(turn, knob, &levels).is_some_and(|errors| self.suffice(index, &errors));
+        let foreseen = self.errors(turn, knob, &levels).unwrap_or_default();
+        let halved: Vec<f64> = foreseen.iter().map(|error| error / LIKELY).collect();
+        let likely = turn.len() + 1 >= JUDGED && self.suffice(index, &halved);
         Next::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
     }
 
