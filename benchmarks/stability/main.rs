@@ -118,10 +118,7 @@ fn row(case: &Case, verdict: &Verdict) -> String {
         let pressures = &run.tractions[2 * run.tractions.len() / 3..];
         pressures.iter().filter(|p| **p > 0.0).count().to_string()
     });
-    format!(
-        "| {} | {} | {end} | {residual} | {iterations} | {touching} | {told} |\n",
-        case.sweep, case.value
-    )
+    format!("| {} | {} | {end} | {residual} | {iterations} | {touching} | {told} |\n", case.sweep, case.value)
 }
 
 /// What stands before the results as a WARNING; hints about units and paths of loading are the same in every row.

@@ -45,45 +45,38 @@ fn noise_in_the_gap() {
 }
 
 /// Truth: case `str-zero-load`: the smallest doubles, which scenes may not ask for but the library may: every number that comes out is one;
-/// what is said to have converged carries the force to 1e-10, or to the spacing of such numbers, and shear within friction.
+/// what is said to have converged carries the force to 1e-10 and shear within friction (1e-7); pressures whose squares vanish are refused.
 #[test]
 fn the_smallest_doubles() {
     let model = sphere_on_frp(30.0, 1.2, 12);
-    for least in [5e-324, f64::MIN_POSITIVE, 1e-300, 1e-200, 1e-150] {
-        let forced = |steps: &[Step]| run(&model, steps, &SolverOptions::default(), &mut Silent);
+    for least in [5e-324, f64::MIN_POSITIVE, 1e-300, 1e-200, 1e-150, 1e-130] {
         let gently = Step { normal: Some(Normal::Force(least)), increments: 3, ..step("press") };
-        for steps in [
-            vec![press(least)],
-            vec![gently, pull([0.2 * least, 0.0])],
-            vec![indent(least), shift(least, 0.0)],
-            vec![indent(0.02), shift(least, 30.0)],
-            vec![press(300.0), pull([least, least])],
+        for (steps, force) in [
+            (vec![press(least)], least),
+            (vec![gently, pull([0.2 * least, 0.0])], least),
+            (vec![press(300.0), pull([least, least])], 300.0),
+            (vec![press(300.0), shift(least, 30.0)], 300.0),
+            (vec![indent(least), shift(least, 0.0)], 0.0),
         ] {
-            let wanted = steps.iter().find_map(|step| match step.normal {
-                Some(Normal::Force(force)) => Some(force),
-                _ => None,
-            });
-            match forced(&steps) {
-                // Where squares of such numbers are 0 an equilibrium may be beyond them: then it is said.
-                Err(error) => assert!(!error.to_string().is_empty()),
-                Ok(result) => {
-                    for record in &result.records {
-                        let json = serde_json::to_string(record).expect("a record has a form");
-                        assert!(!json.contains("null"), "{least:e}: {json}");
-                    }
-                    assert!(result.state.tractions.iter().all(|t| t.is_finite()), "{least:e}");
-                    let last = result.records.last().expect("a record");
-                    if let (Outcome::Converged, Some(force)) = (&result.outcome, wanted) {
-                        let defect = (last.normal_force - force).abs();
-                        assert!(
-                            defect <= (1e-10 * force).max(1e-321),
-                            "{least:e}: {} {force}",
-                            last.normal_force
-                        );
-                    }
-                    let [qx, qy] = last.tangential_force;
-                    assert!(qx.hypot(qy) <= 0.56 * last.normal_force + 1e-321, "{least:e}: {last:?}");
+            let result = match run(&model, &steps, &SolverOptions::default(), &mut Silent) {
+                Ok(result) => result,
+                Err(error) => {
+                    assert!(force < 1e-130 && error.to_string().contains("units"), "{least:e}: {error}");
+                    continue;
                 }
+            };
+            for record in &result.records {
+                let json = serde_json::to_string(record).expect("a record has a form");
+                assert!(!json.contains("null"), "{least:e}: {json}");
+                let [qx, qy] = record.tangential_force;
+                assert!(qx.hypot(qy) <= 0.55 * (1.0 + 1e-7) * record.normal_force, "{least:e}: {record:?}");
+            }
+            let found = result.records.last().map_or(f64::NAN, |record| record.normal_force);
+            match result.outcome {
+                Outcome::Converged => {
+                    assert!((found - force).abs() <= 1e-10 * force, "{least:e}: {found} {force}");
+                }
+                outcome => assert!(least < 1e-130, "{least:e} {force}: {outcome:?}"),
             }
         }
     }

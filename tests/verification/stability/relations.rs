@@ -27,7 +27,8 @@ fn nearly_incompressible() {
     let growth = |runs: &[(&str, Run)], i: usize| {
         runs[i].1.records[0].normal_force / runs[0].1.records[0].normal_force
     };
-    for (sweep, locks_from) in [("nu, hex8", 0.45), ("nu, hex8-eas", 0.49), ("nu, hex8-bbar", f64::INFINITY)]
+    for (sweep, locks_from) in
+        [("nu, hex8", 0.45), ("nu, tet4", 0.45), ("nu, hex8-eas", 0.49), ("nu, hex8-bbar", f64::INFINITY)]
     {
         let runs = runs(&cases, sweep);
         for (i, (nu, (_, run))) in POISSON.iter().zip(&runs).enumerate() {
