@@ -28,9 +28,9 @@ fn nearly_incompressible() {
     };
     let half_space = runs(&cases, "nu, half-space");
     let mean_dilatation = runs(&cases, "nu, hex8-bbar");
-    for i in 0..POISSON.len() {
+    for (i, nu) in POISSON.iter().enumerate() {
         let off = relative(growth(&mean_dilatation, i), growth(&half_space, i));
-        assert!(off < 0.05, "{}: {off}", POISSON[i]);
+        assert!(off < 0.05, "{nu}: {off}");
     }
     for (sweep, locks_from) in
         [("nu, hex8", 0.45), ("nu, tet4", 0.45), ("nu, hex8-eas", 0.49), ("nu, hex8-bbar", f64::INFINITY)]
