@@ -76,7 +76,7 @@ impl Scales {
                 // A direction that supports hold everywhere (plane strain) has no compliance of its own.
                 let (first, second) = (diagonal([1.0, 0.0]), diagonal([0.0, 1.0]));
                 let least = LEAST_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
-                1.0 / (first.max(least) * second.max(least)).sqrt()
+                1.0 / mean(first.max(least), second.max(least))
             })
             .into_vec();
         Self::of_cells(c_normal, c_tangential)
@@ -108,11 +108,26 @@ fn start(n: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Geometric mean of two positive numbers, also where their product is no longer a number.
+fn mean(first: f64, second: f64) -> f64 {
+    let product = first * second;
+    if product.is_normal() { product.sqrt() } else { first.sqrt() * second.sqrt() }
+}
+
 fn weighted_norm(areas: &[f64], v: &[f64]) -> f64 {
-    v.chunks(areas.len())
-        .map(|plane| plane.iter().zip(areas).map(|(x, a)| a * x * x).sum::<f64>())
-        .sum::<f64>()
-        .sqrt()
+    let squares = |unit: f64| -> f64 {
+        let planes = v.chunks(areas.len());
+        planes
+            .map(|plane| plane.iter().zip(areas).map(|(x, a)| a * (x / unit) * (x / unit)).sum::<f64>())
+            .sum()
+    };
+    let sum = squares(1.0);
+    if sum.is_normal() {
+        return sum.sqrt();
+    }
+    // Squares of tiny numbers vanish, those of huge ones overflow.
+    let unit = v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    if unit > 0.0 && unit.is_finite() { unit * squares(unit).sqrt() } else { sum.sqrt() }
 }
 
 fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {

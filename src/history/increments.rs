@@ -92,7 +92,28 @@ fn solve(
             stage.name
         )));
     }
+    refuse_tiny(problem, it, stage.name)?;
     Ok(report)
+}
+
+/// Below this largest pressure the squares of what is resolved of it vanish in the arithmetic, and with them the law of friction.
+const LEAST_PRESSURE: f64 = 1e-140;
+
+/// Refuses pressures that are too small to be told from none.
+///
+/// # Errors
+/// If there are any, and the largest is below [`LEAST_PRESSURE`].
+fn refuse_tiny(problem: &Increment, it: &Iterate, step: &str) -> Result<()> {
+    let n = problem.n();
+    let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
+    let largest = pressures.fold(0.0_f64, |largest, p| largest.max(*p));
+    if largest > 0.0 && largest < LEAST_PRESSURE {
+        return Err(Error::input(format!(
+            "step \"{step}\": the largest pressure is {largest:e}, whose square the arithmetic cannot tell from 0 (least: {LEAST_PRESSURE:e}): \
+             choose units in which the scene's numbers have ordinary sizes, or load by more"
+        )));
+    }
+    Ok(())
 }
 
 /// Solves and checks a `problem` of `prepared`; where the bodies overlap in cells whose flexibility was not formed, it is

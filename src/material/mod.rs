@@ -222,6 +222,14 @@ impl Stiffness {
         self.0.cholesky().expect("a stiffness is positive definite").inverse()
     }
 
+    /// Poisson's ratio of the isotropic material that changes its volume as little: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
+    /// components of the compliance, the volume change by pressure over that by the same stresses one by one without contraction.
+    pub fn volume_poisson(&self) -> f64 {
+        let s = self.compliance();
+        let normal = s.fixed_view::<3, 3>(0, 0);
+        0.5 * (1.0 - normal.sum() / normal.trace())
+    }
+
     /// Component C_ijkl (indices 0..3).
     pub fn component(&self, i: usize, j: usize, k: usize, l: usize) -> f64 {
         const INDEX: [[usize; 3]; 3] = [[0, 5, 4], [5, 1, 3], [4, 3, 2]];

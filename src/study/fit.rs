@@ -6,6 +6,7 @@ use super::bodies::{KEYS, SIDES, distances, face_map};
 use super::failure::{AtKey, Failure};
 use super::flat_faces;
 use super::inside;
+use super::locking;
 use super::near_field::Near;
 use super::repetition;
 use crate::element::ElementKind;
@@ -60,6 +61,9 @@ pub(super) fn check(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
     notes.extend(repetition::check(plan, frame)?);
     for (index, (body, key)) in plan.bodies.iter().zip(KEYS).enumerate() {
         let Some(fe) = body.meshed() else { continue };
+        if body.be().is_none() {
+            notes.extend(locking::doubt(fe, key));
+        }
         let map = face_map(fe, index, frame)?;
         let faces = group_faces(&fe.mesh, &fe.contact).at(key)?;
         let mut under = vec![false; fe.mesh.points.len()];

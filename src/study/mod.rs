@@ -11,6 +11,7 @@ mod flat_faces;
 pub mod forecast;
 pub mod grow;
 mod inside;
+mod locking;
 mod memory;
 pub mod moving;
 mod near_field;

@@ -1,5 +1,6 @@
 //! Problems with known answers; each test names its truth and why its tolerance.
 mod anisotropic;
+mod audit;
 mod bem;
 mod common;
 mod contact;
@@ -28,6 +29,7 @@ mod punches;
 mod recovery;
 mod restart;
 mod rolling;
+mod stability;
 mod structures;
 mod tangential;
 mod turns;

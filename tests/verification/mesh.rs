@@ -8,4 +8,4 @@ mod quality;
 mod reader;
 pub mod tools;
 mod vtu_cells;
-mod writer;
+pub mod writer;

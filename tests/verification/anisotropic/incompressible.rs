@@ -90,3 +90,20 @@ fn fibres_in_rubber_up_to_incompressible() {
         }
     }
 }
+
+/// Truth: Poisson's ratio itself for isotropic materials; closed form for fibres in rubber, 1 - 2 nu = 2 c (1 / E1 + 1 / E2) / (1 / E1 + 2 / E2)
+/// where the volume changes by the share c, whatever the fibres' direction. Rounding of the compliance: 1e-10.
+#[test]
+fn volumes_that_hardly_change() {
+    for nu in [-0.5, 0.0, 0.3, 0.49, 0.4999] {
+        let stiffness = Stiffness::isotropic(210e3, nu).expect("admissible");
+        assert!((stiffness.volume_poisson() - nu).abs() < 1e-10, "{nu}");
+    }
+    let (e1, e2) = (50e3, 10e3);
+    for compressible in [1e-1, 1e-3, 1e-5] {
+        let upright = fibres_in_rubber(compressible);
+        let exact = 0.5 - compressible * (1.0 / e1 + 1.0 / e2) / (1.0 / e1 + 2.0 / e2);
+        let found = [upright.volume_poisson(), about_y(&upright, 90.0).volume_poisson()];
+        assert!(found.iter().all(|nu| (nu - exact).abs() < 1e-10), "{compressible}: {found:?} {exact}");
+    }
+}

@@ -11,7 +11,7 @@ use orthowear::linalg::operator::Flexibility;
 
 use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};
-use crate::common::{press, solve};
+use crate::common::{indent, press, relative, solve};
 
 /// Rectangles over a square of the side 2 whose sides grow from the middle to the edge by the factor `ratio`, `2 m`
 /// along each direction.
@@ -150,4 +150,67 @@ fn memory_is_told_by_the_cells() {
             }
         }
     }
+}
+
+/// Sectors of rings around the origin, out to a polygon of the area of the unit circle; widths of the rings fall geometrically from the
+/// middle to the edge, the last being a thousandth of the first.
+fn rings(n_rings: usize, n_sectors: usize) -> Cells {
+    let fall = 1e-3f64.powf(1.0 / (n_rings - 1) as f64);
+    let widths: Vec<f64> = (0..n_rings).map(|k| fall.powi(k as i32)).collect();
+    let step = std::f64::consts::TAU / n_sectors as f64;
+    // A regular polygon of radius R has the area n R^2 sin(step) / 2.
+    let outer = (2.0 * std::f64::consts::PI / (n_sectors as f64 * step.sin())).sqrt();
+    let scale = outer / widths.iter().sum::<f64>();
+    let mut radii = vec![0.0];
+    widths.iter().for_each(|width| radii.push(radii[radii.len() - 1] + scale * width));
+    let at = |ring: usize, sector: usize| {
+        let (sin, cos) = (step * (sector % n_sectors) as f64).sin_cos();
+        [radii[ring] * cos, radii[ring] * sin]
+    };
+    let mut cells = Vec::new();
+    for (ring, sector) in (0..n_rings).flat_map(|ring| (0..n_sectors).map(move |sector| (ring, sector))) {
+        let outside = [at(ring + 1, sector), at(ring + 1, sector + 1)];
+        cells.push(if ring == 0 {
+            vec![[0.0; 2], outside[0], outside[1]]
+        } else {
+            vec![at(ring, sector), outside[0], outside[1], at(ring, sector + 1)]
+        });
+    }
+    Cells::of(cells)
+}
+
+/// Truth: catalogue `str-graded-mesh`: F = 2 E* a delta under a rigid flat circular punch (Boussinesq), on cells that get a thousand times smaller
+/// towards the edge. 1e-4 as there, of values extrapolated with second order in the angle of a sector and the growth of a ring. Every
+/// influence is positive, every pressure too, and grows from ring to ring.
+#[test]
+fn flat_punch_on_graded_rings() {
+    let modulus = 210e3 / 0.91;
+    let force = |n_rings: usize, sectors: usize| {
+        let cells = rings(n_rings, sectors);
+        let n = cells.n();
+        let operator = cells.dense(&green(&steel(), Side::Lower));
+        let some: Vec<usize> = (0..n).step_by(5).collect();
+        let mut matrix = CellMatrix::zeros(some.len()).expect("memory");
+        operator.add_entries(&some, &mut matrix);
+        let pairs = (0..some.len()).flat_map(|i| (0..some.len()).map(move |k| (i, k)));
+        assert!(pairs.into_iter().all(|(i, k)| matrix.block(i, k)[(2, 2)] > 0.0));
+        let mut model = model(&cells, Box::new(operator));
+        model.friction = FrictionLaw::None;
+        model.initial_gap.iter_mut().for_each(|gap| *gap = 0.0);
+        let result = solve(&model, &[indent(1e-3)]);
+        assert!(result.records[0].converged);
+        let pressure = &result.state.tractions[2 * n..];
+        assert!(pressure.iter().all(|p| *p > 0.0));
+        let of_rings: Vec<f64> = pressure.iter().step_by(sectors).copied().collect();
+        assert!(of_rings.windows(2).all(|pair| pair[0] < pair[1]), "{of_rings:?}");
+        let force = result.records[0].normal_force / (2.0 * modulus * 1e-3);
+        println!("{n_rings} rings of {sectors}: {force}, {} iterations", result.records[0].iterations);
+        force
+    };
+    let [[a, b], [c, d]] = [12, 23].map(|n_rings| [36, 48].map(|sectors| force(n_rings, sectors)));
+    // Errors that fall with the square: 36^2 / (48^2 - 36^2) = 9 / 7 of the last change are left.
+    let [coarse, fine] = [b + (b - a) * 9.0 / 7.0, d + (d - c) * 9.0 / 7.0];
+    // Half as many rings: the logarithm of the growth is twice as large (11 and 22 steps to a thousand).
+    let limit = fine + (fine - coarse) / 3.0;
+    assert!(relative(limit, 1.0) < 1e-4, "{coarse} {fine} {limit}");
 }

@@ -4,15 +4,17 @@ use super::bricks::{Brick, rollers, spec, straight, support, wavy};
 use super::grids::{boxes, growing, steps};
 use super::pairs::solved;
 use crate::common::{half_spaces, indent, press, relative, solve, sphere, steel};
+use nalgebra::{DMatrix, DVector};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::coupling::{Coupling, couple};
-use orthowear::fem::FeSpec;
+use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::Model;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
+use orthowear::quadrature::gauss_legendre;
 use orthowear::wear::WearLaw;
 
 fn touching(specs: [FeSpec; 2], frame: &ContactFrame) -> Model {
@@ -119,9 +121,9 @@ fn frames_shifted_and_enlarged() {
     }
 }
 
-/// Load of a rigid flat punch of radius 1 on a layer of steel (a quarter of it, out to 12), by 2 E* a approach: frame
+/// Load of a rigid flat punch of radius 1 on a layer of E = 210 GPa (a quarter of it, out to 12), by 2 E* a approach: frame
 /// cells of 1 / n inside the punch, two elements of the layer to a cell. The radius is that of the cells' area.
-fn punch(height: f64, bonded: bool, n: usize) -> f64 {
+fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormulation)) -> f64 {
     let mut across = steps(0.0, 1.0 + 1.0 / n as f64, 2 * n + 2);
     across.extend(growing(1.0 + 1.0 / n as f64, 12.0, 0.7 / n as f64, 9).into_iter().skip(1));
     let mut down = growing(0.0, -height, 0.5 / n as f64, 9);
@@ -130,7 +132,8 @@ fn punch(height: f64, bonded: bool, n: usize) -> f64 {
     let frame = ContactFrame::grid([0.5; 2], [n; 2], [0.5; 2], 0.0).unwrap();
     let inside: Vec<bool> = frame.centers.iter().map(|x| x.xy().norm() < 1.0).collect();
     let frame = frame.keep(&inside);
-    let mut spec = spec(layer, &steel());
+    let mut spec = spec(layer, &Stiffness::isotropic(210e3, nu).expect("admissible"));
+    spec.formulation = formulation;
     spec.supports = vec![
         support("low0", [true, false, false], [0.0; 3]),
         support("low1", [false, true, false], [0.0; 3]),
@@ -149,9 +152,9 @@ fn punch(height: f64, bonded: bool, n: usize) -> f64 {
     };
     let record = solved(&model, &[indent(1e-3)]).records.pop().unwrap();
     let radius = (4.0 * record.contact_area / std::f64::consts::PI).sqrt();
-    let modulus = 210e3 / (1.0 - 0.09);
+    let modulus = 210e3 / (1.0 - nu * nu);
     println!(
-        "{height} {bonded} {n}: radius {radius} kappa {}",
+        "{nu} {height} {bonded} {n}: radius {radius} kappa {}",
         4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
     );
     4.0 * record.normal_force / (2.0 * modulus * radius * 1e-3)
@@ -169,8 +172,52 @@ fn layer_under_a_flat_punch() {
         (1.0, true, 2.483524629),
     ];
     for (height, bonded, expected) in cases {
-        let (coarse, fine) = (punch(height, bonded, 6), punch(height, bonded, 12));
+        let steel = (0.3, HexFormulation::Enhanced);
+        let (coarse, fine) = (punch(height, bonded, 6, steel), punch(height, bonded, 12, steel));
         let kappa = 2.0 * fine - coarse;
         assert!(relative(kappa, expected) < 1e-2, "{height} {bonded}: {coarse} {fine} {kappa} {expected}");
     }
+}
+
+/// kappa = F / (2 E* a delta) of a flat punch of radius 1 on a bonded layer of height 1, of any nu: phi + (2 / pi) int_0^1 phi M dt = 1,
+/// M = int_0^inf (G(k) - 1) cos(k x) cos(k t) dk, kappa = int phi, by Gauss points (N. N. Lebedev, Ya. S. Ufliand, 1958).
+fn bonded_layer(nu: f64) -> f64 {
+    let k = 3.0 - 4.0 * nu;
+    let kernel = |y: f64| {
+        let (sinh, cosh) = ((2.0 * y).sinh(), (2.0 * y).cosh());
+        (2.0 * k * sinh - 4.0 * y) / (2.0 * k * cosh + 4.0 * y * y + 1.0 + k * k) - 1.0
+    };
+    // The kernel falls as exp(-2 y).
+    let far = 40.0;
+    let waves: Vec<[f64; 2]> = gauss_legendre(200)
+        .into_iter()
+        .map(|(x, w)| [0.5 * far * (1.0 + x), 0.5 * far * w])
+        .map(|[y, w]| [y, w * kernel(y)])
+        .collect();
+    let points: Vec<[f64; 2]> =
+        gauss_legendre(20).into_iter().map(|(x, w)| [0.5 * (1.0 + x), 0.5 * w]).collect();
+    let matrix = DMatrix::from_fn(points.len(), points.len(), |i, j| {
+        let ([x, _], [t, weight]) = (points[i], points[j]);
+        let sum: f64 = waves.iter().map(|[y, w]| w * (y * x).cos() * (y * t).cos()).sum();
+        f64::from(i == j) + 2.0 / std::f64::consts::PI * weight * sum
+    });
+    let phi = matrix.lu().solve(&DVector::repeat(points.len(), 1.0)).expect("a regular equation");
+    points.iter().zip(phi.iter()).map(|([_, weight], phi)| weight * phi).sum()
+}
+
+/// Truth: catalogue `str-near-incompressible`: kappa of a bonded layer with a / h = 1 by its integral equation (which gives the published 2.483524629
+/// at nu = 0.3), mean-dilatation elements: 2 % up to nu = 0.499, 5 % at 0.4999. Enhanced elements, as large, are several times as far off at 0.4999, which
+/// is why a scene with them gets a warning.
+#[test]
+fn nearly_incompressible_layers() {
+    assert!(relative(bonded_layer(0.3), 2.483524629) < 1e-9, "{}", bonded_layer(0.3));
+    for nu in [0.45, 0.49, 0.499, 0.4999] {
+        let [coarse, fine] = [5, 10].map(|n| punch(1.0, true, n, (nu, HexFormulation::MeanDilatation)));
+        let error = relative(2.0 * fine - coarse, bonded_layer(nu));
+        println!("nu {nu}: {error:.1e}");
+        assert!(error < if nu > 0.499 { 0.05 } else { 0.02 }, "{nu}: {error}");
+    }
+    let [mean, enhanced] = [HexFormulation::MeanDilatation, HexFormulation::Enhanced]
+        .map(|formulation| relative(punch(1.0, true, 5, (0.4999, formulation)), bonded_layer(0.4999)));
+    assert!(enhanced > 3.0 * mean, "{enhanced} {mean}");
 }

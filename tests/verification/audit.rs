@@ -1,0 +1,74 @@
+//! Audits states cell by cell, from the fields alone.
+
+use orthowear::friction::FrictionEllipse;
+use orthowear::history::record::FrameState;
+
+/// Largest violations of the laws, cell by cell.
+#[derive(Debug)]
+pub struct Audit {
+    /// Of g >= 0, over the largest pressure times the flexibility scale `unit` (mm/MPa).
+    pub gap: f64,
+    /// Of p >= 0, over the largest pressure.
+    pub tension: f64,
+    /// Of p g = 0, over the largest pressure squared times `unit`.
+    pub complementarity: f64,
+    /// Of |q|_mu <= p, over the largest pressure.
+    pub cone: f64,
+    /// Slip of cells inside their ellipse, over the largest pressure times `unit`.
+    pub stick: f64,
+    /// Angle between the slip of a cell and the inward normal of its ellipse, degrees, where it slips by more than the
+    /// resolution.
+    pub angle: f64,
+    /// Least dissipation of a cell (traction against slip), over the largest pressure squared times `unit`.
+    pub dissipation: f64,
+}
+
+impl Audit {
+    /// Whether all violations are below `tolerance`, directions within 0.1 degrees.
+    pub fn passes(&self, tolerance: f64) -> bool {
+        let violations = [self.gap, self.tension, self.complementarity, self.cone, self.stick];
+        violations.iter().all(|v| *v <= tolerance) && self.angle < 0.1 && self.dissipation >= -tolerance
+    }
+}
+
+/// Audits a state; `unit` is the displacement of a cell by unit pressure on it.
+pub fn audit(state: &FrameState, ellipse: Option<FrictionEllipse>, unit: f64) -> Audit {
+    let n = state.gap.len() / 3;
+    let p_max = state.tractions[2 * n..].iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let displacement = p_max * unit;
+    let mut worst = Audit {
+        gap: 0.0,
+        tension: 0.0,
+        complementarity: 0.0,
+        cone: 0.0,
+        stick: 0.0,
+        angle: 0.0,
+        dissipation: f64::INFINITY,
+    };
+    let raise =
+        |worst: &mut f64, value: f64| *worst = if value.is_nan() { f64::NAN } else { worst.max(value) };
+    for i in 0..n {
+        let (p, g) = (state.tractions[2 * n + i], state.gap[2 * n + i]);
+        raise(&mut worst.gap, -g / displacement);
+        raise(&mut worst.tension, -p / p_max);
+        raise(&mut worst.complementarity, (p * g).abs() / (p_max * displacement));
+        let Some(ellipse) = ellipse else { continue };
+        let (sin, cos) = ellipse.angle.sin_cos();
+        let turned = |x: f64, y: f64| [cos * x + sin * y, cos * y - sin * x];
+        let q = turned(state.tractions[i], state.tractions[n + i]);
+        let s = turned(state.slip[i], state.slip[n + i]);
+        let size = (q[0] / ellipse.mu[0]).hypot(q[1] / ellipse.mu[1]);
+        let slip = s[0].hypot(s[1]);
+        raise(&mut worst.cone, (size - p) / p_max);
+        worst.dissipation = worst.dissipation.min(-(q[0] * s[0] + q[1] * s[1]) / (p_max * displacement));
+        if p > 0.0 && size < p * (1.0 - 1e-5) && p > 1e-3 * p_max {
+            raise(&mut worst.stick, slip / displacement);
+        }
+        if p > 1e-3 * p_max && slip > 1e-3 * displacement {
+            let normal = [q[0] / ellipse.mu[0].powi(2), q[1] / ellipse.mu[1].powi(2)];
+            let [cross, dot] = [normal[0] * s[1] - normal[1] * s[0], -(normal[0] * s[0] + normal[1] * s[1])];
+            raise(&mut worst.angle, cross.abs().atan2(dot).to_degrees());
+        }
+    }
+    worst
+}

@@ -1,0 +1,112 @@
+//! Sweeps whose runs have to end as they should, and what little more is known of them.
+
+use super::{End, Verdict, ended, iterations, of, runs, sweeps};
+use crate::common::relative;
+
+/// Truth: case `str-modulus-ratio`: E1 / E2 from 1 to 1e4, on a half-space and on finite elements: certified, in less than five times the
+/// iterations that the isotropic body takes.
+#[test]
+fn modulus_ratios() {
+    let cases = sweeps::modulus_ratio();
+    for sweep in ["E1 / E2, half-space", "E1 / E2, finite elements"] {
+        let runs = runs(&cases, sweep);
+        let least = iterations(&runs[0].1);
+        for (value, run) in &runs {
+            assert!(iterations(run) < 5 * least, "{sweep} {value}: {} {least}", iterations(run));
+        }
+    }
+}
+
+/// Truth: case `str-friction-large`: no friction leaves exactly no tangential traction, coefficients of 1e-100 and 1e-12 the same force to
+/// 1e-7; circles up to mu = 1 (0.5 on finite elements) and ellipses with axes up to 0.5 have an answer, the others one that passes the
+/// audit or a reason why not.
+#[test]
+fn coefficients_of_friction() {
+    let cases = sweeps::coefficients();
+    for case in cases.iter().filter(|case| case.sweep == "mu1, mu2") {
+        ended(case);
+    }
+    for sweep in ["mu, half-space", "mu, finite elements"] {
+        let runs = runs(&cases, sweep);
+        let none = of(&runs, "0.0");
+        let n = none.tractions.len() / 3;
+        assert!(none.tractions[..2 * n].iter().all(|q| *q == 0.0), "{sweep}");
+        for small in ["1e-100", "1e-12"] {
+            for (found, wanted) in of(&runs, small).records.iter().zip(&none.records) {
+                assert!(relative(found.normal_force, wanted.normal_force) < 1e-7, "{sweep} {small}");
+            }
+        }
+    }
+}
+
+/// Truth: case `str-aspect-ratio` in contact: flat elements to 1000 and cells of a grid to 1000 are certified, slender elements up to 10; beyond,
+/// the run says that its iterations did not suffice.
+#[test]
+fn aspect_ratios() {
+    for case in sweeps::aspect_ratios() {
+        if let Verdict::NotConverged(reason, _) = ended(&case) {
+            assert_eq!(reason, "iterations", "{}", case.name());
+        }
+    }
+}
+
+/// Truth: frames of 1 x 1 to 2048 x 2 cells are certified like any other, one without cells is refused.
+#[test]
+fn frames_of_few_cells() {
+    sweeps::frames().iter().for_each(|case| drop(ended(case)));
+}
+
+/// Truth: case `str-zero-load`: nothing prescribed leaves exactly nothing; forces down to 1e-99 are carried to 1e-10 (normal) and 1e-7 of the
+/// normal force (tangential), shifts down to 1e-99 change no force by more than 1e-6; the smallest double is refused with the key.
+#[test]
+fn nothing_and_next_to_nothing() {
+    let cases = sweeps::nothing();
+    for case in &cases {
+        let run = match ended(case) {
+            Verdict::Certified(run) => run,
+            Verdict::Refused(message) => {
+                assert!(message.contains("5e-324") && message.contains("1e-100"), "{message}");
+                continue;
+            }
+            Verdict::NotConverged(..) => unreachable!("ended() says so"),
+        };
+        let value: f64 = case.value.parse().expect("a number");
+        if case.sweep == "force, pull" {
+            for record in &run.records {
+                assert!((record.normal_force - value).abs() <= 1e-10 * value, "{value}: {record:?}");
+            }
+            let pull = run.records[1].tangential_force;
+            assert!(
+                (pull[0] - 0.2 * value).abs() <= 1e-7 * value && pull[1].abs() <= 1e-7 * value,
+                "{pull:?}"
+            );
+        }
+        if value == 0.0 && case.sweep != "shift" {
+            assert!(run.tractions.iter().all(|t| *t == 0.0), "{}", case.name());
+            assert!(run.records.iter().all(|record| record.contact_area == 0.0 && record.dissipation == 0.0));
+        }
+    }
+    let shifts = runs(&cases, "shift");
+    for (value, run) in &shifts {
+        let apart = super::apart(run, of(&shifts, "0.0"));
+        assert!(apart < 1e-6, "shift {value}: {apart:e}");
+    }
+}
+
+/// Truth: definition: materials, fibres, ellipses, frames, sizes and paths drawn together (always the same 60 scenes) end certified or say
+/// why not; what friction cannot carry, and bodies that came apart, are named as such. Nine of ten find an answer.
+#[test]
+fn drawn_scenes() {
+    let cases = sweeps::drawn();
+    assert!(cases.iter().all(|case| case.end == End::Honest));
+    let mut unsolved = 0;
+    for case in &cases {
+        if let Verdict::NotConverged(reason, run) = ended(case) {
+            assert!(["iterations", "gross-sliding", "contact-lost"].contains(&reason), "{reason}");
+            unsolved += usize::from(reason == "iterations");
+            let last = run.records.last().expect("a record");
+            assert!(reason != "contact-lost" || last.normal_force == 0.0, "{}: {last:?}", case.name());
+        }
+    }
+    assert!(10 * unsolved <= cases.len(), "{unsolved} of {} without an answer", cases.len());
+}

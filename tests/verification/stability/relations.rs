@@ -1,0 +1,116 @@
+//! Sweeps along which answers are known from one another.
+
+use super::scenes::{SceneText, isotropic};
+use super::sweeps::{self, POISSON, SCALES};
+use super::{Run, Verdict, apart, ended, of, runs, verdict};
+use crate::common::relative;
+
+/// Truth: case `str-near-incompressible`: the force on a half-space without friction is E* = E / (1 - nu^2) times a number of the geometry, to
+/// 1e-7 (residual 1e-8). With friction, the force on a block of mean-dilatation elements grows with nu as that on the half-space does, to 5 % (the
+/// block is clamped, 12 wide and 6 high); these elements are held to an integral equation by `coupling::catalogue`. Others grow as they do, to 2 %, or are
+/// said to lock: plain ones from 0.45 on, enhanced ones from 0.49 on; those that are said to are more than 5 % off at 0.4999. nu = 0.5 and -1 are refused.
+#[test]
+fn nearly_incompressible() {
+    let scaled = POISSON.map(|nu| {
+        let scene =
+            SceneText { friction: "law = \"none\"".to_owned(), ..SceneText::half_space(&isotropic(nu)) };
+        let scene = SceneText { steps: "[[steps]]\napproach = 0.02\n".to_owned(), ..scene };
+        let Verdict::Certified(run) = verdict::run("without friction", &scene.text(), None) else {
+            panic!("nu {nu}")
+        };
+        run.records[0].normal_force * (1.0 - nu * nu)
+    });
+    assert!(scaled.iter().all(|force| relative(*force, scaled[0]) < 1e-7), "{scaled:?}");
+
+    let cases = sweeps::poisson();
+    let growth = |runs: &[(&str, Run)], i: usize| {
+        runs[i].1.records[0].normal_force / runs[0].1.records[0].normal_force
+    };
+    let half_space = runs(&cases, "nu, half-space");
+    let mean_dilatation = runs(&cases, "nu, hex8-bbar");
+    for (i, nu) in POISSON.iter().enumerate() {
+        let off = relative(growth(&mean_dilatation, i), growth(&half_space, i));
+        assert!(off < 0.05, "{nu}: {off}");
+    }
+    for (sweep, locks_from) in
+        [("nu, hex8", 0.45), ("nu, tet4", 0.45), ("nu, hex8-eas", 0.49), ("nu, hex8-bbar", f64::INFINITY)]
+    {
+        let runs = runs(&cases, sweep);
+        for (i, (nu, (_, run))) in POISSON.iter().zip(&runs).enumerate() {
+            let mut warnings = run.warnings.iter();
+            let told = warnings.any(|warning| warning.starts_with("WARNING") && warning.contains("lock"));
+            assert_eq!(told, *nu >= locks_from, "{sweep} {nu}: {:?}", run.warnings);
+            let off = relative(growth(&runs, i), growth(&mean_dilatation, i));
+            assert!(told || off < 0.02, "{sweep} {nu}: {off}");
+            assert!(*nu < 0.4999 || !told || off > 0.05, "{sweep} {nu}: {off}");
+        }
+    }
+    for case in cases.iter().filter(|case| case.end == sweeps::End::Refused) {
+        let Verdict::Refused(message) = ended(case) else { unreachable!("ended() says so") };
+        assert!(message.contains("Poisson's ratio"), "{message}");
+    }
+}
+
+/// Truth: a fibre is a line, without a beginning: tilt 30 at azimuth 180 is tilt -30 at azimuth 0, tilt -90 is tilt 90; and nothing jumps: 1e-12
+/// degrees beside an angle is that angle. Forces to 1e-6 of the normal force (residuals of 1e-8). All others are certified, tilts beyond 90
+/// degrees refused.
+#[test]
+fn fibres_at_any_angle() {
+    let cases = sweeps::tilts();
+    let runs = runs(&cases, "fibre's tilt, azimuth");
+    for (a, b) in [
+        ("1e-12, 0.0", "0.0, 0.0"),
+        ("-1e-12, 0.0", "0.0, 0.0"),
+        ("1e-6, 0.0", "0.0, 0.0"),
+        ("89.999999999999, 0.0", "90.0, 0.0"),
+        ("89.999999, 0.0", "90.0, 0.0"),
+        ("-90.0, 0.0", "90.0, 0.0"),
+        ("30.0, 1e-12", "30.0, 0.0"),
+        ("30.0, 90.000000000001", "30.0, 90.0"),
+        ("30.0, 180.0", "-30.0, 0.0"),
+        ("30.0, 179.999999", "30.0, 180.0"),
+    ] {
+        let apart = apart(of(&runs, a), of(&runs, b));
+        assert!(apart < 1e-6, "{a} and {b}: {apart:e}");
+    }
+    for case in cases.iter().filter(|case| case.end == sweeps::End::Refused) {
+        let Verdict::Refused(message) = ended(case) else { unreachable!("ended() says so") };
+        assert!(message.contains("tilt") && message.contains("90"), "{message}");
+    }
+}
+
+/// Truth: dimensions (case `str-units-scale`): the same contact in other units, with lengths and stresses from 1e-9 to 1e9 times as large, has
+/// the same dimensionless forces, displacements and areas to 1e-9 in the same iterations: frictional, tilted fibres, prescribed motions, then
+/// forces; a half-space and finite elements.
+#[test]
+fn units_and_sizes() {
+    let cases = sweeps::units();
+    for sweep in ["units of length, stress, half-space", "units of length, stress, finite elements"] {
+        let runs = runs(&cases, sweep);
+        let dimensionless = |run: &Run, [length, stress]: [f64; 2]| -> Vec<f64> {
+            let force = stress * length * length;
+            let records = run.records.iter().flat_map(|record| {
+                let [qx, qy] = record.tangential_force.map(|q| q / force);
+                let [dx, dy] = record.shift.map(|shift| shift / length);
+                let area = record.contact_area / (length * length);
+                [record.normal_force / force, qx, qy, dx, dy, record.approach / length, area]
+            });
+            records.collect()
+        };
+        let wanted = dimensionless(&runs[0].1, SCALES[0]);
+        for ((value, run), scale) in runs.iter().zip(SCALES) {
+            let found = dimensionless(run, scale);
+            for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+                // Components across the load are sums that cancel; against the force and the approach they are as exact.
+                let size = wanted.abs().max(if i % 7 < 3 { 100.0 } else { 0.0 }).max(if i % 7 < 5 {
+                    0.01
+                } else {
+                    0.0
+                });
+                assert!((found - wanted).abs() < 1e-9 * size, "{sweep} {value}, {i}: {found} {wanted}");
+            }
+            let counts = |run: &Run| run.records.iter().map(|record| record.iterations).collect::<Vec<_>>();
+            assert_eq!(counts(run), counts(&runs[0].1), "{sweep} {value}");
+        }
+    }
+}
