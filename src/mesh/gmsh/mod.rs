@@ -18,7 +18,7 @@ use std::path::Path;
 use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
 use collect::Raw;
-use cursor::Cursor;
+use cursor::{Cursor, shown};
 pub use pos::write_size_field;
 
 /// The two versions that are read.
@@ -133,9 +133,9 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "2.2" => Version::V2,
         "4.1" => Version::V4,
         _ => {
-            let shown = word.to_string();
+            let found = shown(word.as_bytes());
             return Err(cursor.fail(&format!(
-                "version {shown} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
+                "version {found} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
             )));
         }
     };
@@ -143,16 +143,16 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "0" => false,
         "1" => true,
         other => {
-            let shown = other.to_string();
-            return Err(cursor.fail(&format!("file type {shown}; allowed are 0 (ASCII) and 1 (binary)")));
+            let found = shown(other.as_bytes());
+            return Err(cursor.fail(&format!("file type {found}; allowed are 0 (ASCII) and 1 (binary)")));
         }
     };
     let size = match (cursor.word("the data size, 8")?, version) {
         ("8", _) => 8,
         ("4", Version::V4) => 4,
         (other, _) => {
-            let shown = other.to_string();
-            return Err(cursor.fail(&format!("data size {shown}; allowed is 8")));
+            let found = shown(other.as_bytes());
+            return Err(cursor.fail(&format!("data size {found}; allowed is 8")));
         }
     };
     if binary {
