@@ -13,6 +13,7 @@ mod pos;
 mod v2;
 mod v4;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::{ElementField, Mesh};
@@ -166,6 +167,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
 fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;
+    let mut tags = HashMap::new();
     for _ in 0..n {
         let dim: usize = cursor.number("the dimension of a physical group")?;
         if dim > 3 {
@@ -176,8 +178,8 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
         if name.is_empty() {
             return Err(cursor.fail("the physical group's name is empty"));
         }
-        if let Some((other, _)) = raw.names.iter().find(|((d, t), n)| *d == dim && (*t == tag || *n == &name))
-        {
+        let named = tags.insert((dim, name.clone()), tag).map(|tag| (dim, tag));
+        if let Some(other) = named.or_else(|| raw.names.contains_key(&(dim, tag)).then_some((dim, tag))) {
             let found = format!(
                 "the physical group ({dim}, {tag}) \"{name}\" repeats the dimension and the tag or name of ({}, {})",
                 other.0, other.1
