@@ -5,7 +5,9 @@
 //! another sequence; what fails is written to `target/tmp` and belongs into `corpus/READER/` once it is mended.
 mod caches;
 mod checkpoints;
+mod faults;
 mod harness;
+mod memory;
 mod meshes;
 mod meter;
 mod mutate;

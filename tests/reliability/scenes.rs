@@ -272,7 +272,8 @@ pub fn check_plan(path: &Path, plan: Plan) -> String {
 
 /// The parts of a debug text in an order of their own, for maps have none.
 fn parts(debug: &str) -> Vec<&str> {
-    let mut parts: Vec<&str> = debug.split([' ', ',']).collect();
+    let is_part = |c: char| c.is_alphanumeric() || ".-+_".contains(c);
+    let mut parts: Vec<&str> = debug.split(|c| !is_part(c)).collect();
     parts.sort_unstable();
     parts
 }
