@@ -167,7 +167,8 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
 fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;
-    let mut tags = HashMap::new();
+    let known = raw.names.iter().map(|((dim, tag), name)| ((*dim, name.clone()), *tag));
+    let mut tags: HashMap<(usize, String), i64> = known.collect();
     for _ in 0..n {
         let dim: usize = cursor.number("the dimension of a physical group")?;
         if dim > 3 {
@@ -181,8 +182,10 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
         let named = tags.insert((dim, name.clone()), tag).map(|tag| (dim, tag));
         if let Some(other) = named.or_else(|| raw.names.contains_key(&(dim, tag)).then_some((dim, tag))) {
             let found = format!(
-                "the physical group ({dim}, {tag}) \"{name}\" repeats the dimension and the tag or name of ({}, {})",
-                other.0, other.1
+                "the physical group ({dim}, {tag}) {} repeats the dimension and the tag or name of ({}, {})",
+                shown(name.as_bytes()),
+                other.0,
+                other.1
             );
             return Err(cursor.fail(&format!("{found}; each group needs its own")));
         }
