@@ -163,7 +163,7 @@ pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
         escaped = quoted && c == '\\' && !escaped;
     }
     let is_bad = |word: &str| word == "NaN" || (infinite && word == "inf");
-    let words = outside.match_indices(|c: char| c == 'N' || c == 'i').map(|(at, _)| at);
+    let words = outside.match_indices(['N', 'i']).map(|(at, _)| at);
     let mut words = words.filter(|&at| !outside[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
     let found = words.find(|&at| {
         let end = outside[at..]
