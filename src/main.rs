@@ -1,5 +1,8 @@
 //! The program: command line in, exit code out.
 
+#[global_allocator]
+static ALLOCATOR: orthowear::cli::Allocator = orthowear::cli::Allocator;
+
 fn main() -> std::process::ExitCode {
     orthowear::cli::main(std::env::args_os())
 }

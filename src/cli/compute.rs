@@ -124,7 +124,7 @@ pub(super) fn compute(
     });
     let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
-    let study = match safely(|| job.maker().ready(plan, &stage)) {
+    let study = match safely(plan, || job.maker().ready(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
@@ -168,9 +168,12 @@ pub(super) fn refused(
 }
 
 /// A panic as a failure.
-fn safely<T>(work: impl FnOnce() -> std::result::Result<T, Failure>) -> std::result::Result<T, Failure> {
+fn safely<T>(
+    plan: &Plan,
+    work: impl FnOnce() -> std::result::Result<T, Failure>,
+) -> std::result::Result<T, Failure> {
     catch_unwind(AssertUnwindSafe(work))
-        .unwrap_or_else(|panic| Err(Failure { error: internal(&*panic), key: String::new() }))
+        .unwrap_or_else(|panic| Err(Failure { error: internal(plan, &*panic), key: String::new() }))
 }
 
 /// Runs the plan to its end, from frame to frame.
@@ -213,9 +216,9 @@ fn legs<'p>(
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
-        let mut result = result.unwrap_or_else(|panic| Err(internal(&*panic)));
+        let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
-        let way = safely(|| {
+        let way = safely(plan, || {
             Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))
         });
         let way = match way.unwrap_or_else(|failure| {
@@ -237,7 +240,7 @@ fn legs<'p>(
         }
         let (mut parts, surface, frame) =
             (recorder.into_parts(), study.surface(), study.model().frame.clone());
-        match safely(|| job.maker().take(plan, (study, way), &stage)) {
+        match safely(plan, || job.maker().take(plan, (study, way), &stage)) {
             Ok(Some(next)) => {
                 if let Some(places) = next.places {
                     parts.written = parts.written.onto(&places, next.study.model().frame.n_cells());
@@ -321,8 +324,88 @@ fn exit_code(outcome: &Result<Outcome>) -> u8 {
 }
 
 /// The error that a panic is; its message was printed when it happened.
-fn internal(panic: &(dyn Any + Send)) -> Error {
+fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-    Error::numerical(format!("internal error, please report it with the scene: {text}"))
+    let scene = &plan.document.sha256;
+    Error::numerical(format!("internal error, please report it with the scene (SHA-256 {scene}): {text}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::run::units;
+    use crate::results::checkpoint;
+    use crate::results::summary::Status;
+    use crate::scene;
+
+    const SCENE: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "half-space"
+material = "steel"
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [0.6, 0.6]
+cells = [4, 4]
+[gap]
+kind = "sphere"
+radius = 50.0
+[[steps]]
+name = "press"
+normal_force = 100.0
+increments = 4
+[output]
+fields = []
+checkpoint = { seconds = 1e-9 }
+"#;
+
+    /// Breaks down at an entry.
+    struct Breaks(usize);
+
+    impl Observer for Breaks {
+        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+        fn increment_done(&mut self, record: &IncrementRecord, _state: &FrameState) -> Result<()> {
+            assert!(record.increment != self.0, "an invariant is broken");
+            Ok(())
+        }
+    }
+
+    /// Truth (rel-no-panics; docs/command-line.md: code 1): a panic in the middle of a run is an internal error with the fingerprint of
+    /// the scene; the summary says so with the entries before it, and the checkpoint of those is kept.
+    #[test]
+    fn panics_are_internal_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        let plan = scene::read(&path, &[]).unwrap();
+        let out = folder.path().join("out");
+        let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
+        let (stop, checkpoints) = (AtomicBool::new(false), Checkpoints::of(&plan).unwrap());
+        let job = Job {
+            frame: None,
+            show: &mut |_, _, _| {},
+            watch: &mut Breaks(3),
+            stop: &stop,
+            checkpoints: Some(checkpoints),
+        };
+        let failure = compute(&plan, OutputDir::open(&out).unwrap(), &mut summary, job).err().unwrap();
+        let text = failure.error.to_string();
+        assert_eq!(failure.error.exit_code(), exit::FAILED);
+        for words in ["internal error, please report", &plan.document.sha256, "an invariant is broken"] {
+            assert!(text.contains(words), "{text}");
+        }
+        let written: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+        assert!(summary.status == Status::Failed && written["status"] == "failed", "{written}");
+        assert!(written["error"].as_str().is_some_and(|error| error.contains("internal error")), "{written}");
+        let kept: Kept<Snapshot> = checkpoint::read(&out).unwrap().unwrap().state().unwrap();
+        assert_eq!(kept.snapshot.records().len(), 2);
+    }
 }

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
 mod accurate;
+mod allocator;
 mod check;
 mod compare;
 mod compute;
@@ -25,6 +26,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::error::DOUBT;
 use crate::scene::Mistakes;
 use crate::scene::variant::Pair;
+pub use allocator::Allocator;
 
 /// Exit codes of the program.
 pub mod exit {
@@ -36,6 +38,8 @@ pub mod exit {
     pub const INPUT: u8 = 2;
     /// Not converged, or the physics was lost; results so far are kept.
     pub const NOT_CONVERGED: u8 = 3;
+    /// Memory or disk do not suffice.
+    pub const RESOURCES: u8 = 4;
     /// Stopped by a signal; results so far are kept.
     pub const INTERRUPTED: u8 = 130;
 }

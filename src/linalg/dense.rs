@@ -1,5 +1,6 @@
 //! Dense symmetric matrices.
 
+use super::memory::may_fail;
 use crate::error::{Error, Result};
 
 /// A dense symmetric matrix `[n, n]`, both triangles stored.
@@ -60,7 +61,7 @@ pub(crate) fn zeroed(len: usize) -> Result<Vec<f64>> {
     }
     let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
     // SAFETY: the layout is not empty. Fresh pages of the system are zero already, which `resize` could not use.
-    let start = unsafe { std::alloc::alloc_zeroed(layout) };
+    let start = may_fail(|| unsafe { std::alloc::alloc_zeroed(layout) });
     if start.is_null() {
         return Err(error());
     }

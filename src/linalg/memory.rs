@@ -1,5 +1,7 @@
 //! Refusal of work that would not fit into the memory, before anything is allocated for it.
 
+use std::cell::Cell;
+
 use super::cgroup;
 use crate::error::{Error, Result};
 
@@ -19,11 +21,11 @@ impl MemoryLimit {
         Self { bytes: Some(bytes), held: 0, given: true }
     }
 
-    /// What can be had now without swapping and within the limits of the process's control groups (Linux; elsewhere
+    /// What can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
     /// nothing is refused).
     pub fn of_machine() -> Self {
         let of_group = cgroup::free(std::path::Path::new("/sys/fs/cgroup"));
-        let bytes = [free_of_machine(), of_group].into_iter().flatten().min();
+        let bytes = [free_of_machine(), free_of_process(), of_group].into_iter().flatten().min();
         Self { bytes, held: 0, given: false }
     }
 
@@ -87,6 +89,37 @@ fn free_of_machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
+}
+
+/// Addresses that the limit of the process (`ulimit -v`) leaves it; `None` without one.
+fn free_of_process() -> Option<u64> {
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: the place is that of a limit.
+    let done = unsafe { libc::getrlimit(libc::RLIMIT_AS, &raw mut limit) } == 0;
+    if !done || limit.rlim_cur == libc::RLIM_INFINITY {
+        return None;
+    }
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmSize:"))?;
+    let held = line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024;
+    Some(limit.rlim_cur.saturating_sub(held))
+}
+
+thread_local! {
+    static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does `work`, which asks for memory and has an answer where there is none.
+pub(crate) fn may_fail<T>(work: impl FnOnce() -> T) -> T {
+    let before = MAY_FAIL.replace(true);
+    let done = work();
+    MAY_FAIL.set(before);
+    done
+}
+
+/// Whether this thread has an answer where there is no memory.
+pub(crate) fn has_answer() -> bool {
+    MAY_FAIL.try_with(Cell::get).unwrap_or(false)
 }
 
 /// Bytes in a unit that suits their number.

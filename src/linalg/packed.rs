@@ -5,6 +5,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
+use super::memory::may_fail;
 use crate::error::{Error, Result};
 
 /// Stripes a matrix is worked on in; their number is fixed so that the bits do not depend on the threads.
@@ -44,7 +45,7 @@ impl PackedSymmetric {
     /// If memory does not suffice.
     pub fn from_lower(n: usize, at: impl Fn(usize, usize) -> f64) -> Result<Self> {
         let mut lower = Vec::new();
-        lower.try_reserve_exact(start(n)).map_err(|_| {
+        may_fail(|| lower.try_reserve_exact(start(n))).map_err(|_| {
             Error::resources(format!(
                 "not enough memory for a flexibility of {n} contact unknowns ({:.2} GiB); use a coarser mesh, or a \
                  smaller frame",

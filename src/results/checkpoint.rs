@@ -76,9 +76,9 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes what killed runs left of checkpoints that they were writing.
-pub(super) fn sweep(folder: &Path) {
-    let prefixes = FILES.map(|name| temporary_prefix(Path::new(name)));
+/// Removes what killed runs left of checkpoints, and of the file `other`, that they were writing.
+pub(super) fn sweep(folder: &Path, other: &str) {
+    let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {
             // Best effort: they are hidden and harmless.
@@ -298,7 +298,8 @@ mod tests {
         assert!(error.exit_code() == 4 && error.to_string().contains("free some space"), "{error}");
         assert_eq!(last(dir.path()), "kept");
         fs::write(dir.path().join(&temporary), "half of one").unwrap();
-        sweep(dir.path());
+        fs::write(dir.path().join(".summary.json.7"), "{").unwrap();
+        sweep(dir.path(), "summary.json");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }
 }

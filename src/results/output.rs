@@ -66,7 +66,7 @@ impl OutputDir {
         }
         fs::create_dir_all(target).map_err(|e| failure("cannot make the output directory", target, &e))?;
         let lock = lock(target)?;
-        checkpoint::sweep(target);
+        checkpoint::sweep(target, SUMMARY);
         let untouched = checkpoint::are_in(target);
         let gathering = target.join(GATHERING);
         if gathering.exists() && !untouched {

@@ -8,6 +8,9 @@ use toml::de::{DeTable, DeValue};
 use super::document::{Document, Entry, Node, Origin, Value, node, position, segments, table};
 use super::mistake::{Mistake, Mistakes, Place};
 
+/// Most parts of a key that an override names; a file has at most so many, too.
+const DEEPEST: usize = 80;
+
 /// Largest scene file read, bytes; anything larger is not a scene.
 const LARGEST: u64 = 16 << 20;
 
@@ -109,6 +112,9 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
     let (key, value) = (key.trim(), value.trim());
     if key.is_empty() || key.split('.').any(str::is_empty) {
         return Err(wrong(format!("`{key}` is not a key"), form));
+    }
+    if key.split('.').count() > DEEPEST {
+        return Err(wrong(format!("a key of {} parts (at most {DEEPEST})", key.split('.').count()), form));
     }
     let value = override_value(value, index).map_err(|message| {
         wrong(message, "the value is written as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")

@@ -269,7 +269,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// A piece of the file for a message: in quotation marks, control characters escaped, shortened.
-fn shown(bytes: &[u8]) -> String {
+pub(super) fn shown(bytes: &[u8]) -> String {
     let short = &bytes[..bytes.len().min(40)];
     let dots = if short.len() < bytes.len() { ".." } else { "" };
     format!("\"{}{dots}\"", String::from_utf8_lossy(short).escape_debug())

@@ -13,12 +13,13 @@ mod pos;
 mod v2;
 mod v4;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
 use collect::Raw;
-use cursor::Cursor;
+use cursor::{Cursor, shown};
 pub use pos::write_size_field;
 
 /// The two versions that are read.
@@ -133,9 +134,9 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "2.2" => Version::V2,
         "4.1" => Version::V4,
         _ => {
-            let shown = word.to_string();
+            let found = shown(word.as_bytes());
             return Err(cursor.fail(&format!(
-                "version {shown} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
+                "version {found} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
             )));
         }
     };
@@ -143,16 +144,16 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "0" => false,
         "1" => true,
         other => {
-            let shown = other.to_string();
-            return Err(cursor.fail(&format!("file type {shown}; allowed are 0 (ASCII) and 1 (binary)")));
+            let found = shown(other.as_bytes());
+            return Err(cursor.fail(&format!("file type {found}; allowed are 0 (ASCII) and 1 (binary)")));
         }
     };
     let size = match (cursor.word("the data size, 8")?, version) {
         ("8", _) => 8,
         ("4", Version::V4) => 4,
         (other, _) => {
-            let shown = other.to_string();
-            return Err(cursor.fail(&format!("data size {shown}; allowed is 8")));
+            let found = shown(other.as_bytes());
+            return Err(cursor.fail(&format!("data size {found}; allowed is 8")));
         }
     };
     if binary {
@@ -166,6 +167,8 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
 fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;
+    let known = raw.names.iter().map(|((dim, tag), name)| ((*dim, name.clone()), *tag));
+    let mut tags: HashMap<(usize, String), i64> = known.collect();
     for _ in 0..n {
         let dim: usize = cursor.number("the dimension of a physical group")?;
         if dim > 3 {
@@ -176,11 +179,13 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
         if name.is_empty() {
             return Err(cursor.fail("the physical group's name is empty"));
         }
-        if let Some((other, _)) = raw.names.iter().find(|((d, t), n)| *d == dim && (*t == tag || *n == &name))
-        {
+        let named = tags.insert((dim, name.clone()), tag).map(|tag| (dim, tag));
+        if let Some(other) = named.or_else(|| raw.names.contains_key(&(dim, tag)).then_some((dim, tag))) {
             let found = format!(
-                "the physical group ({dim}, {tag}) \"{name}\" repeats the dimension and the tag or name of ({}, {})",
-                other.0, other.1
+                "the physical group ({dim}, {tag}) {} repeats the dimension and the tag or name of ({}, {})",
+                shown(name.as_bytes()),
+                other.0,
+                other.1
             );
             return Err(cursor.fail(&format!("{found}; each group needs its own")));
         }

@@ -79,17 +79,16 @@ fn header(r: &mut Resolver, key: &str, file: &str, lines: &mut Vec<(usize, &str)
     };
     let before = r.mistakes.len();
     let mut columns = Vec::new();
+    let mut wrong = Vec::new();
     for (index, name) in names.iter().enumerate() {
         match Column::named(name) {
             Some(column) => columns.push(column),
-            None => {
-                let message =
-                    format!("{file}, line {line}: column {} is \"{name}\", which is not known", index + 1);
-                let mend = format!("name the columns in the first line or in `columns`: {}", Column::list());
-                r.wrong(&format!("{key}.file"), message, "unknown column", mend);
-            }
+            None => wrong
+                .push(format!("{file}, line {line}: column {} is \"{name}\", which is not known", index + 1)),
         }
     }
+    let mend = format!("name the columns in the first line or in `columns`: {}", Column::list());
+    list(r, key, file, wrong, ["unknown column", &mend]);
     if names.is_empty() {
         let mend = format!("a first line that names the columns: {}", Column::list());
         r.wrong(&format!("{key}.file"), format!("{file} is empty"), "no columns", mend);
@@ -103,7 +102,8 @@ fn contradictions(r: &mut Resolver, key: &str, columns: &[Column]) {
     let place = format!("{key}.{place}");
     let mut wrong = |message: String, label: &str, mend: &str| r.wrong(&place, message, label, mend);
     for (i, column) in columns.iter().enumerate() {
-        if *column != Column::Ignored && columns[..i].contains(column) {
+        let before = columns[..i].iter().filter(|known| *known == column).count();
+        if *column != Column::Ignored && before == 1 {
             let message = format!("the column `{}` is there twice", column.name());
             wrong(message, "twice", "name each column once; \"-\" leaves one out");
         }
@@ -166,15 +166,20 @@ fn rows(
         }
         points.push(point(*line, &values));
     }
+    list(r, key, file, wrong, ["this file", "give each column a number in every row"]);
+    points
+}
+
+/// Reports the first of the mistakes of one kind, and how many more there are.
+fn list(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [label, mend]: [&str; 2]) {
     let count = wrong.len();
     for message in wrong.into_iter().take(LISTED) {
-        r.wrong(&format!("{key}.file"), message, "this file", "give each column a number in every row");
+        r.wrong(&format!("{key}.file"), message, label, mend);
     }
     if count > LISTED {
         let message = format!("{file}: {} more mistakes of this kind", count - LISTED);
         r.wrong(&format!("{key}.file"), message, "this file", "mend those above first");
     }
-    points
 }
 
 /// The load point of a row; of a pair x, y what is not given is 0.

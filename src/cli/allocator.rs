@@ -1,0 +1,74 @@
+//! Memory of the system; where there is no more the program ends with exit code 4 instead of an abort.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::fmt::Write as _;
+
+use crate::linalg::memory::has_answer;
+
+/// The system's allocator, whose failures end the program unless the work that asked has an answer to them.
+#[derive(Debug)]
+pub struct Allocator;
+
+// SAFETY: every call is handed on to the system's allocator as it is; what is done where it fails allocates nothing and does not
+// return.
+unsafe impl GlobalAlloc for Allocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: as promised by the caller.
+        checked(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: as promised by the caller.
+        checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: as promised by the caller.
+        unsafe { System.dealloc(place, layout) }
+    }
+
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: as promised by the caller.
+        checked(unsafe { System.realloc(place, layout, size) }, size)
+    }
+}
+
+fn checked(place: *mut u8, bytes: usize) -> *mut u8 {
+    if place.is_null() && !has_answer() {
+        end(bytes);
+    }
+    place
+}
+
+/// A line of text that takes no memory of the heap.
+struct Line {
+    bytes: [u8; 512],
+    length: usize,
+}
+
+impl std::fmt::Write for Line {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        let room = &mut self.bytes[self.length..];
+        let n = text.len().min(room.len());
+        room[..n].copy_from_slice(&text.as_bytes()[..n]);
+        self.length += n;
+        Ok(())
+    }
+}
+
+/// Ends the program at once: other threads may be in the middle of anything, and files are written under other names until they
+/// are whole.
+#[cold]
+fn end(bytes: usize) -> ! {
+    let mut line = Line { bytes: [0; 512], length: 0 };
+    let _ = writeln!(
+        line,
+        "error: not enough memory: {bytes} more bytes are not to be had; nothing more is written, checkpoints are kept: take a \
+         coarser mesh or fewer cells, or raise the limit (ulimit -v) and go on with --resume"
+    );
+    // SAFETY: the bytes are there; _exit has no conditions.
+    unsafe {
+        libc::write(libc::STDERR_FILENO, line.bytes.as_ptr().cast(), line.length);
+        libc::_exit(libc::c_int::from(super::exit::RESOURCES))
+    }
+}

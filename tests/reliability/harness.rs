@@ -1,0 +1,184 @@
+//! Feeds a reader with inputs, and says which of them it does not bear.
+
+use std::any::Any;
+use std::collections::{BTreeMap, HashSet};
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::meter::measured;
+use crate::mutate::{Random, mutate};
+
+/// Stack of the program's own threads, bytes.
+const STACK: usize = 8 << 20;
+/// Most inputs kept to be changed further.
+const POOL: usize = 600;
+/// Processor time that no input may take, s (catalogue: rel-no-panics).
+const SECONDS: f64 = 10.0;
+/// Memory that an input may take: so much, and so many times its own length.
+const BYTES: u64 = 64 << 20;
+const TIMES: u64 = 400;
+
+/// A reader under test.
+pub struct Reader<'a> {
+    /// Its name; inputs that failed once lie in `corpus/NAME`.
+    pub name: &'a str,
+    /// Valid inputs.
+    pub seeds: Vec<Vec<u8>>,
+    /// Words that its inputs are made of.
+    pub words: Vec<String>,
+    /// How the outcome of an input begins that was read.
+    pub read: &'a str,
+    /// Number of inputs where no time is given.
+    pub cases: u64,
+}
+
+impl Reader<'_> {
+    /// Feeds all inputs to `examine`, which says in a few words what became of one, and panics if that is wrong.
+    pub fn check(self, examine: impl FnMut(&[u8]) -> String + Send) {
+        std::thread::scope(|scope| {
+            let work = std::thread::Builder::new().stack_size(STACK).name(self.name.to_owned());
+            let ended = work.spawn_scoped(scope, || self.feed(examine)).expect("a thread").join();
+            if let Err(panic) = ended {
+                std::panic::resume_unwind(panic);
+            }
+        });
+    }
+
+    fn feed(&self, mut examine: impl FnMut(&[u8]) -> String) {
+        let mut failed: BTreeMap<String, PathBuf> = BTreeMap::new();
+        let mut one = |input: &[u8], number: u64| {
+            self.note(input);
+            let (ended, bytes, seconds) = measured(|| catch_unwind(AssertUnwindSafe(|| examine(input))));
+            let wrong = match ended {
+                Err(panic) => said(&*panic),
+                Ok(_) if seconds > SECONDS => format!("{seconds} s"),
+                Ok(_) if bytes > BYTES + TIMES * input.len() as u64 => format!("{bytes} bytes"),
+                Ok(outcome) => return Some(outcome),
+            };
+            failed.entry(plain(&wrong)).or_insert_with(|| self.keep(input, number, &wrong));
+            None
+        };
+        let mut pool = self.seeds.clone();
+        for (number, input) in self.seeds.iter().enumerate() {
+            let outcome = one(input, number as u64);
+            let is_read = outcome.as_ref().is_none_or(|outcome| outcome.starts_with(self.read));
+            assert!(is_read, "{}: the seed {number} is refused: {outcome:?}", self.name);
+        }
+        for (number, input) in corpus(self.name).iter().enumerate() {
+            one(input, number as u64);
+        }
+        let mut known = HashSet::new();
+        let started = Instant::now();
+        let limit = setting("ORTHOWEAR_FUZZ_SECONDS").map(Duration::from_secs);
+        let begin = setting("ORTHOWEAR_FUZZ_SEED").unwrap_or(1) << 32;
+        let goes_on = |number| limit.map_or(number < self.cases, |limit| started.elapsed() < limit);
+        let mut number = 0;
+        while goes_on(number) {
+            let mut random = Random::new(begin + number);
+            let input = mutate(&pool, &self.words, &mut random);
+            // What ended in a new way is worth further changes.
+            if let Some(outcome) = one(&input, begin + number)
+                && known.insert(plain(&outcome))
+                && pool.len() < POOL
+            {
+                pool.push(input);
+            }
+            number += 1;
+        }
+        println!("{}: {number} inputs, {} ways to end", self.name, known.len());
+        assert!(failed.is_empty(), "{}: {failed:#?}", self.name);
+    }
+
+    /// Leaves the input where it is found if the process dies of it.
+    fn note(&self, input: &[u8]) {
+        put(&place(&format!("{}-last", self.name)), input);
+    }
+
+    fn keep(&self, input: &[u8], number: u64, wrong: &str) -> PathBuf {
+        let path = place(&format!("{}-{number}", self.name));
+        fs::write(&path, input).expect("a file");
+        eprintln!("{}, {}: {wrong}", self.name, path.display());
+        path
+    }
+}
+
+/// Writes a file anew: some file systems flush one that is overwritten, which takes longer than all the rest.
+pub fn put(path: &Path, bytes: &[u8]) {
+    let _absent = fs::remove_file(path);
+    fs::write(path, bytes).expect("a file");
+}
+
+fn place(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Inputs that failed once, in the order of their names.
+fn corpus(name: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reliability/corpus").join(name);
+    let mut paths: Vec<PathBuf> =
+        fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry").path()).collect();
+    paths.sort();
+    paths.iter().map(|path| fs::read(path).expect("a file")).collect()
+}
+
+fn setting(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name} is \"{text}\", not a whole number")))
+}
+
+fn said(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
+}
+
+/// A message without what is particular to an input: numbers and quoted texts.
+fn plain(text: &str) -> String {
+    let mut quoted = false;
+    let mut short = String::new();
+    for c in text.chars().take(400) {
+        if "\"`'".contains(c) {
+            quoted = !quoted;
+        } else if !quoted {
+            let c = if c.is_ascii_digit() { '#' } else { c };
+            if !(c == '#' && short.ends_with('#')) {
+                short.push(c);
+            }
+        }
+    }
+    short
+}
+
+/// The first number in a debug text outside of quotation marks that is none: `NaN` or, with `infinite`, `inf`.
+pub fn not_finite(debug: &str, infinite: bool) -> Option<String> {
+    let mut outside = String::with_capacity(debug.len());
+    let (mut quoted, mut escaped) = (false, false);
+    for c in debug.chars() {
+        match (c, quoted, escaped) {
+            ('"', _, false) => quoted = !quoted,
+            (_, false, _) => outside.push(c),
+            _ => {}
+        }
+        escaped = quoted && c == '\\' && !escaped;
+    }
+    let is_bad = |word: &str| word == "NaN" || (infinite && word == "inf");
+    let words = outside.match_indices(['N', 'i']).map(|(at, _)| at);
+    let mut words = words.filter(|&at| !outside[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
+    let found = words.find(|&at| {
+        let end = outside[at..]
+            .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .map_or(outside.len(), |n| at + n);
+        is_bad(&outside[at..end])
+    })?;
+    let start = outside[..found].char_indices().rev().nth(80).map_or(0, |(at, _)| at);
+    Some(outside[start..].chars().take(100).collect())
+}
+
+/// Truth: the definition, texts and names left out.
+#[test]
+fn numbers_that_are_none_are_found() {
+    assert_eq!(not_finite(r#"A { t: "NaN \" inf", NaNo: 1, infinite: 2.0 }"#, true), None);
+    assert!(not_finite("A { x: NaN }", true).is_some() && not_finite("[1.0, -inf]", true).is_some());
+    assert_eq!(not_finite("[1.0, -inf]", false), None);
+}

@@ -1,0 +1,73 @@
+//! What a piece of work takes: memory held by its thread, counted by the allocator, and the thread's processor time.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    static HELD: Cell<i64> = const { Cell::new(0) };
+    static MOST: Cell<i64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, which counts by thread.
+pub struct Counted;
+
+fn count(bytes: i64) {
+    // Fails only while a thread ends, when nobody asks any more.
+    let _ = HELD.try_with(|held| {
+        let now = held.get() + bytes;
+        held.set(now);
+        MOST.with(|most| most.set(most.get().max(now)));
+    });
+}
+
+// SAFETY: every call is handed on to the system's allocator as it is; counting allocates nothing.
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size() as i64);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count(layout.size() as i64);
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        count(-(layout.size() as i64));
+        unsafe { System.dealloc(place, layout) }
+    }
+
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(size as i64 - layout.size() as i64);
+        unsafe { System.realloc(place, layout, size) }
+    }
+}
+
+/// Result of `work`, the most bytes that this thread held besides what it held before, and its processor time in seconds.
+pub fn measured<T>(work: impl FnOnce() -> T) -> (T, u64, f64) {
+    let before = HELD.get();
+    MOST.set(before);
+    let started = seconds();
+    let done = work();
+    (done, u64::try_from(MOST.get() - before).unwrap_or(0), seconds() - started)
+}
+
+/// Processor time of this thread, s.
+fn seconds() -> f64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the place is that of a timespec.
+    unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// Truth: the definition: bytes asked for and not yet given back.
+#[test]
+fn memory_is_counted() {
+    let (list, most, _) = measured(|| {
+        drop(vec![0_u8; 1 << 20]);
+        vec![1_u8; 1 << 10]
+    });
+    assert!((1 << 20..(1 << 20) + 4096).contains(&most), "{most}");
+    let (_, most, _) = measured(|| drop(list));
+    assert_eq!(most, 0);
+}

@@ -1,0 +1,73 @@
+//! Study files, taken apart.
+
+use std::fs;
+
+use orthowear::scene::schema::json_schema_of;
+use orthowear::study::sweep::{self, keys::StudyFile};
+
+use crate::harness::{Reader, not_finite, put};
+use crate::scenes::{self, MATERIALS};
+
+const STUDY: &str = r#"[study]
+title = "a study"
+scene = "scene.toml"
+[[axes]]
+keys = ["body1.fibre.tilt"]
+values = [0, 30.0]
+[[axes]]
+name = "depth"
+keys = ["steps.indent.approach", "gap.radius"]
+values = [[0.02, 50.0], [0.01, 40.0]]
+[output]
+collect = ["indent.normal_force", "indent.tangential_force.0"]
+curves = ["indent.worn_volume"]
+"#;
+
+/// Truth (rel-no-panics, rel-nan-guard): a study is refused with mistakes, or has a run for each combination of its values, each with
+/// a folder of its own below the study's.
+#[test]
+fn study_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = format!(
+        "{MATERIALS}[body1]\nkind = \"half-space\"\nmaterial = \"cfrp\"\nfibre = {{ tilt = 0.0 }}\n[body2]\nkind = \"rigid\"\n\
+         [frame]\nkind = \"grid\"\nhalf_width = [1.0, 1.0]\ncells = [4, 4]\n[gap]\nkind = \"sphere\"\nradius = 9.0\n[[steps]]\n\
+         name = \"indent\"\napproach = 0.01\n"
+    );
+    fs::write(folder.path().join("scene.toml"), scene).expect("a file");
+    let path = folder.path().join("study.toml");
+    let mut words = scenes::words(&json_schema_of::<StudyFile>());
+    let more = [
+        "steps.indent.normal_force",
+        "body1.fibre.azimuth",
+        "gap.radius",
+        "frame.cells.0",
+        "title",
+        "..",
+        "/",
+        "\u{fc}",
+    ];
+    words.extend(more.map(str::to_owned));
+    let reader = Reader { name: "study", read: "a study", seeds: vec![STUDY.into()], words, cases: 6000 };
+    reader.check(|bytes| {
+        put(&path, bytes);
+        let sweep = match sweep::read(&path, &scenes::overrides(bytes)) {
+            Ok(sweep) => sweep,
+            Err(files) => {
+                let first = files.iter().flat_map(|mistakes| &mistakes.list).next();
+                return first.expect("refused without a mistake").message.clone();
+            }
+        };
+        let count: usize = sweep.axes.iter().map(|axis| axis.values.len()).product();
+        assert_eq!(sweep.runs.len(), count);
+        let mut folders: Vec<&str> = sweep.runs.iter().map(|run| run.folder.as_str()).collect();
+        assert!(
+            folders.iter().all(|name| !name.contains(['/', '\0']) && ![".", ".."].contains(name)),
+            "{folders:?}"
+        );
+        folders.sort_unstable();
+        folders.dedup();
+        assert_eq!(folders.len(), count, "{folders:?}");
+        assert_eq!(not_finite(&format!("{:?}", sweep.runs), true), None);
+        format!("a study of {} axes", sweep.axes.len())
+    });
+}
