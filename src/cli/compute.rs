@@ -394,8 +394,9 @@ checkpoint = { seconds = 1e-9 }
             watch: &mut Breaks(3),
             stop: &stop,
             checkpoints: Some(checkpoints),
+            complete: &mut nothing,
         };
-        let failure = compute(&plan, OutputDir::open(&out).unwrap(), &mut summary, job).err().unwrap();
+        let failure = compute(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
         let text = failure.error.to_string();
         assert_eq!(failure.error.exit_code(), exit::FAILED);
         for words in ["internal error, please report", &plan.document.sha256, "an invariant is broken"] {

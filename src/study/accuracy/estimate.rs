@@ -37,7 +37,8 @@ impl Convergence {
             .map(|i| [sizes[i].ln(), differences[i].abs().ln()])
             .collect();
         let last = differences.len().saturating_sub(LARGEST_OF);
-        let steady = differences[last..].windows(2).all(|pair| (STEADY[0]..=STEADY[1]).contains(&(pair[1] / pair[0])));
+        let steady =
+            differences[last..].windows(2).all(|pair| (STEADY[0]..=STEADY[1]).contains(&(pair[1] / pair[0])));
         let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
         let order = if seen.len() < 3 { ASSUMED } else { slope(&seen).clamp(least, ORDERS[1]) };
         let constant = (last..differences.len())
