@@ -18,8 +18,8 @@ use crate::study::accuracy::{Levels, Next, Search};
 /// Why a run of which the estimates stay above the accuracy did not converge.
 pub(super) const REASON: &str = "accuracy";
 
-/// Estimates below this share of the accuracy are left out of the table where the value is that small.
-const NOTHING: f64 = 1e-9;
+/// Results with estimates below this share of the accuracy are left out of the table.
+const NOTHING: f64 = 1e-4;
 
 /// Runs the plan into `output` and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
 pub(super) fn compute_accurately(
@@ -80,7 +80,7 @@ impl Way<'_, '_, '_> {
                     let ended = self.with_files(levels);
                     let go_on = match &ended {
                         Ok(exit::INTERRUPTED) => false,
-                        _ if self.written == Some(levels) => true,
+                        _ if self.search.last() == Some(levels) => true,
                         Ok(_) => self.search.stop(self.summary.reason.clone().unwrap_or_default()),
                         Err(failure) => self.search.stop(failure.error.to_string()),
                     };
@@ -112,6 +112,7 @@ impl Way<'_, '_, '_> {
                 let cells = cells_in_contact(summary, records);
                 search.take(levels, records, (cells, started.elapsed().as_secs_f64()));
             }
+            true
         };
         let job = Job {
             frame: None,
@@ -143,7 +144,7 @@ impl Way<'_, '_, '_> {
         let record = self.search.record();
         let coarser = record.runs.iter().map(|run| run.seconds).sum::<f64>();
         self.summary.timings.add("coarser runs", coarser);
-        // For a run that ends before it begins.
+        // For a run that ends before its own values are there.
         self.summary.accuracy = Some(record);
         let search = &mut self.search;
         let words = search.words(&levels);
@@ -152,16 +153,18 @@ impl Way<'_, '_, '_> {
         let started = Instant::now();
         let mut written = false;
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
-            written = summary.status == Status::Converged;
-            if written && !again {
+            let converged = summary.status == Status::Converged;
+            if converged && !again {
                 let cells = cells_in_contact(summary, records);
                 search.take(levels, records, (cells, started.elapsed().as_secs_f64()));
             }
             let record = search.record();
-            if written && !record.met {
+            if converged && !record.met {
                 (summary.status, summary.reason) = (Status::NotConverged, Some(REASON.to_owned()));
             }
             summary.accuracy = Some(record);
+            written = converged && search.next() == Next::Done(levels);
+            written || !converged
         };
         let job = Job {
             frame: None,
@@ -177,14 +180,16 @@ impl Way<'_, '_, '_> {
     }
 }
 
-/// Least number of cells in contact at the end of a step that has a contact; no bound on frames without a grid.
+/// Least number of cells in contact at the end of a step that should have a contact; no bound on frames without a grid.
 fn cells_in_contact(summary: &Summary, records: &[IncrementRecord]) -> usize {
     let Some(frame) = &summary.frame else { return usize::MAX };
     let area = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;
     let cell = area(0) * area(1);
     let at_end = |i: usize| records.get(i + 1).is_none_or(|next| next.name != records[i].name);
-    let areas = (0..records.len()).filter(|&i| at_end(i)).map(|i| records[i].contact_area);
-    areas.filter(|area| *area > 0.0).map(|area| (area / cell).round() as usize).min().unwrap_or(usize::MAX)
+    let ends = (0..records.len()).filter(|&i| at_end(i)).map(|i| &records[i]);
+    // Past the first touch there is a contact, if perhaps none that coarse cells see.
+    let touching = ends.filter(|record| record.contact_area > 0.0 || record.approach > 0.0);
+    touching.map(|record| (record.contact_area / cell).round() as usize).min().unwrap_or(usize::MAX)
 }
 
 /// The accuracy as a person reads it.
@@ -198,10 +203,10 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
         rows.push(vec![
             result.step.clone(),
             result.name.to_owned(),
-            digits(result),
+            digits(result.value, result),
             number(result.estimate),
             number(result.relative),
-            result.extrapolated.map_or_else(String::new, |limit| format!("{limit:.7}")),
+            result.extrapolated.map_or_else(String::new, |limit| digits(limit, result)),
         ]);
     }
     let last = record.runs.last();
@@ -209,7 +214,7 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
         last.and_then(|run| run.cells).map(|[x, y]| format!(" with {x} x {y} cells")).unwrap_or_default();
     let times = last.filter(|run| run.increments > 1);
     let times = times.map(|run| format!(", {} times the increments", run.increments)).unwrap_or_default();
-    let reached = if record.met { "reached" } else { "NOT REACHED" };
+    let reached = if record.met { "reached" } else { "NOT REACHED, the last run that converged is one" };
     let n = record.runs.len();
     let plural = if n == 1 { "run" } else { "runs" };
     let of = record.of.join(", ");
@@ -221,10 +226,10 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
 }
 
 /// A value with a digit more than are estimated to be right.
-fn digits(result: &Estimated) -> String {
+fn digits(value: f64, result: &Estimated) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
-        return short(result.value);
+        return short(value);
     };
     let places = (1.0 - estimate.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{:.places$}", result.value)
+    format!("{value:.places$}")
 }

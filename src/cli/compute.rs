@@ -36,8 +36,8 @@ pub(super) struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<Checkpoints>,
-    /// Looks at the entries when the run ends, before its summary is written.
-    pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary),
+    /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
+    pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
 }
 
 impl Job<'_> {
@@ -47,7 +47,9 @@ impl Job<'_> {
 }
 
 /// Completes nothing.
-pub(super) fn nothing(_: &[IncrementRecord], _: &mut Summary) {}
+pub(super) fn nothing(_: &[IncrementRecord], _: &mut Summary) -> bool {
+    true
+}
 
 /// Hears nothing.
 pub(super) struct Nobody;
@@ -198,7 +200,8 @@ fn legs<'p>(
         let Leg { parts: Parts { output, records, written, keeper }, from, stage } = leg;
         summary.mesh_moves = plan.move_mesh.map(|_| stage.moves.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-        let fields = fields.on_surface(study.surface()).with_inside(&plan.inside).after(written);
+        let fields = fields.on_surface(study.surface()).with_inside(&plan.inside);
+        let fields = fields.every(plan.fields_every).after(written);
         let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
         let recorder = recorder.with_progress(&mut *job.show).with_stop(job.stop);
         let mut recorder = match keeper {
@@ -284,7 +287,7 @@ fn tell(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult>
 /// Completes the summary and writes what there is.
 fn conclude(
     recorder: Recorder<'_>,
-    complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary),
+    complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
     result: Result<RunResult>,
     summary: &mut Summary,
 ) -> std::result::Result<u8, Failure> {
@@ -296,10 +299,12 @@ fn conclude(
         result.outcome
     });
     summary.conclude(&outcome);
-    complete(recorder.records(), summary);
+    let kept = complete(recorder.records(), summary);
     let code = exit_code(&outcome);
     let doubted = code == exit::DONE && summary.status == Status::NotConverged;
-    let code = finish(recorder, summary, if doubted { exit::NOT_CONVERGED } else { code });
+    let code = if doubted { exit::NOT_CONVERGED } else { code };
+    let ended = if kept { recorder.finish(summary) } else { recorder.discard(summary) };
+    let code = ended.map_or_else(|error| report(&error), |()| code);
     match outcome {
         Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
         _ => Ok(code),

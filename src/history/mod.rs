@@ -375,7 +375,7 @@ pub fn skipped_by_contact(
     skipped
 }
 
-/// Formulation 12: with friction the number of increments is part of the load path.
+/// With friction the number of increments is part of the load path.
 fn path_dependence(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
     // A history says its path; a steady state has none.
     let by_path = |step: &&Step| step.cycles.is_none() && step.row.is_none() && step.rolling.is_none();

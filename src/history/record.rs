@@ -18,7 +18,7 @@ pub struct RollingRecord {
 /// Independent checks of a converged increment (docs/theory-contact.md), recomputed afresh from the tractions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 pub struct Certificate {
-    /// Natural residual (7.1), relative to the largest pressure.
+    /// Natural residual, relative to the largest pressure.
     pub natural_residual: f64,
     /// Smallest normal gap over the approach.
     pub min_gap: f64,

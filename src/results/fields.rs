@@ -65,6 +65,8 @@ pub struct FieldWriter<'a> {
     bodies: Vec<BodyOutput<'a>>,
     wanted: Vec<FieldKind>,
     inside: Vec<InsideRequest>,
+    /// Of the increments of a monotone step each so-manieth is written.
+    every: usize,
     surface: Surface,
     written: Written,
 }
@@ -103,6 +105,7 @@ impl<'a> FieldWriter<'a> {
             bodies,
             wanted: wanted.to_vec(),
             inside: Vec::new(),
+            every: 1,
             surface: Surface::default(),
             written: Written::default(),
         }
@@ -111,6 +114,17 @@ impl<'a> FieldWriter<'a> {
     /// Also writes displacement and stress at points inside the bodies.
     pub fn with_inside(self, inside: &[InsideRequest]) -> Self {
         Self { inside: inside.to_vec(), ..self }
+    }
+
+    /// Writes each so-manieth increment of monotone steps only, and those that did not converge.
+    pub fn every(self, every: usize) -> Self {
+        Self { every, ..self }
+    }
+
+    /// Whether it writes an entry.
+    pub fn writes_at(&self, record: &IncrementRecord) -> bool {
+        let monotone = record.jump.is_none() && record.rolling.is_none();
+        !monotone || !record.converged || record.increment.is_multiple_of(self.every)
     }
 
     /// The same after what another one has written.
@@ -159,6 +173,9 @@ impl<'a> FieldWriter<'a> {
         record: &IncrementRecord,
         (state, inside): (&FrameState, Vec<Inside>),
     ) -> Result<()> {
+        if !self.writes_at(record) {
+            return Ok(());
+        }
         self.written.increments += 1;
         if self.wanted.contains(&FieldKind::Svg) {
             self.written.pictures.keep(self.frame.n_cells(), record, state);

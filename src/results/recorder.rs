@@ -113,6 +113,15 @@ impl<'a> Recorder<'a> {
         &self.records
     }
 
+    /// Ends it with the records in `summary`, and leaves no files.
+    ///
+    /// # Errors
+    /// Numerical, if a number is not finite.
+    pub fn discard(mut self, summary: &mut Summary) -> Result<()> {
+        self.output = None;
+        self.finish(summary)
+    }
+
     /// Hands the records to `summary` and, with an output directory, writes `history.csv` and `summary.json`.
     ///
     /// Whatever fails here is put into the summary first, which is written in any case where the disk allows.
@@ -194,7 +203,8 @@ impl Observer for Recorder<'_> {
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         // May be interrupted: before anything of the entry is kept.
-        let inside = self.fields.as_ref().map(|fields| fields.inside(state)).transpose()?.unwrap_or_default();
+        let fields = self.fields.as_ref().filter(|fields| fields.writes_at(record));
+        let inside = fields.map(|fields| fields.inside(state)).transpose()?.unwrap_or_default();
         if let (Some(keeping), Some(output), false) = (&mut self.keeping, &self.output, record.converged) {
             let written =
                 self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());

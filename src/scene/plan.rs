@@ -67,6 +67,8 @@ pub struct Plan {
     pub inside: Vec<InsideRequest>,
     /// How accurate results shall be; `None` where cells, increments and jumps are the scene's.
     pub accuracy: Option<AccuracySpec>,
+    /// Of the increments of a monotone step each so-manieth is written to files.
+    pub fields_every: usize,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
     /// What the user should know before running.

@@ -229,3 +229,77 @@ fn what_is_refused() {
         assert!(output.status.code() == Some(expected) && text.contains(word), "{more:?}: {text}");
     }
 }
+
+/// Truths: Hertz (Johnson 4.22, 4.24), a rigid sphere on steel. Coarse cells that see no contact past the first touch, frames whose sides have
+/// unlike numbers of cells, and frames of one row do not end with what they happen to show.
+#[test]
+fn cells_that_are_too_coarse_at_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let modulus = 210e3 / 0.91;
+    let rigid = |text: String| {
+        text.replace("kind = \"half-space\"\nmaterial = \"steel\"\n[frame]", "kind = \"rigid\"\n[frame]")
+    };
+    let depth: f64 = 0.0008;
+    let indent = format!("[[steps]]\nname = \"press\"\napproach = {depth}\n");
+    let text = rigid(scene("steel", 0.0, &indent, "{ relative = 1e-2, of = [\"load\"] }"));
+    let force = 4.0 / 3.0 * modulus * f64::sqrt(50.0) * depth.powf(1.5);
+    let wide = of_folder(folder.path(), &text.replace("half_width = [1.2, 1.2]", "half_width = [2.0, 2.0]"));
+    let [found, _] = value(&wide, "press", "normal_force");
+    assert!((found / force - 1.0).abs() < 1e-2, "{found} {force}");
+    let press = "[[steps]]\nname = \"press\"\nnormal_force = 1000.0\n";
+    let a = f64::cbrt(0.75 * 1000.0 * 50.0 / modulus);
+    let peak = 1500.0 / (PI * a * a);
+    for cells in ["[50, 1]", "[80, 4]"] {
+        let text =
+            rigid(scene("steel", 0.0, press, "2e-2")).replace("cells = [8, 8]", &format!("cells = {cells}"));
+        let summary = of_folder(folder.path(), &text);
+        let [found, _] = value(&summary, "press", "peak_pressure");
+        assert!((found / peak - 1.0).abs() < 2e-2, "{cells}: {found} {peak}");
+        for run in summary["accuracy"]["runs"].as_array().unwrap() {
+            assert!(
+                run["cells"].as_array().unwrap().iter().all(|n| n.as_u64().unwrap() >= 12),
+                "{cells}: {run}"
+            );
+        }
+    }
+}
+
+/// Truth: docs/scene.md: increments matter to friction and to wear without friction, and those of closed paths too; files are written at the
+/// increments of the scene only; no run of the search is set aside as an earlier result.
+#[test]
+fn increments_and_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let knobs = |more: &str| {
+        fs::write(folder.path().join("scene.toml"), scene("steel", 0.0, more, "1e-2")).unwrap();
+        let (code, text) = call("check", folder.path(), &[]);
+        assert_eq!(code, Some(0), "{text}");
+        text.lines().find(|line| line.starts_with("accuracy")).unwrap().to_owned()
+    };
+    let press = "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n";
+    let slide = "[[steps]]\nname = \"slide\"\nshift = { distance = 1.0, angle = 0.0 }\n";
+    let wear = "[wear]\nlaw = \"archard\"\ni = 2e-8\n";
+    let friction = "[friction]\nlaw = \"coulomb\"\nmu = 0.3\n";
+    let round = "[[steps]]\nname = \"round\"\ncycles = { count = 100, path = \"ellipse\", amplitude = 0.001, amplitude2 = 0.001 }\n";
+    assert!(!knobs(press).contains("increments"));
+    assert!(knobs(&format!("{friction}{press}")).contains("increments"));
+    assert!(knobs(&format!("{wear}{press}{slide}")).contains("increments"));
+    assert!(knobs(&format!("{friction}{wear}{press}{round}")).contains("increments, jumps, cells"));
+
+    let text = format!(
+        "{}[[steps]]\nname = \"shift\"\nshift = {{ distance = 0.004, angle = 45.0 }}\nincrements = 2\n",
+        scene("cfrp", 30.0, &format!("{friction}{press}"), "2e-2")
+    );
+    let text = text.replace("fields = []", "fields = [\"vtu\"]");
+    for _ in 0..2 {
+        let summary = of_folder(folder.path(), &text);
+        let times =
+            summary["accuracy"]["runs"].as_array().unwrap().last().unwrap()["increments"].as_u64().unwrap();
+        assert!(times > 1 && summary["steps"].as_array().unwrap().len() as u64 == 3 * times, "{times}");
+        let names: Vec<String> = fs::read_dir(folder.path().join("scene.out"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        assert_eq!(names.iter().filter(|name| name.starts_with("frame_")).count(), 3, "{names:?}");
+        assert!(!names.iter().any(|name| name.starts_with("previous")), "{names:?}");
+    }
+}

@@ -5,7 +5,7 @@
 //! care.
 //!
 //! # Source
-//! Formulation 9; C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).
+//! C.A. Brebbia, J.C.F. Telles, L.C. Wrobel, Boundary Element Techniques (1984).
 
 mod collocation;
 mod compressed;

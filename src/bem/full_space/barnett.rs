@@ -17,7 +17,7 @@ const CHANGE: f64 = 1e-7;
 /// Field of a unit force at the origin.
 ///
 /// # Source
-/// Formulation 9.1 (D.M. Barnett, 1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr², means over the unit vectors z
+/// D.M. Barnett (1972): U = <Q⁻¹> / 4πr and ∂_s U = <-T_s Q⁻¹ + z_s F> / 4πr², means over the unit vectors z
 /// across T = x / r, Q = C(z, z), F = Q⁻¹ (C(z, T) + C(T, z)) Q⁻¹.
 #[derive(Debug, Clone)]
 pub struct BarnettField {

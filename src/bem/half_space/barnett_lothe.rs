@@ -81,7 +81,7 @@ impl BarnettLothe {
     /// displacement for the traction exp(i κ m·x) is W / κ times it.
     ///
     /// # Source
-    /// Formulation 8.1.
+    /// docs/theory-half-space.md, harmonic tractions.
     pub fn admittance(&self) -> [Matrix3<f64>; 2] {
         let l_inverse =
             self.l.try_inverse().expect("L is positive definite for a positive definite stiffness");

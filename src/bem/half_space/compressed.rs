@@ -52,7 +52,7 @@ pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
 /// Stored is F = S A^-1, by forces instead of tractions, which is symmetric, in blocks (see [`hierarchical`](crate::linalg::hierarchical)).
 ///
 /// # Source
-/// Formulation 8.4.
+/// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
     pairs: CellPairs,

@@ -18,7 +18,7 @@ use crate::linalg::operator::{Entries, Flexibility};
 /// centre of cell I, `S_IJ = (A_I K_IJ + A_J K_JI^T) / (2 A_I)`. On a uniform grid this is K_IJ itself.
 ///
 /// # Source
-/// Formulation 8.4.
+/// docs/theory-half-space.md, operators on the frame.
 pub struct DenseFlexibility {
     n: usize,
     /// `[3 n][3 n]`, rows and columns by component planes.

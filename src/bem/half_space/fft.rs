@@ -42,7 +42,7 @@ const SPARE: usize = 16;
 /// wavevector and nine real planes hold it. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 ///
 /// # Source
-/// Formulation 8.4.
+/// docs/theory-half-space.md, operators on the frame.
 pub struct FftFlexibility {
     convolution: Convolution,
     table: Arc<KernelTable>,

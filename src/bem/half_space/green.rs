@@ -45,7 +45,7 @@ const SYMMETRIC: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), 
 /// Even harmonics are symmetric matrices (from L^-1), odd ones antisymmetric (from S L^-1).
 ///
 /// # Source
-/// Formulation 8.2.
+/// docs/theory-half-space.md, point forces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceGreen {
     /// γ_0, γ_2, γ_4, ...
@@ -105,7 +105,7 @@ impl SurfaceGreen {
     /// W(m) at wavenumber κ = 1 for m = (cos `angle`, sin `angle`), 1/MPa, Hermitian positive definite.
     ///
     /// # Source
-    /// Formulation 8.1 and the series of 8.2 read backwards.
+    /// docs/theory-half-space.md (harmonic tractions; the series of point forces read backwards).
     pub fn symbol(&self, angle: f64) -> Matrix3<Complex<f64>> {
         // a_n = 2π i^-n γ_n for even n, b_n = -2π γ_n / sin(n π/2) for odd n: both alternate in sign.
         let turn = Complex::from_polar(1.0, angle);

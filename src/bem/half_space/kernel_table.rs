@@ -17,7 +17,7 @@ const ODD: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 /// near it, their expansion far from it.
 ///
 /// # Source
-/// Formulation 8.4.
+/// docs/theory-half-space.md, operators on the frame.
 pub(super) struct KernelTable {
     spacing: [f64; 2],
     /// Offsets below these are kept in `near`.

@@ -25,7 +25,7 @@ struct Edge {
 /// the target for unit tractions on the polygon.
 ///
 /// # Source
-/// Formulation 8.3 (constant traction), transposed because Γ there points from the target to the source.
+/// docs/theory-half-space.md, constant traction on a polygon, transposed because Γ there points from the target to the source.
 pub fn integrate(green: &SurfaceGreen, corners: &[[f64; 2]], target: [f64; 2]) -> Matrix3<f64> {
     let mut even = [0.0; 6];
     let mut odd = [0.0; 3];

@@ -145,6 +145,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         compare: compare?,
         inside,
         accuracy: accuracy?,
+        fields_every: 1,
         cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),

@@ -20,8 +20,9 @@ const SAME_ORDER: f64 = 0.3;
 /// An error that falls like C h^p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// The power p.
-    pub order: f64,
+    order: f64,
+    /// Whether the power is that of the values, and no limit.
+    seen: bool,
     constant: f64,
 }
 
@@ -44,7 +45,12 @@ impl Convergence {
         let constant = (last..differences.len())
             .map(|i| differences[i].abs() / (sizes[i].powf(order) - sizes[i + 1].powf(order)))
             .fold(0.0, f64::max);
-        Self { order, constant }
+        Self { order, seen: seen.len() >= 3 && order > least && order < ORDERS[1], constant }
+    }
+
+    /// The power p, if the values show it.
+    pub fn order(&self) -> Option<f64> {
+        self.seen.then_some(self.order)
     }
 
     /// The error at `size`.

@@ -3,20 +3,28 @@
 use super::super::bodies::frame;
 use super::super::failure::Failure;
 use super::super::near_field::choose;
+use crate::frame::GapShape;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Jumps, Step};
+use crate::history::step::{Closed, CycleMotion, Cycles, Jumps, Step};
 use crate::scene::keys::accuracy::Knob;
 use crate::scene::plan::{AccuracySpec, BodySpec, FrameSpec, Plan};
+use crate::wear::WearLaw;
 
-/// Cells along the longer side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
+/// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
 const CELLS: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
+
+/// Most cells of a frame.
+const MOST: usize = 1_000_000;
 
 /// Most doublings of the increments, and divisions of the tolerance of jumps by four or doublings of their number.
 const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
+/// Doublings with which the cells are refined where more do not suffice either.
+const ENOUGH: usize = 3;
+
 /// Cells in contact from which on values are believed to converge; of line contacts.
-const IN_CONTACT: usize = 20;
+const IN_CONTACT: usize = 40;
 const IN_LINE: usize = 6;
 
 /// The natural residual over the accuracy, and its limits; the same of compressed operators.
@@ -41,6 +49,15 @@ impl Levels {
         }
     }
 
+    /// Those for what follows a knob that did not suffice.
+    pub(super) fn coarser(self, knob: Knob) -> Self {
+        match knob {
+            Knob::Cells => self,
+            Knob::Increments => Self { increments: self.increments.min(ENOUGH), ..self },
+            Knob::Jumps => Self { jumps: self.jumps.min(ENOUGH), ..self },
+        }
+    }
+
     /// How many times the increments of the scene.
     pub(super) fn increments(self) -> usize {
         1 << self.increments
@@ -52,29 +69,48 @@ pub(super) struct Ladder {
     relative: f64,
     /// Whether cells, increments and jumps are chosen.
     chosen: [bool; 3],
-    /// Cells along the frame's x and y over those along the longer side; `None` for one cell.
+    /// Cells along the frame's x and y over those along the shorter side; `None` for the one cell of a direction in which the frame repeats itself.
     aspect: [Option<f64>; 2],
+    /// Least number of cycles of a step, which bounds the number of jumps.
+    cycles: f64,
+    /// Whether the scene says how exactly iterations and compressed operators are solved.
+    given: [bool; 2],
 }
 
 impl Ladder {
     pub fn new(plan: &Plan, spec: &AccuracySpec) -> Result<Self, Failure> {
-        let mut aspect = [None; 2];
-        let mut of_grid = false;
-        if let FrameSpec::Grid { cells, .. } = &plan.frame {
-            let longer = cells[0].max(cells[1]) as f64;
-            aspect = cells.map(|n| (n > 1).then_some(n as f64 / longer));
-            let near = choose(plan, &frame(plan)?)?;
-            // Cells finer than the faces of a mesh that is condensed show nothing new.
-            let meshed = plan.bodies.iter().any(|body| matches!(body, BodySpec::Be(_)));
-            of_grid = longer > 1.0 && !meshed && !near.iter().any(|near| near.is_condensed());
-        }
-        let frictional = |step: &Step| step.friction && step.cycles.is_none() && step.rolling.is_none();
-        let slips = plan.friction != FrictionLaw::None && plan.steps.iter().any(frictional);
-        let wears = plan.steps.iter().any(|step| step.cycles.is_some() && step.wear);
         let kept = |knob: Knob| spec.keep.contains(&knob);
-        let chosen =
-            [of_grid && !kept(Knob::Cells), slips && !kept(Knob::Increments), wears && !kept(Knob::Jumps)];
-        Ok(Self { relative: spec.relative, chosen, aspect })
+        let cycles = plan
+            .steps
+            .iter()
+            .filter_map(|step| step.cycles)
+            .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
+        let given =
+            ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
+        let mut ladder =
+            Self { relative: spec.relative, chosen: [false; 3], aspect: [None; 2], cycles, given };
+        if let FrameSpec::Grid { cells, half_width, periodic, .. } = &plan.frame {
+            ladder.aspect = aspect(*cells, *half_width, *periodic);
+            // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
+            let own = plan.bodies.iter().any(|body| matches!(body, BodySpec::Be(_)))
+                || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
+                || matches!(plan.gap.shape, GapShape::Cells(_));
+            if ladder.aspect != [None; 2] && !own && !kept(Knob::Cells) {
+                ladder.chosen[0] = true;
+                let coarse = ladder.plan(plan, &ladder.first());
+                // Cells finer than the faces of a mesh that is condensed show nothing new.
+                ladder.chosen[0] = !choose(&coarse, &frame(&coarse)?)?.iter().any(|near| near.is_condensed());
+            }
+        }
+        let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
+        let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
+        let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
+        let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
+        let round = plan.steps.iter().any(|step| ring(step).is_some());
+        ladder.chosen[1] = (by_path || round) && !kept(Knob::Increments);
+        ladder.chosen[2] =
+            plan.steps.iter().any(|step| step.cycles.is_some() && wears(step)) && !kept(Knob::Jumps);
+        Ok(ladder)
     }
 
     /// What is turned: the cells last.
@@ -90,10 +126,19 @@ impl Ladder {
 
     pub fn is_last(&self, knob: Knob, levels: &Levels) -> bool {
         match knob {
-            Knob::Cells => levels.cells + 1 >= CELLS.len(),
+            Knob::Cells => {
+                let [x, y] = self.cells(levels.cells + 1);
+                levels.cells + 1 >= CELLS.len() || x * y > MOST
+            }
             Knob::Increments => levels.increments >= DOUBLINGS,
-            Knob::Jumps => levels.jumps >= JUMP_LEVELS,
+            Knob::Jumps => levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles,
         }
+    }
+
+    /// Cells along x and y.
+    fn cells(&self, level: usize) -> [usize; 2] {
+        let shorter = CELLS[level.min(CELLS.len() - 1)] as f64;
+        self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
     }
 
     /// Whether so many cells in contact resolve it.
@@ -116,20 +161,32 @@ impl Ladder {
         let [cells, increments, jumps] = self.chosen;
         let mut plan = Plan { accuracy: None, ..plan.clone() };
         let of = |[factor, least, most]: [f64; 3]| (factor * self.relative).clamp(least, most);
-        plan.solver.tolerance = of(RESIDUAL);
-        plan.solver.compression_tolerance = of(COMPRESSION);
+        if !self.given[0] {
+            plan.solver.tolerance = of(RESIDUAL);
+        }
+        if !self.given[1] {
+            plan.solver.compression_tolerance = of(COMPRESSION);
+        }
         if let (FrameSpec::Grid { cells: n, .. }, true) = (&mut plan.frame, cells) {
-            let longer = CELLS[levels.cells.min(CELLS.len() - 1)];
-            *n = self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * longer as f64)));
+            *n = self.cells(levels.cells);
+        }
+        if increments {
+            plan.fields_every = levels.increments();
         }
         for step in &mut plan.steps {
+            if let (Some(closed), true) = (ring(step), increments) {
+                let finer = Closed { increments: closed.increments * levels.increments(), ..closed };
+                step.cycles =
+                    step.cycles.map(|cycles| Cycles { motion: CycleMotion::Closed(finer), ..cycles });
+            }
             match &mut step.cycles {
                 Some(cycles) if jumps && step.wear => {
+                    let share = self.relative * 0.25f64.powi(levels.jumps as i32);
                     cycles.jumps = match cycles.jumps {
-                        Jumps::Number(number) => Jumps::Number(number << levels.jumps),
-                        Jumps::Tolerance(_) => {
-                            Jumps::Tolerance(self.relative * 0.25f64.powi(levels.jumps as i32))
+                        Jumps::Number(number) => {
+                            Jumps::Number((number << levels.jumps).min(cycles.count as usize).max(number))
                         }
+                        Jumps::Tolerance(_) => Jumps::Tolerance(share),
                     };
                 }
                 None if increments && step.rolling.is_none() => step.increments *= levels.increments(),
@@ -144,8 +201,7 @@ impl Ladder {
         let [cells, increments, jumps] = self.chosen;
         let mut words = Vec::new();
         if cells {
-            let n = CELLS[levels.cells.min(CELLS.len() - 1)] as f64;
-            let [x, y] = self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * n)));
+            let [x, y] = self.cells(levels.cells);
             words.push(format!("{x} x {y} cells"));
         }
         if increments {
@@ -159,6 +215,27 @@ impl Ladder {
         }
         words.join(", ")
     }
+}
+
+/// The closed path of a step whose increments are its own: that nothing else resolves between its ends.
+fn ring(step: &Step) -> Option<Closed> {
+    match step.cycles?.motion {
+        CycleMotion::Closed(closed) if closed.resolve.is_none() => Some(closed),
+        _ => None,
+    }
+}
+
+/// Cells along the sides of a frame over those along the shorter one, as the scene has them; one cell across where the frame does not repeat itself
+/// is as long as its side, beside square ones.
+fn aspect(cells: [usize; 2], half_width: [f64; 2], periodic: [bool; 2]) -> [Option<f64>; 2] {
+    let several = |axis: usize| cells[axis] > 1;
+    let numbers = [0, 1].map(|axis| match (several(axis), periodic[axis]) {
+        (false, true) => None,
+        _ if several(0) != several(1) && !periodic[0] && !periodic[1] => Some(half_width[axis]),
+        _ => Some(cells[axis] as f64),
+    });
+    let shorter = numbers.iter().flatten().fold(f64::INFINITY, |least, n| least.min(*n));
+    if cells == [1, 1] { [None; 2] } else { numbers.map(|n| n.map(|n| n / shorter)) }
 }
 
 /// The nearest even number, at least 2.

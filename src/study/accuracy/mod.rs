@@ -57,6 +57,8 @@ pub struct Search<'p> {
     samples: Vec<Sample>,
     /// The samples of each knob that was turned, by number.
     turns: Vec<Vec<usize>>,
+    /// Where the cells begin after a knob that did not suffice.
+    base: Option<Levels>,
     /// Why there is nothing finer.
     wall: Option<String>,
 }
@@ -78,7 +80,7 @@ impl<'p> Search<'p> {
             return Err(Failure { error, key: "accuracy".to_owned() });
         }
         let (samples, turns) = (Vec::new(), Vec::new());
-        Ok(Some(Self { plan, spec, ladder, knobs, samples, turns, wall: None }))
+        Ok(Some(Self { plan, spec, ladder, knobs, samples, turns, base: None, wall: None }))
     }
 
     /// What is turned, in this order.
@@ -116,6 +118,13 @@ impl<'p> Search<'p> {
         while self.turns.last().is_some_and(|turn| self.is_closed(self.turns.len() - 1, turn))
             && self.turns.len() < self.knobs.len()
         {
+            let index = self.turns.len() - 1;
+            if !self.is_fine(index, &self.turns[index]) {
+                // It will not be reached: what comes is not made many times as long for nothing.
+                self.base = Some(levels.coarser(self.knobs[index]));
+                self.turns.push(Vec::new());
+                break;
+            }
             self.turns.push(vec![number]);
         }
     }
@@ -138,6 +147,9 @@ impl<'p> Search<'p> {
         let (index, knob) = (self.turns.len() - 1, self.knobs[self.turns.len() - 1]);
         if self.is_closed(index, turn) {
             return Next::Done(last.levels);
+        }
+        if turn.is_empty() {
+            return Next::Run(self.base.unwrap_or(last.levels), false);
         }
         let levels = last.levels.finer(knob);
         let at_end = self.turns.len() == self.knobs.len();
@@ -191,9 +203,8 @@ impl<'p> Search<'p> {
 
     /// Relative errors of all values that a knob leaves after its turn.
     fn share(&self, index: usize) -> Option<Vec<f64>> {
-        let turn = self.turns.get(index)?;
-        let last = &self.samples[*turn.last()?];
-        self.errors(turn, self.knobs[index], &last.levels)
+        // A knob that did not suffice is not where its turn ended.
+        self.errors(self.turns.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 
     /// Relative errors of all values at some levels, by the samples of a turn; `None` of a single one.
@@ -241,7 +252,7 @@ impl<'p> Search<'p> {
                 of_cells: by[0],
                 of_increments: by[1],
                 of_jumps: by[2],
-                order: course.as_ref().map(|(sizes, values)| Convergence::of(sizes, values).order),
+                order: course.as_ref().and_then(|(sizes, values)| Convergence::of(sizes, values).order()),
                 extrapolated: course.and_then(|(sizes, values)| limit(&sizes, &values)),
             }
         };

@@ -62,9 +62,11 @@ pub fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
             let [qx, qy] = record.tangential_force;
             let [sx, sy] = record.shift;
             let force = record.normal_force.hypot(qx).hypot(qy);
-            let motion = record.approach.hypot(sx).hypot(sy);
+            // Where nothing touches bodies may be anywhere.
+            let touches = record.contact_area > 0.0;
+            let motion = if touches { record.approach.hypot(sx).hypot(sy) } else { 0.0 };
             match held.normal_force {
-                true => push("approach", record.approach, motion),
+                true => push("approach", record.approach, if touches { record.approach.abs() } else { 0.0 }),
                 false => push("normal_force", record.normal_force, force),
             }
             match held.tangential_force {

@@ -153,8 +153,8 @@ fn small_files_mean_what_they_say() {
 fn refusals_say_where_what_and_how_to_mend() {
     let cases: &[(&str, &str, &str, &[&str])] = &[
         // version 2.2: replace, by, words of the message
-        (V2, "2.2 0 8", "4 0 8", &["line 2", "version 4 ", "4.1 or 2.2", "-format msh41"]),
-        (V2, "2.2 0 8", "4.0 0 8", &["version 4.0"]),
+        (V2, "2.2 0 8", "4 0 8", &["line 2", "version \"4\"", "4.1 or 2.2", "-format msh41"]),
+        (V2, "2.2 0 8", "4.0 0 8", &["version \"4.0\""]),
         (V2, "2.2 0 8", "2.2 2 8", &["file type \"2\"", "0 (ASCII)"]),
         (V2, "2.2 0 8", "2.2 0 4", &["data size \"4\"", "8"]),
         (V2, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", "", &["$MeshFormat must stand before"]),
