@@ -109,8 +109,7 @@ impl Way<'_, '_, '_> {
         let started = Instant::now();
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             if summary.status == Status::Converged {
-                let cells = cells_in_contact(summary, records);
-                search.take(levels, records, (cells, started.elapsed().as_secs_f64()));
+                search.take(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
             }
             true
         };
@@ -155,8 +154,7 @@ impl Way<'_, '_, '_> {
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             let converged = summary.status == Status::Converged;
             if converged && !again {
-                let cells = cells_in_contact(summary, records);
-                search.take(levels, records, (cells, started.elapsed().as_secs_f64()));
+                search.take(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
             }
             let record = search.record();
             if converged && !record.met {
@@ -180,16 +178,11 @@ impl Way<'_, '_, '_> {
     }
 }
 
-/// Least number of cells in contact at the end of a step that should have a contact; no bound on frames without a grid.
-fn cells_in_contact(summary: &Summary, records: &[IncrementRecord]) -> usize {
-    let Some(frame) = &summary.frame else { return usize::MAX };
-    let area = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;
-    let cell = area(0) * area(1);
-    let at_end = |i: usize| records.get(i + 1).is_none_or(|next| next.name != records[i].name);
-    let ends = (0..records.len()).filter(|&i| at_end(i)).map(|i| &records[i]);
-    // Past the first touch there is a contact, if perhaps none that coarse cells see.
-    let touching = ends.filter(|record| record.contact_area > 0.0 || record.approach > 0.0);
-    touching.map(|record| (record.contact_area / cell).round() as usize).min().unwrap_or(usize::MAX)
+/// Area of a cell; `None` on frames without a grid.
+fn cell_area(summary: &Summary) -> Option<f64> {
+    let frame = summary.frame.as_ref()?;
+    let side = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;
+    Some(side(0) * side(1))
 }
 
 /// The accuracy as a person reads it.

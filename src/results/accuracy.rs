@@ -16,7 +16,7 @@ pub struct AccuracyRecord {
     pub reason: Option<String>,
     /// The results with their estimated errors.
     pub results: Vec<Estimated>,
-    /// The runs that were made, the last one that of the results.
+    /// The runs that converged, the last one that of the results.
     pub runs: Vec<Tried>,
 }
 
@@ -27,24 +27,24 @@ pub struct Estimated {
     pub step: String,
     /// What it is, as in `steps`.
     pub name: &'static str,
-    /// The result of the last run.
+    /// The result of the last run that converged.
     pub value: f64,
     /// Its estimated error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// The same relative: of forces to the length of the force, of motions to that of the motion, of others to themselves.
+    /// The same relative: of forces to the length of the force, of shifts to that of the motion, of others to themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
-    /// The parts of cells, increments and jumps.
+    /// The part of the cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_cells: Option<f64>,
-    #[allow(missing_docs)]
+    /// The part of the increments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_increments: Option<f64>,
-    #[allow(missing_docs)]
+    /// The part of the jumps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_jumps: Option<f64>,
-    /// The order by which it converges with what was refined last.
+    /// The order by which it converges with what was refined last, if its changes show one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
     /// Its limit (Richardson), where its last changes show one order.

@@ -246,6 +246,12 @@ fn cells_that_are_too_coarse_at_first() {
     let wide = of_folder(folder.path(), &text.replace("half_width = [1.2, 1.2]", "half_width = [2.0, 2.0]"));
     let [found, _] = value(&wide, "press", "normal_force");
     assert!((found / force - 1.0).abs() < 1e-2, "{found} {force}");
+    // Taken apart by a force that vanishes there is no contact that cells could miss, and no place of the bodies.
+    let parted =
+        "[[steps]]\nname = \"press\"\nnormal_force = 150.0\n[[steps]]\nname = \"part\"\nnormal_force = 0.0\n";
+    let summary = of_folder(folder.path(), &rigid(scene("steel", 0.0, parted, "1e-2")));
+    let last = summary["accuracy"]["runs"].as_array().unwrap().last().unwrap().clone();
+    assert!(last["cells"][0].as_u64().unwrap() < 100, "{last}");
     let press = "[[steps]]\nname = \"press\"\nnormal_force = 1000.0\n";
     let a = f64::cbrt(0.75 * 1000.0 * 50.0 / modulus);
     let peak = 1500.0 / (PI * a * a);

@@ -23,6 +23,9 @@ const JUMP_LEVELS: usize = 7;
 /// Doublings with which the cells are refined where more do not suffice either.
 const ENOUGH: usize = 3;
 
+/// Most increments per stroke of closed paths: all ends of a cycle are one problem.
+const MOST_AROUND: usize = 128;
+
 /// Cells in contact from which on values are believed to converge; of line contacts.
 const IN_CONTACT: usize = 40;
 const IN_LINE: usize = 6;
@@ -71,6 +74,8 @@ pub(super) struct Ladder {
     chosen: [bool; 3],
     /// Cells along the frame's x and y over those along the shorter side; `None` for the one cell of a direction in which the frame repeats itself.
     aspect: [Option<f64>; 2],
+    /// Increments per stroke of closed paths; 0 if there are none.
+    around: usize,
     /// Least number of cycles of a step, which bounds the number of jumps.
     cycles: f64,
     /// Whether the scene says how exactly iterations and compressed operators are solved.
@@ -85,10 +90,11 @@ impl Ladder {
             .iter()
             .filter_map(|step| step.cycles)
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
+        let around = plan.steps.iter().filter_map(ring).map(|closed| closed.increments).max().unwrap_or(0);
         let given =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
         let mut ladder =
-            Self { relative: spec.relative, chosen: [false; 3], aspect: [None; 2], cycles, given };
+            Self { relative: spec.relative, chosen: [false; 3], aspect: [None; 2], around, cycles, given };
         if let FrameSpec::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
             // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
@@ -106,8 +112,7 @@ impl Ladder {
         let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
         let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
         let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
-        let round = plan.steps.iter().any(|step| ring(step).is_some());
-        ladder.chosen[1] = (by_path || round) && !kept(Knob::Increments);
+        ladder.chosen[1] = (by_path || around > 0) && !kept(Knob::Increments);
         ladder.chosen[2] =
             plan.steps.iter().any(|step| step.cycles.is_some() && wears(step)) && !kept(Knob::Jumps);
         Ok(ladder)
@@ -130,7 +135,9 @@ impl Ladder {
                 let [x, y] = self.cells(levels.cells + 1);
                 levels.cells + 1 >= CELLS.len() || x * y > MOST
             }
-            Knob::Increments => levels.increments >= DOUBLINGS,
+            Knob::Increments => {
+                levels.increments >= DOUBLINGS || self.around << levels.increments >= MOST_AROUND
+            }
             Knob::Jumps => levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles,
         }
     }

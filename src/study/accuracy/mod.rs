@@ -10,7 +10,7 @@ mod values;
 use estimate::{Convergence, limit};
 use ladder::Ladder;
 pub use ladder::Levels;
-pub use values::{Value, values};
+use values::{Value, fewest_cells, values};
 
 use super::failure::Failure;
 use crate::error::Error;
@@ -103,8 +103,9 @@ impl<'p> Search<'p> {
         self.samples.last().map(|sample| sample.levels)
     }
 
-    /// Takes the records of a run that converged, with the smallest number of cells in contact at the end of a step.
-    pub fn take(&mut self, levels: Levels, records: &[IncrementRecord], (cells, seconds): (usize, f64)) {
+    /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
+    pub fn take(&mut self, levels: Levels, records: &[IncrementRecord], (cell, seconds): (Option<f64>, f64)) {
+        let cells = cell.map_or(usize::MAX, |cell| fewest_cells(self.plan, records, cell));
         self.samples.push(Sample { levels, values: values(self.plan, records), seconds });
         let number = self.samples.len() - 1;
         if self.turns.is_empty() {

@@ -14,7 +14,7 @@ const WORN: &str = "worn_volume";
 
 /// A value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Value {
+pub(super) struct Value {
     /// The step.
     pub step: String,
     /// What it is, as in `summary.steps`.
@@ -33,6 +33,8 @@ struct Held {
 }
 
 impl Held {
+    const NOTHING: Self = Self { normal_force: false, tangential_force: false };
+
     fn after(self, step: &Step) -> Self {
         let normal_force = step.normal.map_or(self.normal_force, |normal| matches!(normal, Normal::Force(_)));
         let held = step.tangential.map_or(self.tangential_force, |held| matches!(held, Tangential::Force(_)));
@@ -44,10 +46,25 @@ impl Held {
     }
 }
 
+/// Least number of cells of the area `cell` in contact at the end of a step: none where bodies are brought closer than the first touch and no cell
+/// sees it.
+pub(super) fn fewest_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
+    let mut held = Held::NOTHING;
+    let mut fewest = usize::MAX;
+    for step in &plan.steps {
+        held = held.after(step);
+        let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
+        if record.contact_area > 0.0 || (!held.normal_force && record.approach > 0.0) {
+            fewest = fewest.min((record.contact_area / cell).round() as usize);
+        }
+    }
+    fewest
+}
+
 /// The values at the ends of the steps.
-pub fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
+pub(super) fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
     let wanted = plan.accuracy.as_ref().map_or(&Quantity::ALL[..], |spec| &spec.of);
-    let mut held = Held { normal_force: false, tangential_force: false };
+    let mut held = Held::NOTHING;
     let mut found: Vec<Value> = Vec::new();
     for step in &plan.steps {
         held = held.after(step);
@@ -89,7 +106,7 @@ pub fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
             .fold(0.0, |most: f64, value| most.max(value.scale));
         // What has been worn before the end hardly matters beside it.
         let least = if name == WORN { 1.0 } else { LEAST };
-        let of_name = found.iter_mut().filter(|value| value.name == name);
+        let of_name = found.iter_mut().filter(|value| value.name == name && value.scale > 0.0);
         of_name.for_each(|value| value.scale = value.scale.max(least * largest));
     }
     found
