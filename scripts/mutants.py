@@ -16,8 +16,8 @@ PAGE = """# Mistakes made on purpose
 
 Would the tests notice? `./scripts/mutants` makes the classical mistakes of contact programs, one at a time, in a copy of the sources
 (`tests/mutants.toml`: file, what is replaced by what, the tests that are run), builds it, and shows which tests fail. It ends with an error if one of
-the mistakes is found by none, and begins by showing that all of these tests pass without them. About half an hour on two cores, most of it
-compilation; `./scripts/mutants wear` makes those only whose names contain the word.
+the mistakes is found by none, and begins by showing that all of these tests pass without them. Most of its time is compilation;
+`./scripts/mutants wear` makes those only whose names contain the word.
 """
 
 
