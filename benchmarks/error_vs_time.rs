@@ -7,17 +7,20 @@
 //! Without names both are run; DIR is docs/benchmarks by default. The block needs gmsh.
 
 mod machine;
+mod places;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
 use serde_json::Value;
+
+use places::{program, root};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -169,18 +172,6 @@ fn run(size: usize, scene: &Path, overrides: &[String]) -> Outcome<Sample> {
         operator_applications: steps.iter().filter_map(|step| step["operator_applications"].as_u64()).sum(),
         peak_megabytes: summary["peak_memory_bytes"].as_f64().unwrap_or(0.0) / 1e6,
     })
-}
-
-/// The program beside this one: target/release/orthowear.
-fn program() -> Outcome<PathBuf> {
-    let here = std::env::current_exe()?;
-    let folder = here.parent().and_then(Path::parent).ok_or("no folder of the program")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("run `cargo build --release` first".into()) }
-}
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// |force / reference - 1| of each sample after each step.

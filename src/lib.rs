@@ -14,6 +14,7 @@
 
 pub mod error;
 pub mod interrupt;
+pub mod skip;
 pub mod geometry;
 pub mod linalg;
 pub mod quadrature;

@@ -16,8 +16,9 @@ use crate::frame::{ContactFrame, Side};
 use crate::geometry::{Point, Triad, place};
 use crate::interrupt;
 use crate::linalg::cache::Cache;
+use crate::linalg::composed::SharedFlexibility;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::{Flexibility, SharedFlexibility};
+use crate::linalg::operator::Flexibility;
 use crate::linalg::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 

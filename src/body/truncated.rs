@@ -16,8 +16,9 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side, number};
 use crate::linalg::cache::Cache;
+use crate::linalg::composed::SharedFlexibility;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::{Flexibility, SharedFlexibility};
+use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
 
 /// Accuracy of the integrals, over the largest values.

@@ -73,7 +73,9 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
         text.push_str("  nothing\n");
     }
     for skip in &forecast.skipped {
-        text.push_str(&format!("  {}: {}\n", skip.what, skip.why));
+        let saved =
+            skip.saved.map_or(String::new(), |saved| format!(" (saves {})", saved_time(saved.seconds)));
+        text.push_str(&format!("  {}: {}{saved}\n", skip.what, skip.why));
     }
     text.push_str("\ndefaults\n");
     for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(&plan.document, key)) {
@@ -85,6 +87,11 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
     }
     text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));
     text
+}
+
+/// A time that was saved, in words.
+fn saved_time(s: f64) -> String {
+    if s < 0.1 { format!("{:.0} ms", 1e3 * s) } else { seconds(s) }
 }
 
 fn is_default(document: &Document, key: &str) -> bool {

@@ -22,6 +22,7 @@ use crate::results::recorder::{Parts, Recorder};
 use crate::results::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
 use crate::study::moving::Room;
+use crate::study::saved::{self, Spent};
 use crate::study::{Failure, Study};
 
 /// How a plan is run.
@@ -211,9 +212,10 @@ fn legs<'p>(
             }
             None => recorder,
         };
+        let ledger = (plan, &study.model().frame);
         let room = match Room::new(plan, &study, &stage.moves) {
             Ok(room) => room,
-            Err(error) => return conclude(recorder, &mut *job.complete, Err(error), summary),
+            Err(error) => return conclude(recorder, &mut *job.complete, Err(error), (summary, ledger)),
         };
         let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room };
         let (snapshot, course) = from.unzip();
@@ -228,12 +230,12 @@ fn legs<'p>(
             result = Err(failure.error);
             None
         }) {
-            None => return conclude(recorder, &mut *job.complete, result, summary),
+            None => return conclude(recorder, &mut *job.complete, result, (summary, ledger)),
             Some(Way::End(why)) => {
-                return conclude(recorder, &mut *job.complete, tell(result, Some(why)), summary);
+                return conclude(recorder, &mut *job.complete, tell(result, Some(why)), (summary, ledger));
             }
             Some(Way::Interrupted) => {
-                return conclude(recorder, &mut *job.complete, interrupted(result), summary);
+                return conclude(recorder, &mut *job.complete, interrupted(result), (summary, ledger));
             }
             Some(way) => way,
         };
@@ -266,7 +268,12 @@ fn legs<'p>(
                 let resumes = parts.keeper.is_some_and(|keeper| keeper.has_any());
                 let recorder =
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
-                return conclude(recorder.that_resumes(resumes), &mut *job.complete, result, summary);
+                return conclude(
+                    recorder.that_resumes(resumes),
+                    &mut *job.complete,
+                    result,
+                    (summary, (plan, &frame)),
+                );
             }
         }
     }
@@ -289,7 +296,7 @@ fn conclude(
     recorder: Recorder<'_>,
     complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
     result: Result<RunResult>,
-    summary: &mut Summary,
+    (summary, (plan, frame)): (&mut Summary, (&Plan, &ContactFrame)),
 ) -> std::result::Result<u8, Failure> {
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
@@ -299,6 +306,9 @@ fn conclude(
         result.outcome
     });
     summary.conclude(&outcome);
+    let making = ["body1", "body2", "flexibility"].map(|stage| summary.timings.of(stage));
+    let spent = Spent::of(plan, frame, recorder.records(), [making[0] + making[1], making[2]]);
+    saved::estimate(plan, frame, &spent, &mut summary.skipped);
     let kept = complete(recorder.records(), summary);
     let code = exit_code(&outcome);
     let doubted = code == exit::DONE && summary.status == Status::NotConverged;

@@ -9,6 +9,7 @@ use super::scales::{Hat, Scales};
 use crate::error::Result;
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::{Flexibility, TangentialFlexibility};
+use crate::skip::{Skip, Skips};
 use crate::wear::WearIntensity;
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
@@ -41,8 +42,8 @@ pub struct Increment<'a> {
     pub repeats: f64,
     /// Whether its pressures are unknown.
     pub pressures: Pressures,
-    /// Whether tangential components that nothing asks for are left out of the operator applications.
-    pub skip: bool,
+    /// Work that may be left out of it.
+    pub skip: Skips,
     /// Its one or two ends.
     pub ends: Vec<End>,
 }
@@ -74,7 +75,9 @@ impl Increment<'_> {
     /// that is given.
     pub fn normal_only(&self) -> bool {
         let given = |end: &End| matches!(end.reference, SlipReference::Given(_));
-        self.skip && self.friction.is_none() && (self.wear.is_none() || self.ends.iter().all(given))
+        self.skip.has(Skip::TangentialUnknowns)
+            && self.friction.is_none()
+            && (self.wear.is_none() || self.ends.iter().all(given))
     }
 
     /// The tangential part of the operator, if it is all that is asked for.

@@ -12,7 +12,9 @@ use crate::body::hybrid::operator::corrected;
 use crate::body::{ElasticBody, Floating};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
-use crate::linalg::operator::{Flexibility, SumFlexibility};
+use crate::linalg::composed::SumFlexibility;
+use crate::linalg::operator::Flexibility;
+use crate::skip::{Skip, Skipped, Work};
 
 pub use block::BlockSystem;
 pub use distance::mesh_distance;
@@ -25,15 +27,6 @@ pub enum Coupling {
     Schur,
     /// The assembled system of bodies and frame, factored as a whole (docs/theory-coupling.md); the reference path.
     Block,
-}
-
-/// What was not computed because the scene does not need it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Skipped {
-    /// What.
-    pub what: String,
-    /// Why.
-    pub why: String,
 }
 
 /// Two bodies tied to a frame.
@@ -59,7 +52,23 @@ impl Coupled {
     }
 }
 
-/// Ties two bodies to `frame`; `cross` tells half-space operators whether to leave out vanishing cross terms.
+/// How the operators of half-spaces are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HalfSpaceOperators {
+    /// What happens to vanishing blocks of each.
+    pub cross: CrossBlocks,
+    /// Whether two of them are one operator of their summed Green's functions.
+    pub summed: bool,
+}
+
+impl From<CrossBlocks> for HalfSpaceOperators {
+    /// Summed where work is left out.
+    fn from(cross: CrossBlocks) -> Self {
+        Self { cross, summed: cross == CrossBlocks::SkipVanishing }
+    }
+}
+
+/// Ties two bodies to `frame`.
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be made.
@@ -68,10 +77,10 @@ pub fn couple(
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     coupling: Coupling,
-    cross: CrossBlocks,
+    half_spaces: impl Into<HalfSpaceOperators>,
 ) -> Result<Coupled> {
     match coupling {
-        Coupling::Schur => sum_of_bodies(body1, body2, frame, cross),
+        Coupling::Schur => sum_of_bodies(body1, body2, frame, half_spaces.into()),
         Coupling::Block => block_of_bodies(body1, body2, frame),
     }
 }
@@ -106,11 +115,11 @@ fn sum_of_bodies(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    cross: CrossBlocks,
+    operators: HalfSpaceOperators,
 ) -> Result<Coupled> {
     let half_spaces = [&*body1, &*body2].map(|body| body.near_field().is_some());
-    let summed = cross == CrossBlocks::SkipVanishing && half_spaces == [true; 2];
-    let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, cross)?;
+    let summed = operators.summed && half_spaces == [true; 2];
+    let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, operators)?;
     let skipped = skips(rigid, summed, flexibility.couples_normal_tangential());
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
@@ -121,16 +130,14 @@ fn sum_of_bodies(
 }
 
 /// S = S_1 + S_2, and which bodies are rigid; two half-spaces go into one operator of their summed Green's function
-/// (unless nothing is to be skipped).
+/// where that is wanted.
 fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    cross: CrossBlocks,
+    HalfSpaceOperators { cross, summed }: HalfSpaceOperators,
 ) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
-    if cross == CrossBlocks::SkipVanishing
-        && let (Some(lower), Some(upper)) = (body1.near_field(), body2.near_field())
-    {
+    if summed && let (Some(lower), Some(upper)) = (body1.near_field(), body2.near_field()) {
         let green = SurfaceGreen::sum(&[lower, upper]);
         return Ok((with_far_fields(&green, [body1, body2], frame, cross)?, [false; 2]));
     }
@@ -167,18 +174,22 @@ fn with_far_fields(
 /// are `summed` into one, and products between normal and tangential components unless the sum `couples` them.
 pub fn skips(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Skipped> {
     let mut skipped = Vec::new();
-    let mut skip = |what: &str, why: &str| skipped.push(Skipped { what: what.into(), why: why.into() });
     if summed {
-        skip(
+        skipped.push(Skipped::new(
+            Skip::SecondHalfSpace,
             "second half-space operator",
             "the Green's functions of both half-spaces are summed into one operator",
-        );
+        ));
     }
     for (name, _) in ["body 1", "body 2"].into_iter().zip(rigid).filter(|(_, rigid)| *rigid) {
-        skip(&format!("flexibility of {name}"), "it is rigid");
+        skipped.push(Skipped::new(Work::Other, format!("flexibility of {name}"), "it is rigid"));
     }
     if !couples {
-        skip("products between normal and tangential components", "they vanish for these two materials");
+        skipped.push(Skipped::new(
+            Skip::VanishingBlocks,
+            "products between normal and tangential components",
+            "they vanish for these two materials",
+        ));
     }
     skipped
 }

@@ -8,6 +8,7 @@ use crate::contact::certificate::{self, DirectSums, StateChecks, TangentialGap};
 use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
 use crate::contact::{End, Increment, Iterate, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
+use crate::skip::Skip;
 
 use super::control::{Controls, Loads, Path, Start};
 use super::model::Prepared;
@@ -139,7 +140,8 @@ pub(super) fn solve_and_check(
         let mut report = solve(problem, it, &options, observer, stage)?;
         spent = [spent[0] + report.iterations, spent[1] + report.applications];
         [report.iterations, report.applications] = spent;
-        let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap() || !options.skip;
+        let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
+        let looked_at = looked_at || !options.skip.has(Skip::TangentialGap);
         let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Leave };
         // The operator is the same in all increments of a step.
         let sums = if stage.to == 1.0 { DirectSums::Some } else { DirectSums::None };
@@ -250,7 +252,7 @@ impl Run<'_> {
         let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
         it.floating = vec![self.prepared.turned(floating, controls.turn)];
-        if self.options.skip {
+        if self.options.skip.has(Skip::ColdStarts) {
             predictor.start(&self.state, &problem, &mut it);
             if step.rolling.is_none() {
                 predictor.note(&self.state);

@@ -13,6 +13,7 @@ mod increments;
 mod jump;
 mod jump_control;
 mod jump_entry;
+pub mod ledger;
 mod loops;
 mod model;
 mod predictor;
@@ -34,18 +35,18 @@ pub use model::Model;
 pub use onto::Before;
 pub use snapshot::Snapshot;
 
-use crate::contact::solver::on_windows;
-use crate::contact::{Method, SolverOptions};
+use crate::contact::SolverOptions;
 use crate::error::{Error, Kind, Result};
 use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::linalg::operator::Flexibility;
-use crate::wear::WearLaw;
+use crate::skip::Skipped;
 use control::Held;
+use ledger::{OperatorSkips, skipped_by_contact};
 use model::Prepared;
-use record::{FrameState, FrettingLoop, IncrementRecord, Moment, Observer, Outcome, Skipped};
+use record::{FrameState, FrettingLoop, IncrementRecord, Moment, Observer, Outcome};
 use snapshot::Within;
 use state::State;
-use step::{Normal, Spin, Step, Tilt};
+use step::{Normal, Step};
 
 /// How a run ends before a jump in which wear brings the contact to the edge of the frame.
 pub const FRAME_EDGE: Outcome = Outcome::NotConverged("frame-edge");
@@ -303,76 +304,6 @@ fn large_friction(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) 
              answers, of which the start and the load path pick one; see whether more increments, or solver.skip = false, give the same"
         )
     })
-}
-
-/// What the operator allows to skip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct OperatorSkips {
-    /// Whether steps are solved on windows of the frame.
-    pub windows: bool,
-    /// Whether pressures and tractions in the surface are found one after the other.
-    pub apart: bool,
-}
-
-impl OperatorSkips {
-    fn of(operator: &dyn Flexibility, options: &SolverOptions) -> Self {
-        Self {
-            windows: on_windows(operator.grid(), options),
-            apart: options.method == Method::Auto && operator.tangential().is_some(),
-        }
-    }
-}
-
-/// The skips of the contact stage that apply to these steps.
-pub fn skipped_by_contact(
-    friction: &FrictionLaw,
-    wear: &WearLaw,
-    steps: &[Step],
-    (options, operator): (&SolverOptions, OperatorSkips),
-) -> Vec<Skipped> {
-    if !options.skip {
-        return Vec::new();
-    }
-    let mut skipped = Vec::new();
-    let frictionless = friction.ellipse().is_none();
-    let wearless = wear.intensity(friction.ellipse()).is_none();
-    let mut bare: Vec<&str> = steps
-        .iter()
-        .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
-        .map(|step| step.name.as_str())
-        .collect();
-    // The load points of a history are steps of one name.
-    bare.dedup();
-    if !bare.is_empty() {
-        skipped.push(Skipped {
-            what: format!("tangential unknowns in step {}", bare.join(", ")),
-            why: "without friction and wear only pressures are unknown".to_owned(),
-        });
-    }
-    let turned = steps
-        .iter()
-        .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
-    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.cycles.is_none();
-    if operator.apart && !frictionless && !turned && steps.iter().any(rubs) {
-        skipped.push(Skipped {
-            what: "normal components in products for tractions in the surface".to_owned(),
-            why: "neither moves the gap of the other: pressures are found first, by themselves".to_owned(),
-        });
-    }
-    if operator.windows {
-        skipped.push(Skipped {
-            what: "cells away from the contact in products with the flexibility".to_owned(),
-            why: "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame"
-                .to_owned(),
-        });
-    }
-    if steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some()) {
-        skipped.push(Skipped {
-            what: "cold starts".to_owned(),
-            why: "each increment starts from the tractions of the one before".to_owned(),
-        });
-    }
-    skipped
 }
 
 /// With friction the number of increments is part of the load path.

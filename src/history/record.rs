@@ -250,12 +250,3 @@ pub trait Observer {
         true
     }
 }
-
-/// Work that a scene did not need and that was therefore not done.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Skipped {
-    /// What was skipped.
-    pub what: String,
-    /// Why it could be.
-    pub why: String,
-}

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::solver::{SolveReport, Stop};
 use crate::contact::{End, Increment, Iterate, SlipReference, SolverOptions, TangentialControl, Unknowns};
 use crate::error::Result;
+use crate::skip::Skip;
 
 use super::control::Loads;
 use super::increments::{Laws, Stage, entry, problem, solve_and_check};
@@ -273,7 +274,7 @@ impl Run<'_> {
         let mut problem = problem(&self.prepared, &options, &worn, laws, vec![end]);
         let mut it = Iterate::new(self.prepared.n(), vec![rigid]);
         it.floating = vec![self.state.floating];
-        if options.skip {
+        if options.skip.has(Skip::ColdStarts) {
             problem.hat_tractions(&self.state.tractions, &mut it.hatted);
         }
         let stage = Stage { name: &step.name, from: 0.0, to: 0.0 };

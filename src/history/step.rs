@@ -89,6 +89,9 @@ pub enum Drive {
     Force,
 }
 
+/// Jumps by the estimated error, usually.
+const CONTROLLED_JUMPS: usize = 6;
+
 impl Cycles {
     /// Farthest that body 2 is moved from where it is at the start of the step, mm; `None` where forces move it.
     pub fn reach(&self) -> Option<f64> {
@@ -97,6 +100,17 @@ impl Cycles {
             CycleMotion::Closed(closed) => Some(closed.amplitude[0].max(closed.amplitude[1])),
             CycleMotion::Sliding { .. } => Some(0.0),
         }
+    }
+
+    /// Cycles that are usually solved: those of the stages of all jumps, and the first strokes before them.
+    pub fn usual_solves(&self, wear: bool) -> usize {
+        let jumps = match self.jumps {
+            Jumps::Number(jumps) => jumps,
+            Jumps::Tolerance(_) if wear => CONTROLLED_JUMPS,
+            Jumps::Tolerance(_) => 1,
+        };
+        let stages = if self.integrator == Integrator::Sdirk2 { 2 } else { 1 };
+        2 + stages * jumps
     }
 
     /// Contact problems that are solved together in a stage: the ends of a cycle.

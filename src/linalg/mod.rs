@@ -6,6 +6,7 @@ pub mod cache;
 pub mod cell_matrix;
 mod column_counts;
 pub mod columns;
+pub mod composed;
 pub mod course;
 pub mod dense;
 pub mod dense_lu;

@@ -1,5 +1,6 @@
 //! Meshes of solids and surfaces with physical groups.
 
+pub mod crossing;
 pub mod faces;
 pub mod gmsh;
 mod groups;

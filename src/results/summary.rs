@@ -7,13 +7,14 @@ use serde_json::Value;
 
 use crate::error::{Error, Kind, Result};
 use crate::frame::Grid;
-use crate::history::record::{FrettingLoop, IncrementRecord, Outcome, Skipped};
+use crate::history::record::{FrettingLoop, IncrementRecord, Outcome};
 use crate::results::accuracy::AccuracyRecord;
 use crate::results::body_peaks::BodyRecord;
 use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::truncation::TruncationRecord;
+use crate::skip::Skipped;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -74,6 +75,11 @@ impl Timings {
         let result = work();
         self.add(stage, start.elapsed().as_secs_f64());
         result
+    }
+
+    /// Seconds of `stage` so far.
+    pub fn of(&self, stage: &str) -> f64 {
+        self.iter().find(|(name, _)| *name == stage).map_or(0.0, |(_, seconds)| seconds)
     }
 
     /// Stages with their seconds, in the order of first use.

@@ -45,6 +45,12 @@ impl<'a> Walk<'a> {
             if let (Some(array), Value::Array(_)) = (array, &node.value) {
                 return self.array(node, array, key);
             }
+            if branches.iter().any(|branch| branch.get("type").is_some_and(|t| t == "boolean")) {
+                return match node.value {
+                    Value::Boolean(_) => {}
+                    _ => self.wrong_type(node, key, "true, false or a list of names"),
+                };
+            }
             let plain = |kind: &str| {
                 let is = |branch: &&Json| {
                     branch.get("type").is_some_and(|t| t == kind) && branch.get("const").is_none()

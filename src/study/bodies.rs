@@ -241,7 +241,7 @@ pub(super) fn half_space_of(
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, Failure> {
     let body = half_space(elastic, index, frame)?.with_cache(plan.cache.clone());
-    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan)))
+    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan, frame)))
 }
 
 /// Body `index` of `elastic` as a half-space.

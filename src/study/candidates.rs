@@ -8,10 +8,10 @@ use super::bodies::{KEYS, distances, face_map, free_motions};
 use super::failure::{AtKey, Failure};
 use super::near_field::Near;
 use crate::frame::{ContactFrame, GapShape};
-use crate::history::record::Skipped;
 use crate::history::step::{Cycles, Normal, Step, Tangential};
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{BodySpec, Plan, Support};
+use crate::skip::{Skip, Skipped};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
 const MARGIN: f64 = 1.25;
@@ -46,10 +46,11 @@ pub(super) fn with_candidates(
 pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
-    Some(Skipped {
-        what: format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
-        why: "their initial gap is wider than the approach: it is formed when contact comes there".to_owned(),
-    })
+    Some(Skipped::new(
+        Skip::OpenCells,
+        format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
+        "their initial gap is wider than the approach: it is formed when contact comes there",
+    ))
 }
 
 /// Initial gap (mm) up to which cells are candidates; `None` if all are.
@@ -58,7 +59,7 @@ pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
 fn reach(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Option<f64> {
     let condensed = |(body, near): (&BodySpec, &Near)| body.fe().is_some() && near.is_condensed();
     let meshed = plan.bodies.iter().zip(near).any(condensed);
-    if !plan.solver.skip || plan.solver.coupling == Coupling::Block || !meshed {
+    if !plan.solver.skip.skips().has(Skip::OpenCells) || plan.solver.coupling == Coupling::Block || !meshed {
         return None;
     }
     let mut approach: f64 = 0.0;

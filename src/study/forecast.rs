@@ -3,10 +3,12 @@
 use super::bodies::{KEYS, SIDES, face_map, frame, half_space_of};
 use super::candidates::with_candidates;
 use super::controls::refuse_impossible_controls;
+use super::expected;
 use super::failure::{AtKey, Failure};
 use super::flat_faces::largest_bow;
 use super::memory::{self, compresses, of_frame, of_half_space};
 use super::near_field::{Near, choose};
+use super::saved::{self, Spent};
 use super::skips::{cached, needs_solves, skips};
 use crate::bem::finite::Equations;
 use crate::body::hybrid::{Correction, Site};
@@ -14,16 +16,14 @@ use crate::body::{BeBody, TruncatedSpec};
 use crate::error::Context;
 use crate::fem::{Analysis, FeModel, Method, flexibility_bytes};
 use crate::frame::ContactFrame;
-use crate::history::record::Skipped;
-use crate::history::step::{Integrator, Jumps, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
-use crate::results::inside::InsideRequest;
 use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan, Truncated};
+use crate::skip::Skipped;
 
 /// Floating-point operations per second that factorisations reach on one core.
-const FLOPS: f64 = 2.8e10;
+pub(super) const FLOPS: f64 = 2.8e10;
 
 /// Seconds per unknown of ordering and analysis.
 const PER_UNKNOWN: f64 = 5e-6;
@@ -59,18 +59,6 @@ const PER_INFLUENCE: [f64; 2] = [2e-6, 4.5e-6];
 /// their powers with more of them, and products for a right side.
 const COMPRESSED: [[f64; 2]; 2] = [[0.65, -0.57], [3500.0, 0.2]];
 const PRODUCTS: f64 = 15.0;
-
-/// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
-const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
-
-/// Seconds for the table of the field inside a half-space, over the root of its largest stiffness over the smallest.
-const INSIDE_TABLE: f64 = 0.5;
-
-/// Products of an increment on an operator with an approximate inverse.
-const WITH_INVERSE: f64 = 70.0;
-
-/// Jumps by the estimated error, usually.
-const CONTROLLED_JUMPS: usize = 6;
 
 /// What a cache is expected to have of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -143,68 +131,26 @@ pub(super) fn forecast_on(plan: &Plan, frame: ContactFrame) -> Result<Forecast, 
         );
         return Err(Failure { error, key: "body1.kind".to_owned() });
     }
-    let n_solves: usize = plan.steps.iter().map(solves).sum();
-    let application: f64 = bodies.iter().map(|body| body.application).sum();
-    // First-order iterations grow with the number of cells across the contact, those with an approximate inverse
-    // hardly: measured.
-    let inverse =
-        plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_))) && compresses(plan, &frame);
-    let iterations = if inverse { WITH_INVERSE } else { 8.0 * (frame.n_cells() as f64).sqrt() };
+    let n_solves: usize = plan.steps.iter().map(expected::solves).sum();
     let held = of_frame(plan, &frame) as f64 + bodies[0].held_bytes as f64;
     let memory_bytes =
         (of_frame(plan, &frame) as f64 + bodies[0].memory_bytes).max(held + bodies[1].memory_bytes);
-    let seconds =
-        bodies.iter().map(|body| body.seconds).sum::<f64>() + n_solves as f64 * iterations * application;
-    let seconds = seconds + inside_tables(plan);
-    let seconds =
-        seconds + n_solves as f64 * plan.inside.iter().map(|request| inside(plan, request)).sum::<f64>();
     let mend = "take fewer cells in the frame, or a coarser mesh";
     plan.memory.ensure(memory_bytes as u128, "this scene", mend).at("frame")?;
     let mut skipped = skips(plan, &frame, &near)?;
     let whole = (0..2).filter(|&index| bodies[index].cached != Cached::Nothing);
     skipped.extend(whole.map(|index| cached(index, None, bodies[index].cached == Cached::FactorToo)));
+    let making: f64 = bodies.iter().map(|body| body.seconds).sum();
+    let steps = expected::steps(plan, &frame, (&near, &bodies), &skipped);
+    let solving: f64 = steps.iter().map(|step| step.seconds).sum();
+    let seconds = making + solving + expected::inside(plan, n_solves);
+    saved::estimate(
+        plan,
+        &frame,
+        &Spent { steps, bodies: making, operators: making, share: None },
+        &mut skipped,
+    );
     Ok(Forecast { n_cells: frame.n_cells(), bodies, n_solves, skipped, memory_bytes, seconds })
-}
-
-/// Seconds for the tables of the field inside half-spaces, where they are not kept: the more the stiffness varies with direction the longer.
-fn inside_tables(plan: &Plan) -> f64 {
-    let of = |index: usize| match &plan.bodies[index] {
-        BodySpec::HalfSpace(elastic)
-            if !elastic.isotropic && plan.inside.iter().any(|request| request.side == SIDES[index]) =>
-        {
-            let stiffness = elastic.stiffness.voigt().diagonal();
-            INSIDE_TABLE * (stiffness.max() / stiffness.min()).sqrt()
-        }
-        _ => 0.0,
-    };
-    of(0) + of(1)
-}
-
-/// Seconds for the points inside a body, once.
-fn inside(plan: &Plan, request: &InsideRequest) -> f64 {
-    let n = request.points().len() as f64;
-    match &plan.bodies[usize::from(request.side == SIDES[1])] {
-        BodySpec::Be(be) => n * PER_POINT_INSIDE[2] * outer_faces(&be.meshed.mesh).len() as f64,
-        BodySpec::HalfSpace(elastic) => n * PER_POINT_INSIDE[usize::from(!elastic.isotropic)],
-        _ => 0.0,
-    }
-}
-
-/// Contact problems of a step.
-fn solves(step: &Step) -> usize {
-    match &step.cycles {
-        None => step.increments,
-        // The ends of a cycle are solved together; the first strokes come before the jumps.
-        Some(cycles) => {
-            let jumps = match cycles.jumps {
-                Jumps::Number(jumps) => jumps,
-                Jumps::Tolerance(_) if step.wear => CONTROLLED_JUMPS,
-                Jumps::Tolerance(_) => 1,
-            };
-            let stages = if cycles.integrator == Integrator::Sdirk2 { 2 } else { 1 };
-            cycles.ends() * (2 + stages * jumps)
-        }
-    }
 }
 
 fn body(
@@ -240,7 +186,7 @@ fn body(
             } else if compressed {
                 (body.building_seconds(), memory_bytes / BANDWIDTH)
             } else {
-                (9.0 * n * n * 2e-7, 72.0 * n * n / BANDWIDTH)
+                (matrix_seconds(frame.n_cells()), 72.0 * n * n / BANDWIDTH)
             };
             BodyForecast {
                 what,
@@ -259,6 +205,11 @@ fn body(
             None => finite_elements(plan, fe, index, (frame, left))?,
         },
     })
+}
+
+/// Seconds for the matrix of a half-space's operator on `n_cells` polygons.
+pub(super) fn matrix_seconds(n_cells: usize) -> f64 {
+    9.0 * (n_cells as f64).powi(2) * 2e-7
 }
 
 /// A half-space whose surface is meshed.

@@ -13,8 +13,8 @@ use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
 use crate::geometry::number;
 use crate::history::Snapshot;
-use crate::history::record::Skipped;
 use crate::scene::plan::{FrameSpec, Plan};
+use crate::skip::{Skipped, Work};
 
 /// A frame is enlarged so often at most.
 pub const MOST: usize = 2;
@@ -172,8 +172,8 @@ fn note(plan: &Plan, snapshot: &Snapshot, before: &Grid, now: &Grid) -> String {
 pub(super) fn skipped(plan: &Plan) -> Option<Skipped> {
     let wears = plan.steps.iter().any(|step| step.wear && step.cycles.is_some())
         && plan.wear.intensity(plan.friction.ellipse()).is_some();
-    (wears && plan.solver.skip && refusal(plan, 0).is_none()).then(|| Skipped {
-        what: "cells beyond the frame".to_owned(),
-        why: "they join when wear brings the contact to its edge (frame.grow)".to_owned(),
+    (wears && refusal(plan, 0).is_none()).then(|| {
+        let why = "they join when wear brings the contact to its edge (frame.grow)";
+        Skipped::new(Work::Other, "cells beyond the frame", why)
     })
 }

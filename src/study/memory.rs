@@ -72,7 +72,7 @@ pub(super) fn ensure_inside(plan: &Plan, frame: &ContactFrame) -> Result<()> {
 /// Whether half-spaces on `frame` are compressed.
 pub(super) fn compresses(plan: &Plan, frame: &ContactFrame) -> bool {
     let eliminated = plan.solver.coupling == Coupling::Schur;
-    eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan))
+    eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan, frame))
 }
 
 /// Bytes of the operator of a half-space on the whole grid of `frame`; 0 if that is none.

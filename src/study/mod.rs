@@ -5,6 +5,7 @@ mod bodies;
 mod candidates;
 pub mod compare;
 mod controls;
+mod expected;
 mod failure;
 mod fit;
 mod flat_faces;
@@ -19,6 +20,7 @@ mod prepare;
 pub mod refine;
 mod replace;
 mod repetition;
+pub mod saved;
 mod skips;
 pub mod sweep;
 

@@ -13,11 +13,11 @@ use crate::body::worn::{heights_behind, worn_mesh};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::number;
-use crate::history::record::Skipped;
 use crate::history::{Before, Snapshot};
 use crate::mesh::Mesh;
 use crate::results::keeper::Moves;
 use crate::scene::plan::{MeshedSpec, Plan};
+use crate::skip::{Skipped, Work};
 
 /// Meshes of the two bodies, where they have moved.
 pub type Meshes = [Option<Arc<Mesh>>; 2];
@@ -158,8 +158,9 @@ pub(super) fn after(plan: &Plan, snapshot: &Snapshot) -> String {
 /// The entry of the ledger for meshes that do not move.
 pub(super) fn skipped(plan: &Plan) -> Option<Skipped> {
     let steps = plan.steps.iter().any(|step| step.wear);
-    (plan.move_mesh.is_none() && plan.solver.skip && steps && wears(plan)).then(|| Skipped {
-        what: "moving meshes with wear".to_owned(),
-        why: "wear.move_mesh is not given: the worn gap enters through the frame, stiffness is that of the unworn bodies".to_owned(),
+    (plan.move_mesh.is_none() && steps && wears(plan)).then(|| {
+        let why =
+            "wear.move_mesh is not given: the worn gap enters through the frame, stiffness is that of the unworn bodies";
+        Skipped::new(Work::MovingMeshes, "moving meshes with wear", why)
     })
 }

@@ -16,12 +16,12 @@ use crate::bem::half_space::CrossBlocks;
 use crate::body::hybrid::indicators::DOUBTFUL_MESH_ERROR;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
 use crate::contact::{Method, SolverOptions};
-use crate::coupling::{self, couple, surface_distance};
+use crate::coupling::{self, HalfSpaceOperators, couple, surface_distance};
 use crate::error::{Error, Result, doubtful};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
 use crate::geometry::Side;
-use crate::history::record::{Observer, Skipped};
+use crate::history::record::Observer;
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::body_fields::{BodyOutput, BodyShape};
@@ -34,6 +34,7 @@ use crate::results::truncation::TruncationRecord;
 use crate::scene::keys::body::NearField;
 use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
+use crate::skip::{Skip, Skipped};
 
 /// What to do about a half-space that is not good enough.
 const MAY_MEND: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
@@ -153,7 +154,9 @@ pub fn prepare_worn<'p>(
     }
     progress("flexibility", 0.0);
     let coupled = timings
-        .measure("flexibility", || couple(body1.as_mut(), body2.as_mut(), &frame, way(plan), cross(plan)))
+        .measure("flexibility", || {
+            couple(body1.as_mut(), body2.as_mut(), &frame, way(plan), operators(plan, &frame))
+        })
         .at("frame")?;
     let distance = surface_distance(&plan.gap, &frame, body1.as_ref(), body2.as_ref()).at("gap")?;
     let initial_gap = coupled.initial_gap(&distance);
@@ -165,7 +168,7 @@ pub fn prepare_worn<'p>(
         };
         notes.extend(near_fields.iter().filter_map(own));
     }
-    let mut skipped: Vec<Skipped> = coupled.skipped.into_iter().map(Into::into).collect();
+    let mut skipped = coupled.skipped;
     skipped.extend(candidates::skipped(&frame));
     skipped.extend(compression(plan, &frame));
     skipped.extend(skipped_fields(plan));
@@ -265,9 +268,16 @@ fn way(plan: &Plan) -> coupling::Coupling {
     }
 }
 
-/// Whether half-space operators leave out vanishing blocks.
-pub(super) fn cross(plan: &Plan) -> CrossBlocks {
-    if plan.solver.skip { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
+/// How the operators of half-spaces on `frame` are made.
+fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
+    let summed = plan.solver.skip.skips().has(Skip::SecondHalfSpace);
+    HalfSpaceOperators { cross: cross(plan, frame), summed }
+}
+
+/// Whether half-space operators on `frame` leave out what vanishes or is distant.
+pub(super) fn cross(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
+    let skip = if frame.grid.is_some() { Skip::VanishingBlocks } else { Skip::DistantEntries };
+    if plan.solver.skip.skips().has(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
 /// The solver settings of a plan.
@@ -283,7 +293,7 @@ pub(super) fn options(plan: &Plan) -> SolverOptions {
             solver::Method::Uzawa => Method::Uzawa,
         },
         max_iterations: plan.solver.max_iterations,
-        skip: plan.solver.skip,
+        skip: plan.solver.skip.skips(),
     }
 }
 

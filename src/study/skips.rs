@@ -17,11 +17,11 @@ use crate::contact::Method;
 use crate::contact::solver::on_windows;
 use crate::coupling;
 use crate::frame::ContactFrame;
-use crate::history::record::Skipped;
-use crate::history::{OperatorSkips, skipped_by_contact};
+use crate::history::ledger::{OperatorSkips, skipped_by_contact};
 use crate::results::fields::FieldKind;
 use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{BodySpec, Plan};
+use crate::skip::{Basis, Saved, Skip, Skipped, Work};
 
 /// The ledger that the run of `plan` on `frame` will have, in its order.
 ///
@@ -32,7 +32,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
     let half_space =
         |(body, near): (&BodySpec, &Near)| matches!(body, BodySpec::HalfSpace(_)) || near.site().is_some();
     let half_spaces = plan.bodies.iter().zip(near).all(half_space);
-    let summed = cross(plan) == CrossBlocks::SkipVanishing && half_spaces;
+    let summed = plan.solver.skip.skips().has(Skip::SecondHalfSpace) && half_spaces;
     if plan.solver.coupling == Coupling::Schur {
         let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodySpec::Rigid));
         skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
@@ -43,11 +43,11 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
     let options = options(plan);
     let apart = options.method == Method::Auto
         && grid.is_some()
-        && cross(plan) == CrossBlocks::SkipVanishing
+        && options.skip.has(Skip::NormalComponents)
         && !couples(plan, frame, summed)?;
-    let operator = OperatorSkips { windows: on_windows(grid, &options), apart };
+    let operator = OperatorSkips { grid: grid.is_some(), windows: on_windows(grid, &options), apart };
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
-    let mut all: Vec<Skipped> = skipped.into_iter().map(Into::into).collect();
+    let mut all = skipped;
     all.extend(candidates::skipped(frame));
     all.extend(compression(plan, frame));
     all.extend(skipped_fields(plan));
@@ -60,12 +60,15 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
 /// Matrices of half-spaces that are compressed.
 pub(super) fn compression(plan: &Plan, frame: &ContactFrame) -> Option<Skipped> {
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
-    (half_space && compresses(plan, frame)).then(|| Skipped {
-        what: "entries of the half-space's operator between distant cells".to_owned(),
-        why: format!(
-            "on more than {DENSE} cells it is compressed to {:e} (solver.compression_tolerance)",
-            plan.solver.compression_tolerance
-        ),
+    let tolerance = plan.solver.compression_tolerance;
+    (half_space && compresses(plan, frame)).then(|| {
+        Skipped::new(
+            Skip::DistantEntries,
+            "entries of the half-space's operator between distant cells",
+            format!(
+                "on more than {DENSE} cells it is compressed to {tolerance:e} (solver.compression_tolerance)"
+            ),
+        )
     })
 }
 
@@ -74,16 +77,19 @@ pub(super) fn skipped_fields(plan: &Plan) -> Vec<Skipped> {
     let mut skipped = skipped_stress(plan);
     let without_mesh = |body: &BodySpec| matches!(body, BodySpec::HalfSpace(_) | BodySpec::Be(_));
     if plan.inside.is_empty() && plan.bodies.iter().any(without_mesh) {
-        skipped.push(Skipped {
-            what: "displacement and stress inside half-spaces and bodies of boundary elements".to_owned(),
-            why: "output.inside asks for no points".to_owned(),
-        });
+        skipped.push(Skipped::new(
+            Work::Other,
+            "displacement and stress inside half-spaces and bodies of boundary elements",
+            "output.inside asks for no points",
+        ));
     }
-    if plan.output.fields.is_empty() && plan.friction.ellipse().is_none() && plan.solver.skip {
-        skipped.push(Skipped {
-            what: "tangential gap of steps without friction and wear".to_owned(),
-            why: "output.fields is empty, and nothing slips against friction".to_owned(),
-        });
+    let looked_at = !plan.output.fields.is_empty() || plan.friction.ellipse().is_some();
+    if !looked_at && plan.solver.skip.skips().has(Skip::TangentialGap) {
+        skipped.push(Skipped::new(
+            Skip::TangentialGap,
+            "tangential gap of steps without friction and wear",
+            "output.fields is empty, and nothing slips against friction",
+        ));
     }
     skipped
 }
@@ -99,9 +105,7 @@ fn skipped_stress(plan: &Plan) -> Vec<Skipped> {
         return Vec::new();
     };
     let meshed = [0, 1].into_iter().filter(|&index| plan.bodies[index].fe().is_some());
-    meshed
-        .map(|index| Skipped { what: format!("{what} of body {}", index + 1), why: why.to_owned() })
-        .collect()
+    meshed.map(|index| Skipped::new(Work::Other, format!("{what} of body {}", index + 1), why)).collect()
 }
 
 /// Whether fields are written that need the factors of meshed bodies.
@@ -117,19 +121,18 @@ pub(super) fn needs_solves(plan: &Plan, frame: &ContactFrame) -> bool {
 /// The entry of the ledger for a flexibility of body `index` that the cache has, with the factor where `solves` needs
 /// it, and that took `seconds` to compute where that is known.
 pub(super) fn cached(index: usize, seconds: Option<f64>, solves: bool) -> Skipped {
-    let saved = seconds.map_or(String::new(), |seconds| format!(", which saves {seconds:.2} s"));
     let factor = if solves { " and the factor for fields or loads" } else { "" };
-    Skipped {
-        what: format!("factorisation of body {}", index + 1),
-        why: format!("the cache has the flexibility{factor}{saved}"),
-    }
+    let (what, why) =
+        (format!("factorisation of body {}", index + 1), format!("the cache has the flexibility{factor}"));
+    let saved = seconds.map(|seconds| Saved { seconds, basis: Basis::Measured });
+    Skipped { saved, ..Skipped::new(Work::Other, what, why) }
 }
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.
 fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Failure> {
     let meshed = plan.bodies.iter().any(|body| body.meshed().is_some());
     // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
-    if meshed || (frame.grid.is_some() && cross(plan) == CrossBlocks::Keep) {
+    if meshed || (frame.grid.is_some() && cross(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);
     }
     let mut bodies = Vec::new();
@@ -147,10 +150,4 @@ fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Fail
     } else {
         greens.iter().any(|green| green.couples_normal_tangential())
     })
-}
-
-impl From<coupling::Skipped> for Skipped {
-    fn from(skip: coupling::Skipped) -> Self {
-        Self { what: skip.what, why: skip.why }
-    }
 }

@@ -27,5 +27,6 @@ mod study;
 mod tools;
 mod mesh_mistakes;
 mod scenes;
+mod skips;
 mod truncated;
 mod units;

@@ -6,6 +6,8 @@ use std::process::Output;
 
 use serde_json::Value;
 
+use crate::tools::timeless;
+
 fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
@@ -136,26 +138,23 @@ fn overrides_change_the_scene() {
     assert_ne!(plain["scene_sha256"], scaled["scene_sha256"]);
 }
 
-/// Without what may differ from run to run.
-fn timeless(mut summary: Value) -> Value {
-    let object = summary.as_object_mut().unwrap();
-    object.remove("timings");
-    object.remove("peak_memory_bytes");
-    for step in object["steps"].as_array_mut().unwrap() {
-        step.as_object_mut().unwrap().remove("seconds");
-    }
-    summary
-}
-
-/// Truth: the same bits for any number of threads (README); a half-space scene with friction and a meshed one.
+/// Truth: the same bits for any number of threads (README): half-spaces with friction, wear of 100 000 cycles on windows of the frame, a
+/// block of finite elements under a half-space, by a half-space's near field and by its mesh.
 #[test]
 fn threads_do_not_change_a_bit() {
-    let half_spaces = scene("sphere-on-cfrp-halfspaces.toml");
+    let (half_spaces, wear) = (scene("sphere-on-cfrp-halfspaces.toml"), scene("sphere-wear.toml"));
     let block = coarse_block("");
-    for (path, options) in [(half_spaces.as_path(), &["--set", "output.fields=[]"][..]), (&block.1, &[])] {
-        let one = converged(path, &[options, &["--threads", "1"]].concat());
-        let two = converged(path, &[options, &["--threads", "2"]].concat());
-        assert_eq!(timeless(one), timeless(two), "{}", path.display());
+    let bare = ["--set", "output.fields=[]"];
+    let mesh = ["--set", "body1.near_field=\"mesh\""];
+    let jump = ["--set", "output.fields=[]", "--set", "steps.fretting.cycles.jumps=1"];
+    for (path, options) in
+        [(half_spaces.as_path(), &bare[..]), (&wear, &jump), (&block.1, &[]), (&block.1, &mesh)]
+    {
+        let run = |threads: &str| timeless(converged(path, &[options, &["--threads", threads]].concat()));
+        let one = run("1");
+        for threads in ["2", "3", "4"] {
+            assert_eq!(one, run(threads), "{} with {threads} threads", path.display());
+        }
     }
 }
 

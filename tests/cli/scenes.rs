@@ -5,24 +5,24 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// The coarse mesh of the block.
-const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
+pub const COARSE: &str = "body1.mesh=\"../meshes/cfrp-block-coarse.msh\"";
 
 /// The contact is that of the meshes.
-const MESH: &str = "body1.near_field=\"mesh\"";
+pub const MESH: &str = "body1.near_field=\"mesh\"";
 
-fn scene(name: &str) -> PathBuf {
+pub fn scene(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
 }
 
 /// A run of `scene` with `--set` of each of `settings`, which has to converge.
-fn run(scene: &Path, settings: &[&str]) -> Value {
+pub fn run(scene: &Path, settings: &[&str]) -> Value {
     let out = tempfile::tempdir().unwrap();
     let output = command("run", scene, settings).arg("--out").arg(out.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&std::fs::read(out.path().join("summary.json")).unwrap()).unwrap()
 }
 
-fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
+pub fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
     let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", "output.fields=[]"]);
     settings.iter().for_each(|setting| {
@@ -31,7 +31,7 @@ fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
     command
 }
 
-fn steps(summary: &Value) -> &[Value] {
+pub fn steps(summary: &Value) -> &[Value] {
     summary["steps"].as_array().unwrap()
 }
 
@@ -185,14 +185,16 @@ fn periodic_surfaces_are_told() {
 
 /// Loads, volume and friction energy of two runs agree within `relative` of the largest of each.
 #[track_caller]
-fn same(a: &Value, b: &Value, relative: f64) {
+pub fn same(a: &Value, b: &Value, relative: f64) {
     assert_eq!(steps(a).len(), steps(b).len());
     for (a, b) in steps(a).iter().zip(steps(b)) {
         let values = |step: &Value| {
             let load = step["normal_force"].as_f64().unwrap();
             let q = [0, 1].map(|k| step["tangential_force"][k].as_f64().unwrap());
             let worn = ["worn_volume", "dissipation"].map(|key| step[key].as_f64().unwrap());
-            [(load, load), (q[0], load), (q[1], load), (worn[0], worn[0]), (worn[1], worn[1])]
+            // What does not rub dissipates nothing but rounding of the work done.
+            let energy = worn[1].max(load * step["approach"].as_f64().unwrap());
+            [(load, load), (q[0], load), (q[1], load), (worn[0], worn[0]), (worn[1], energy)]
         };
         for ((x, scale), (y, _)) in values(a).into_iter().zip(values(b)) {
             assert!((x - y).abs() <= relative * scale.abs(), "{x} and {y} in {} and {}", a, b);
@@ -216,82 +218,6 @@ fn turned_block() {
     let plain = [COARSE, "frame.cells=[8, 8]", "solver.tolerance=1e-10", "steps.fretting.cycles.jumps=1"];
     let turned = [&plain[..], &["frame.azimuth=90.0", "body1.fibre.azimuth=90.0"]].concat();
     same(&run(&scene, &plain), &run(&scene, &turned), 1e-7);
-}
-
-/// Truth: what is skipped does not change the answer, with friction, wear and cycles neither.
-#[test]
-fn skips_with_friction_and_cycles() {
-    let scene = scene("sphere-on-cfrp-halfspaces.toml");
-    let with = [
-        "frame.cells=[16, 16]",
-        "solver.tolerance=1e-10",
-        "wear={law=\"energy\", k=1.25e-9}",
-        "steps.1={name=\"fretting\", cycles={count=1000, amplitude=0.05, jumps=2}}",
-    ];
-    let without = [&with[..], &["solver.skip=false"]].concat();
-    let (with, without) = (run(&scene, &with), run(&scene, &without));
-    assert!(with["skipped"].as_array().unwrap().len() > without["skipped"].as_array().unwrap().len());
-    same(&with, &without, 1e-7);
-}
-
-/// A frame larger than the contact needs: bodies are formed on the cells that can touch.
-const OVERSIZED: [(&str, &[&str]); 2] = [
-    (
-        "sphere-on-cfrp-block.toml",
-        &[
-            COARSE,
-            MESH,
-            "frame.cells=[10, 10]",
-            "steps.indent.approach=0.005",
-            "steps.fretting.cycles.jumps=1",
-        ],
-    ),
-    (
-        "steel-cap-on-cfrp-block.toml",
-        &[COARSE, MESH, "frame.cells=[8, 8]", "frame.half_width=[1.4, 1.4]", "steps.indent.approach=0.004"],
-    ),
-];
-
-/// Truth: what is skipped does not change the answer, and is said.
-#[test]
-fn skips_of_cells_that_cannot_touch() {
-    for (name, settings) in OVERSIZED {
-        let with = [settings, &["solver.tolerance=1e-10"]].concat();
-        let without = [&with[..], &["solver.skip=false"]].concat();
-        let (with, without) = (run(&scene(name), &with), run(&scene(name), &without));
-        let skips =
-            |summary: &Value| summary["skipped"].to_string().contains("flexibility of meshed bodies on");
-        assert!(skips(&with) && !skips(&without), "{name}: {}", with["skipped"]);
-        same(&with, &without, 1e-7);
-    }
-}
-
-/// Truth: docs/command-line.md: `check` says what a run will skip, in the run's words and order.
-#[test]
-fn check_and_run_skip_the_same() {
-    let coarse = "frame.cells=[12, 12]";
-    for (name, settings) in [
-        ("hertz.toml", &[coarse][..]),
-        ("hertz.toml", &[coarse, "solver.skip=false"]),
-        ("cattaneo-mindlin.toml", &[coarse]),
-        ("sphere-on-cfrp-halfspaces.toml", &[coarse]),
-        OVERSIZED[0],
-        OVERSIZED[1],
-    ] {
-        let scene = scene(name);
-        let checked = command("check", &scene, settings).output().unwrap();
-        let text = String::from_utf8(checked.stdout).unwrap();
-        let list = text.split("\nskipped\n").nth(1).unwrap().split("\n\n").next().unwrap();
-        let list: Vec<&str> = list.lines().map(str::trim).filter(|line| *line != "nothing").collect();
-        let summary = run(&scene, settings);
-        let ran: Vec<String> = summary["skipped"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|skip| format!("{}: {}", skip["what"].as_str().unwrap(), skip["why"].as_str().unwrap()))
-            .collect();
-        assert_eq!(list, ran, "{name} {settings:?}");
-    }
 }
 
 /// Truth: the scene's head: approach and rotation of a rigid circular punch (Boussinesq; Johnson 1985, 3.3), 1e-2 each for

@@ -5,6 +5,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use serde_json::Value;
+
 /// The program, without a cache: tests neither write into the user's nor depend on it.
 pub fn orthowear() -> assert_cmd::Command {
     let mut program = assert_cmd::Command::cargo_bin("orthowear").expect("the program is built");
@@ -47,4 +49,18 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     let output = Command::new("gmsh").args(arguments).current_dir(directory).output().expect("starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
     true
+}
+
+/// A summary without what may differ from run to run.
+pub fn timeless(mut summary: Value) -> Value {
+    let fields = summary.as_object_mut().unwrap();
+    fields.remove("timings").unwrap();
+    fields.remove("peak_memory_bytes").unwrap();
+    for step in fields["steps"].as_array_mut().unwrap() {
+        step.as_object_mut().unwrap().remove("seconds").unwrap();
+    }
+    for skip in fields["skipped"].as_array_mut().unwrap() {
+        skip.as_object_mut().unwrap().remove("saved");
+    }
+    summary
 }

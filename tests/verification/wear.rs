@@ -12,6 +12,7 @@ use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
 use orthowear::history::step::{Integrator, Jumps, Step};
+use orthowear::skip::Skips;
 use orthowear::wear::WearLaw;
 
 use crate::common::{
@@ -149,7 +150,7 @@ fn wear_off_and_cold_starts() {
     let result = solve(&model, &[Step { wear: false, ..indent(0.02) }, off]);
     assert_eq!(result.records.last().expect("records").worn_volume, 0.0);
     let steps = [indent(0.02), fretting(50_000, 0.08, 2, Integrator::Sdirk2), shift(0.0, 0.0), step("rest")];
-    let [warm, cold] = [true, false].map(|skip| {
+    let [warm, cold] = [Skips::ALL, Skips::NONE].map(|skip| {
         let options = SolverOptions { skip, ..SolverOptions::default() };
         solve_with(&model, &steps, &options).records.last().expect("records").clone()
     });
@@ -306,7 +307,7 @@ fn worn_volumes_do_not_depend_on_the_solver() {
     };
     let usual = worn(SolverOptions::default());
     for options in [
-        SolverOptions { skip: false, ..SolverOptions::default() },
+        SolverOptions { skip: Skips::NONE, ..SolverOptions::default() },
         SolverOptions { method: Method::BarzilaiBorwein, ..SolverOptions::default() },
     ] {
         for (found, wanted) in worn(options).iter().zip(usual) {

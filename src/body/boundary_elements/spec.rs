@@ -16,8 +16,8 @@ use crate::geometry::{Point, place};
 use crate::interrupt;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
+use crate::mesh::crossing::crossing;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
-use crate::mesh::surface::crossing;
 use crate::mesh::{CellRef, Mesh};
 
 /// Accuracy of the integrals, over the largest values: far below what elements leave.

@@ -16,6 +16,7 @@ pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
 use super::{Increment, Iterate, NormalControl};
+use crate::skip::Skips;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use gauss_seidel::{Aim, GaussSeidel};
@@ -51,13 +52,13 @@ pub struct SolverOptions {
     pub method: Method,
     /// Bound on the iterations of one solve.
     pub max_iterations: usize,
-    /// Whether work that a scene does not need is skipped.
-    pub skip: bool,
+    /// Work that may be left out.
+    pub skip: Skips,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: true }
+        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: Skips::ALL }
     }
 }
 

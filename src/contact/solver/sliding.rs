@@ -7,6 +7,7 @@
 use super::super::{End, Increment, Iterate, Pressures, SlipReference, TangentialControl};
 use super::newton::Newton;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
+use crate::skip::Skip;
 
 /// Times that the slip is taken anew, at most.
 const PASSES: usize = 40;
@@ -66,7 +67,7 @@ impl Solver for Sliding {
             let steady = matches!(end.reference, SlipReference::EndBefore { .. } | SlipReference::Given(_));
             steady && end.balance.is_none() && end.tangential == TangentialControl::Shift
         };
-        problem.skip
+        problem.skip.has(Skip::SlidingFriction)
             && problem.pressures == Pressures::Unknown
             && problem.friction.is_some()
             && problem.flexibility.grid().is_some()

@@ -9,6 +9,7 @@
 
 use super::super::{End, Increment, Iterate, Pressures, TangentialControl};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
+use crate::skip::Skip;
 
 /// Share of the tolerance that each part may use: an error of the pressures is one of the limits as well.
 const PRESSURES: f64 = 0.2;
@@ -23,7 +24,7 @@ pub(super) fn suits(problem: &Increment, options: &SolverOptions) -> bool {
     let laws = problem.friction.is_some() && problem.wear.is_none();
     let level = problem.rigid_axes.is_none() && end.balance.is_none();
     let whole = problem.pressures == Pressures::Unknown;
-    options.skip
+    options.skip.has(Skip::NormalComponents)
         && options.method == Method::Auto
         && laws
         && level

@@ -5,6 +5,7 @@ use serde::Deserialize;
 
 use crate::bem::half_space::compressed::TOLERANCE;
 use crate::results::fields::FieldKind;
+use crate::skip::{Skip, Skips};
 
 /// How the contact problem is solved.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -20,14 +21,40 @@ pub struct Solver {
     pub max_iterations: usize,
     /// How finite-element bodies are tied to the frame.
     pub coupling: Coupling,
-    /// Whether work that the scene does not need is skipped; the answers are the same either way.
-    pub skip: bool,
+    /// Work that is skipped where the scene does not need it: all, none, or what is named; the answers are the same either way.
+    pub skip: SkipChoice,
     /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; what the machine has if absent.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
     /// Relative tolerance of half-space operators that are compressed: those on frames of many cells that are no grid.
     #[schemars(range(min = 1e-12, max = 1e-2))]
     pub compression_tolerance: f64,
+}
+
+/// Work that may be skipped.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "skip is true, false or a list of: tangential-unknowns, sliding-friction, normal-components, tangential-gap, \
+                 second-half-space, vanishing-blocks, distant-entries, distant-cells, open-cells, cold-starts"
+)]
+#[schemars(inline)]
+pub enum SkipChoice {
+    /// All of it, or none.
+    All(bool),
+    /// What is named.
+    Named(Vec<Skip>),
+}
+
+impl SkipChoice {
+    /// What may be skipped.
+    pub fn skips(&self) -> Skips {
+        match self {
+            Self::All(true) => Skips::ALL,
+            Self::All(false) => Skips::NONE,
+            Self::Named(named) => named.iter().copied().collect(),
+        }
+    }
 }
 
 /// An amount of memory.
@@ -76,7 +103,7 @@ impl Default for Solver {
             method: Method::Auto,
             max_iterations: 20_000,
             coupling: Coupling::Schur,
-            skip: true,
+            skip: SkipChoice::All(true),
             memory_limit: None,
             compression_tolerance: TOLERANCE,
         }

@@ -8,6 +8,9 @@ use crate::scene::plan::{BodySpec, FibreAngles, FrameSpec, MeshedSpec};
 use crate::scene::surface::surface_material;
 use crate::wear::WearLaw;
 
+/// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
+const MOST_ECCENTRIC: f64 = 1e6;
+
 /// The laws of a scene.
 pub(super) struct Laws {
     pub friction: FrictionLaw,
@@ -93,6 +96,12 @@ fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<
             format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
         let mend = "make both coefficients positive (a small one will do), or both 0 for no friction at all";
         r.wrong("friction", message, "0 in one direction only", mend);
+    } else if ellipse.mu[0] > MOST_ECCENTRIC * ellipse.mu[1] || ellipse.mu[1] > MOST_ECCENTRIC * ellipse.mu[0]
+    {
+        let message =
+            format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);
+        let mend = "let one be at most a million times the other";
+        r.wrong("friction", message, "more than a million times apart", mend);
     }
     Some(law)
 }

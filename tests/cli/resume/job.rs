@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use crate::tools::timeless;
+
 /// A scene of some seconds, in a folder of its own.
 pub struct Job {
     pub folder: tempfile::TempDir,
@@ -177,14 +179,7 @@ pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 fn timeless_summary(text: &[u8]) -> Vec<u8> {
-    let mut summary: Value = serde_json::from_slice(text).unwrap();
-    let fields = summary.as_object_mut().unwrap();
-    fields.remove("timings").unwrap();
-    fields.remove("peak_memory_bytes").unwrap();
-    for step in fields["steps"].as_array_mut().unwrap() {
-        step.as_object_mut().unwrap().remove("seconds").unwrap();
-    }
-    serde_json::to_vec(&summary).unwrap()
+    serde_json::to_vec(&timeless(serde_json::from_slice(text).unwrap())).unwrap()
 }
 
 fn timeless_table(text: &[u8]) -> Vec<u8> {

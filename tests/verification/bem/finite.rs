@@ -170,6 +170,31 @@ fn uniform_strain_in_a_cube() {
     }
 }
 
+/// Truth: uniaxial tension u = (x, -ν y, -ν z) σ / E, a linear field, for materials that nearly keep their volume, and for plates and needles: to the
+/// accuracy of the integrals, over 1 - 2ν, by which errors of the displacement become pressure.
+#[test]
+fn nearly_incompressible_and_slender_bodies_in_tension() {
+    let stretches = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.02], [1.0, 0.05, 0.05]];
+    for (nu, stretch) in
+        [0.3, 0.45, 0.49, 0.499, 0.4999].into_iter().flat_map(|nu| stretches.map(|s| (nu, s)))
+    {
+        let stiffness = Stiffness::isotropic(210e3, nu).unwrap();
+        let stretched = |x: Point| Point::new(stretch[0] * x.x, stretch[1] * x.y, stretch[2] * x.z);
+        let elements = elements(cube(2, false, stretched), Interpolation::Linear, &stiffness, 1e-8);
+        let gradient = Matrix3::from_diagonal(&Vector3::new(1.0, -nu, -nu)) * (100.0 / 210e3);
+        let linear = Linear { gradient, stress: Matrix3::from_diagonal(&Vector3::new(100.0, 0.0, 0.0)) };
+        let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
+        let state = solved(&elements, Domain::Inside, |x| x.x < -1.0 + 1e-9, data).state(1.0, &[]);
+        let wrong = off(&elements, &state, |x| linear.gradient * x);
+        let accuracy = 1e-6 / (1.0 - 2.0 * nu);
+        assert!(wrong < accuracy.max(1e-6), "{nu} {stretch:?}: {wrong:e}");
+        for (traction, normal) in state.traction.iter().zip(elements.normals()) {
+            let wrong = (Point::from(*traction) - linear.stress * normal).norm() / 100.0;
+            assert!(wrong < 10.0 * accuracy, "{nu} {stretch:?}: {wrong:e}");
+        }
+    }
+}
+
 /// Relative error of the displacement of a body under pressure, in the mean over its surface: a sphere that floats, or the body around a cavity.
 fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);

@@ -16,13 +16,14 @@ use orthowear::history::{Model, RunResult, run};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
 use orthowear::mesh::gmsh;
+use orthowear::skip::Skips;
 use orthowear::wear::WearLaw;
 
 const TIGHT: SolverOptions = SolverOptions {
     tolerance: 1e-11,
     method: orthowear::contact::Method::Auto,
     max_iterations: 20_000,
-    skip: true,
+    skip: Skips::ALL,
 };
 
 fn material(e: f64, nu: f64) -> Stiffness {

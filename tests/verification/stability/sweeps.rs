@@ -128,7 +128,10 @@ pub fn coefficients() -> Vec<Case> {
         let value = format!("{:?}, {:?}", mu[0], mu[1]);
         cases.push(Case::new("mu1, mu2", value, &scene(elliptic(mu, 20.0))).ends(end));
     }
-    cases.push(Case::new("mu1, mu2", "0, 0.5", &scene(elliptic([0.0, 0.5], 20.0))).ends(End::Refused));
+    for mu in [[0.0, 0.5], [1e-12, 2.0]] {
+        let value = format!("{:?}, {:?}", mu[0], mu[1]);
+        cases.push(Case::new("mu1, mu2", value, &scene(elliptic(mu, 20.0))).ends(End::Refused));
+    }
     cases
 }
 

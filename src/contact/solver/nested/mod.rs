@@ -11,6 +11,7 @@ use super::super::balance::FLOATING;
 use super::super::window::{Operator, Part, Window};
 use super::super::{Increment, Iterate, Pressures, SlipReference};
 use super::{Method, SolveReport, SolverOptions, Stop, Watch};
+use crate::skip::Skip;
 
 /// Frames of fewer cells are solved as they are.
 const SMALL: usize = 60 * 60;
@@ -45,7 +46,8 @@ pub(super) type Inner<'a> =
 
 /// Whether increments with an operator on the cells of `grid` are solved so.
 pub fn on_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
-    options.skip && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= SMALL)
+    let skips = options.skip.has(Skip::DistantCells);
+    skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= SMALL)
 }
 
 /// Whether the increment is worth it.

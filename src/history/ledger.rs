@@ -1,0 +1,117 @@
+//! What the contact stage leaves out.
+
+use super::step::{CycleMotion, Drive, Spin, Step, Tilt};
+use crate::contact::solver::on_windows;
+use crate::contact::{Method, SolverOptions};
+use crate::friction::FrictionLaw;
+use crate::linalg::operator::Flexibility;
+use crate::skip::{Skip, Skipped, Work};
+use crate::wear::WearLaw;
+
+/// What the operator allows to leave out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperatorSkips {
+    /// Whether it is that of a grid.
+    pub grid: bool,
+    /// Whether steps are solved on windows of the frame.
+    pub windows: bool,
+    /// Whether pressures and tractions in the surface are found one after the other.
+    pub apart: bool,
+}
+
+impl OperatorSkips {
+    pub(super) fn of(operator: &dyn Flexibility, options: &SolverOptions) -> Self {
+        let apart = operator.tangential().is_some() && options.skip.has(Skip::NormalComponents);
+        Self {
+            grid: operator.grid().is_some(),
+            windows: on_windows(operator.grid(), options),
+            apart: options.method == Method::Auto && apart,
+        }
+    }
+}
+
+/// The skips of the contact stage that apply to these steps.
+pub fn skipped_by_contact(
+    friction: &FrictionLaw,
+    wear: &WearLaw,
+    steps: &[Step],
+    (options, operator): (&SolverOptions, OperatorSkips),
+) -> Vec<Skipped> {
+    let mut skipped = Vec::new();
+    let frictionless = friction.ellipse().is_none();
+    let wearless = wear.intensity(friction.ellipse()).is_none();
+    let mut bare: Vec<&str> = steps
+        .iter()
+        .filter(|step| (frictionless || !step.friction) && (wearless || !step.wear))
+        .map(|step| step.name.as_str())
+        .collect();
+    // The load points of a history are steps of one name.
+    bare.dedup();
+    if !bare.is_empty() && options.skip.has(Skip::TangentialUnknowns) {
+        skipped.push(Skipped::new(
+            Skip::TangentialUnknowns,
+            format!("tangential unknowns in step {}", bare.join(", ")),
+            "without friction and wear only pressures are unknown",
+        ));
+    }
+    let turned = steps
+        .iter()
+        .any(|step| matches!(step.tilt, Some(Tilt::Moment(_))) || matches!(step.spin, Some(Spin::Moment(_))));
+    let rubs = |step: &Step| step.friction && (wearless || !step.wear) && step.cycles.is_none();
+    if operator.apart && !frictionless && !turned && steps.iter().any(rubs) {
+        skipped.push(Skipped::new(
+            Skip::NormalComponents,
+            "normal components in products for tractions in the surface",
+            "neither moves the gap of the other: pressures are found first, by themselves",
+        ));
+    }
+    let slides = operator.grid && options.method == Method::Auto && options.skip.has(Skip::SlidingFriction);
+    if slides && !frictionless && steps.iter().any(|step| step.friction && strokes(step)) {
+        skipped.push(Skipped::new(
+            Skip::SlidingFriction,
+            "unknown friction of cycles in which all of the contact slips",
+            "it is the limit, against the slip: only pressures are unknown",
+        ));
+    }
+    if operator.windows {
+        skipped.push(Skipped::new(
+            Skip::DistantCells,
+            "cells away from the contact in products with the flexibility",
+            "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame",
+        ));
+    }
+    let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
+    if follows && options.skip.has(Skip::ColdStarts) {
+        skipped.push(Skipped::new(
+            Skip::ColdStarts,
+            "cold starts",
+            "each increment starts from the tractions of the one before",
+        ));
+    }
+    let in_jumps: Vec<&str> =
+        steps.iter().filter(|step| jumps(step)).map(|step| step.name.as_str()).collect();
+    if !in_jumps.is_empty() {
+        skipped.push(Skipped::new(
+            Work::Cycles,
+            format!("cycles one by one in step {}", in_jumps.join(", ")),
+            "wear changes slowly: it is integrated over jumps of many cycles (steps.cycles.jumps, wear.tolerance)",
+        ));
+    }
+    skipped
+}
+
+/// Whether fewer cycles are solved than there are.
+fn jumps(step: &Step) -> bool {
+    step.cycles.as_ref().is_some_and(|cycles| {
+        let closed = matches!(cycles.motion, CycleMotion::Closed(_));
+        closed && cycles.usual_solves(step.wear) as f64 <= 0.5 * cycles.count
+    })
+}
+
+/// Whether body 2 is moved along the surface in cycles.
+fn strokes(step: &Step) -> bool {
+    step.cycles.as_ref().is_some_and(|cycles| match &cycles.motion {
+        CycleMotion::Closed(closed) => closed.drive == Drive::Shift,
+        CycleMotion::Sliding { .. } => true,
+    })
+}

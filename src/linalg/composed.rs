@@ -1,0 +1,241 @@
+//! Operators made of others: one that several share, the sum of several.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use super::PerCell;
+use super::cell_matrix::CellMatrix;
+use super::course::Course;
+use super::operator::{Defect, Entries, Flexibility, TangentialFlexibility};
+use crate::error::Result;
+
+/// An operator that is used in several places.
+pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
+
+impl Flexibility for SharedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.0.n_cells()
+    }
+
+    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+        self.0.tangential()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply(tractions, gap);
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.0.apply_single(tractions, gap);
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal_single(pressure, normal_gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.0.apply_normal(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        self.0.diagonal_blocks()
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.0.couples_normal_tangential()
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.0.precondition_normal(normal_gap, pressure)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.0.precondition(gap, tractions)
+    }
+
+    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.0.direct(cell, tractions)
+    }
+
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_in(cells, tractions)
+    }
+
+    fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
+        self.0.harmonic_defect(tractions, gap, planes)
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        self.0.grid()
+    }
+
+    fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.on_grid(at_least, factor)
+    }
+
+    fn placed(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        origin: [usize; 2],
+        factor: usize,
+    ) -> Arc<dyn Flexibility> {
+        self.0.placed(smaller, origin, factor)
+    }
+
+    fn entries(&self) -> Entries {
+        self.0.entries()
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.0.add_entries(cells, matrix);
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        self.0.unformed()
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.0.complete(tractions, gap)
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        self.0.form(cells)
+    }
+
+    fn course(&self) -> Course {
+        self.0.course()
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.0.repeat(course)
+    }
+}
+
+/// The sum of several operators on one frame.
+pub struct SumFlexibility {
+    parts: Vec<Box<dyn Flexibility>>,
+    scratch: std::sync::Mutex<Vec<f64>>,
+}
+
+impl SumFlexibility {
+    /// Adds `parts`, all with the same number of cells.
+    ///
+    /// # Panics
+    /// If `parts` is empty or the sizes differ.
+    pub fn new(parts: Vec<Box<dyn Flexibility>>) -> Self {
+        let n = parts.first().expect("a sum has at least one part").n_cells();
+        assert!(parts.iter().all(|part| part.n_cells() == n), "operators on different frames");
+        Self { parts, scratch: std::sync::Mutex::new(vec![0.0; 3 * n]) }
+    }
+}
+
+impl Flexibility for SumFlexibility {
+    fn n_cells(&self) -> usize {
+        self.parts[0].n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.parts[0].apply_single(tractions, gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            part.apply_single(tractions, &mut scratch);
+            gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.parts[0].apply_normal(pressure, normal_gap);
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        for part in &self.parts[1..] {
+            let scratch = &mut scratch[..pressure.len()];
+            part.apply_normal(pressure, scratch);
+            normal_gap.iter_mut().zip(scratch.iter()).for_each(|(g, s)| *g += s);
+        }
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        let mut sum = self.parts[0].diagonal_blocks();
+        for part in &self.parts[1..] {
+            sum = match (sum, part.diagonal_blocks()) {
+                (PerCell::Same(a, n), PerCell::Same(b, _)) => PerCell::Same(a + b, n),
+                (a, b) => a.iter().zip(b.iter()).map(|(a, b)| a + b).collect(),
+            };
+        }
+        sum
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.parts.iter().any(|part| part.couples_normal_tangential())
+    }
+
+    /// By the first part that can: flexibilities of bodies differ little more than by a factor.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition_normal(normal_gap, pressure))
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.parts.iter().any(|part| part.precondition(gap, tractions))
+    }
+
+    /// Parts that have no such sum count by their products, which are then compared with nothing; `None` if all are like
+    /// that.
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let direct: Vec<_> = self.parts.iter().map(|part| part.direct_in(cells, tractions)).collect();
+        if direct.iter().all(Option::is_none) {
+            return None;
+        }
+        let n = self.n_cells();
+        let mut sum = vec![[0.0; 3]; cells.len()];
+        let mut product = vec![0.0; 3 * n];
+        for (part, direct) in self.parts.iter().zip(direct) {
+            let gaps = direct.unwrap_or_else(|| {
+                part.apply(tractions, &mut product);
+                cells.iter().map(|cell| [0, 1, 2].map(|plane| product[plane * n + cell])).collect()
+            });
+            sum.iter_mut().flatten().zip(gaps.iter().flatten()).for_each(|(s, g)| *s += g);
+        }
+        Some(sum)
+    }
+
+    fn entries(&self) -> Entries {
+        self.parts.iter().map(|part| part.entries()).min().unwrap_or(Entries::None)
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.parts.iter().for_each(|part| part.add_entries(cells, matrix));
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        let mut cells: Vec<usize> = self.parts.iter().flat_map(|part| part.unformed()).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.complete(tractions, gap))
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.form(cells))
+    }
+
+    fn course(&self) -> Course {
+        Course { parts: self.parts.iter().map(|part| part.course()).collect(), ..Course::default() }
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.parts.iter().zip(&course.parts).try_for_each(|(part, course)| part.repeat(course))
+    }
+}

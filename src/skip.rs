@@ -1,0 +1,161 @@
+//! Work that a scene may not need, by name, and the ledger of what was left out.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Work that can be left out where the answer does not need it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Skip {
+    /// Unknowns in the surface of steps in which nothing rubs or wears.
+    TangentialUnknowns,
+    /// Unknowns in the surface where all of the contact slips.
+    SlidingFriction,
+    /// Normal components in products for tractions in the surface, of bodies in which neither moves the gap of the other.
+    NormalComponents,
+    /// The tangential gap of increments in which nothing rubs or wears, where nobody looks at it.
+    TangentialGap,
+    /// The operator of one of two half-spaces: their Green's functions are summed.
+    SecondHalfSpace,
+    /// Blocks of half-space operators that vanish for the two materials.
+    VanishingBlocks,
+    /// Entries of half-space operators between distant cells of frames that are no grid: they are compressed.
+    DistantEntries,
+    /// Cells of a grid away from the contact.
+    DistantCells,
+    /// Columns of the flexibility of meshed bodies for cells that cannot touch.
+    OpenCells,
+    /// Starts from nothing of increments that follow another.
+    ColdStarts,
+}
+
+impl Skip {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::TangentialUnknowns,
+        Self::SlidingFriction,
+        Self::NormalComponents,
+        Self::TangentialGap,
+        Self::SecondHalfSpace,
+        Self::VanishingBlocks,
+        Self::DistantEntries,
+        Self::DistantCells,
+        Self::OpenCells,
+        Self::ColdStarts,
+    ];
+}
+
+/// Which work may be left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Skips(u16);
+
+impl Skips {
+    /// All that can be.
+    pub const ALL: Self = Self((1 << Skip::ALL.len()) - 1);
+
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+
+    /// Whether `skip` may be left out.
+    pub const fn has(self, skip: Skip) -> bool {
+        self.0 & (1 << skip as u16) != 0
+    }
+
+    /// Without leaving out `skip`.
+    pub const fn without(self, skip: Skip) -> Self {
+        Self(self.0 & !(1 << skip as u16))
+    }
+}
+
+impl FromIterator<Skip> for Skips {
+    fn from_iter<I: IntoIterator<Item = Skip>>(skips: I) -> Self {
+        Self(skips.into_iter().fold(0, |set, skip| set | 1 << skip as u16))
+    }
+}
+
+/// What an entry of the ledger is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum Work {
+    /// Work that `solver.skip` may name.
+    Named(Skip),
+    /// Fretting cycles between those that are solved.
+    Cycles,
+    /// Meshes that could follow the worn surfaces.
+    MovingMeshes,
+    /// What other keys, or the cache, decide.
+    Other,
+}
+
+impl Work {
+    /// Whether `solver.skip` does not know it.
+    pub fn is_unnamed(&self) -> bool {
+        !matches!(self, Self::Named(_))
+    }
+}
+
+impl From<Skip> for Work {
+    fn from(skip: Skip) -> Self {
+        Self::Named(skip)
+    }
+}
+
+/// How the time that was saved is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Basis {
+    /// The work was done before and timed.
+    Measured,
+    /// From the time of what was done and the ratio that this work usually has to it (docs/skips.md).
+    Estimated,
+}
+
+/// Time that was saved.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Saved {
+    /// Seconds.
+    pub seconds: f64,
+    /// How they are known.
+    pub basis: Basis,
+}
+
+/// Work that a scene did not need and that was therefore not done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Skipped {
+    /// What kind of work; written as its name in `solver.skip`.
+    #[serde(rename = "skip", skip_serializing_if = "Work::is_unnamed")]
+    pub work: Work,
+    /// What was skipped.
+    pub what: String,
+    /// Why it could be.
+    pub why: String,
+    /// What that saved; `None` where nobody knows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saved: Option<Saved>,
+}
+
+impl Skipped {
+    /// An entry whose time is not known yet.
+    pub fn new(work: impl Into<Work>, what: impl Into<String>, why: impl Into<String>) -> Self {
+        Self { work: work.into(), what: what.into(), why: why.into(), saved: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a set holds what was put into it, and all holds everything.
+    #[test]
+    fn sets() {
+        for (place, skip) in Skip::ALL.into_iter().enumerate() {
+            assert_eq!(skip as usize, place);
+            assert!(Skips::ALL.has(skip) && !Skips::NONE.has(skip));
+            let only: Skips = [skip].into_iter().collect();
+            let holds: Vec<Skip> = Skip::ALL.into_iter().filter(|&other| only.has(other)).collect();
+            assert_eq!(holds, [skip]);
+            assert!(!Skips::ALL.without(skip).has(skip) && only.without(skip) == Skips::NONE);
+        }
+        assert_eq!(Skip::ALL.into_iter().collect::<Skips>(), Skips::ALL);
+    }
+}

@@ -1,0 +1,101 @@
+//! Expected time of contact problems and of what is evaluated after them.
+
+use super::bodies::SIDES;
+use super::forecast::BodyForecast;
+use super::memory::compresses;
+use super::near_field::Near;
+use super::saved::StepSpent;
+use crate::frame::ContactFrame;
+use crate::history::step::Step;
+use crate::mesh::faces::outer_faces;
+use crate::results::inside::InsideRequest;
+use crate::scene::plan::{BodySpec, Plan};
+use crate::skip::{Skip, Skipped, Work};
+
+/// Seconds per point inside half-spaces, isotropic and others, and per point and boundary element.
+const PER_POINT_INSIDE: [f64; 3] = [2e-4, 2.5e-3, 1.5e-5];
+
+/// Seconds for the table of the field inside a half-space, over the root of its largest stiffness over the smallest.
+const INSIDE_TABLE: f64 = 0.5;
+
+/// Products of a contact problem on an operator with an approximate inverse, and on a grid over the sixth root of its cells.
+const WITH_INVERSE: f64 = 70.0;
+const ON_GRID: f64 = 10.0;
+
+/// Of a product on a grid: what windows leave of it, and what is left where only pressures are unknown.
+const WINDOW: f64 = 0.5;
+const PRESSURES: f64 = 0.3;
+
+/// What the steps of a plan are expected to take, with the work left out that `ledger` says.
+pub(super) fn steps(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (near, bodies): (&[Near; 2], &[BodyForecast; 2]),
+    ledger: &[Skipped],
+) -> Vec<StepSpent> {
+    let skips = |skip: Skip| ledger.iter().any(|entry| entry.work == Work::Named(skip));
+    let n = frame.n_cells() as f64;
+    let on_grid = frame.grid.is_some() && !near.iter().any(Near::is_condensed);
+    let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
+    // First-order iterations grow with the number of cells across the contact, those with an approximate inverse hardly.
+    let products = match on_grid {
+        true => ON_GRID * n.powf(1.0 / 6.0),
+        false if half_space && compresses(plan, frame) => WITH_INVERSE,
+        false => 8.0 * n.sqrt(),
+    };
+    let [first, second] = [0, 1].map(|index| bodies[index].application);
+    let product = if skips(Skip::SecondHalfSpace) { first.max(second) } else { first + second };
+    let product = if skips(Skip::DistantCells) { WINDOW * product } else { product };
+    let friction = plan.friction.ellipse();
+    let of_step = |step: &Step| {
+        let rubs = friction.is_some() && step.friction;
+        let bare = !rubs && !(step.wear && plan.wear.intensity(friction).is_some());
+        let share = if on_grid && bare && skips(Skip::TangentialUnknowns) { PRESSURES } else { 1.0 };
+        let cycles = step.cycles.as_ref().map_or(0, |cycles| cycles.usual_solves(step.wear));
+        StepSpent {
+            seconds: solves(step) as f64 * products * share * product,
+            entries: step.increments as f64,
+            cycles: cycles as f64,
+        }
+    };
+    plan.steps.iter().map(of_step).collect()
+}
+
+/// Contact problems of a step.
+pub(super) fn solves(step: &Step) -> usize {
+    match &step.cycles {
+        None => step.increments,
+        // The ends of a cycle are solved together.
+        Some(cycles) => cycles.ends() * cycles.usual_solves(step.wear),
+    }
+}
+
+/// Seconds of the points inside bodies after each of `n_solves` contact problems, and of the tables for them.
+pub(super) fn inside(plan: &Plan, n_solves: usize) -> f64 {
+    let points: f64 = plan.inside.iter().map(|request| of_points(plan, request)).sum();
+    inside_tables(plan) + n_solves as f64 * points
+}
+
+/// Seconds for the tables of the field inside half-spaces, where they are not kept: the more the stiffness varies with direction the longer.
+fn inside_tables(plan: &Plan) -> f64 {
+    let of = |index: usize| match &plan.bodies[index] {
+        BodySpec::HalfSpace(elastic)
+            if !elastic.isotropic && plan.inside.iter().any(|request| request.side == SIDES[index]) =>
+        {
+            let stiffness = elastic.stiffness.voigt().diagonal();
+            INSIDE_TABLE * (stiffness.max() / stiffness.min()).sqrt()
+        }
+        _ => 0.0,
+    };
+    of(0) + of(1)
+}
+
+/// Seconds for the points inside a body, once.
+fn of_points(plan: &Plan, request: &InsideRequest) -> f64 {
+    let n = request.points().len() as f64;
+    match &plan.bodies[usize::from(request.side == SIDES[1])] {
+        BodySpec::Be(be) => n * PER_POINT_INSIDE[2] * outer_faces(&be.meshed.mesh).len() as f64,
+        BodySpec::HalfSpace(elastic) => n * PER_POINT_INSIDE[usize::from(!elastic.isotropic)],
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,167 @@
+//! What a scene does not need: told, timed, and without any part in the answers.
+
+use serde_json::Value;
+
+use crate::scenes::{COARSE, MESH, command, run, same, scene};
+
+/// Every skip that `solver.skip` knows, with a scene that has it.
+const NAMED: [(&str, &str, &[&str]); 9] = [
+    ("tangential-unknowns", "hertz.toml", &["frame.cells=[20, 20]"]),
+    ("sliding-friction", "sphere-wear.toml", &["frame.cells=[16, 16]", "steps.fretting.cycles.jumps=2"]),
+    ("normal-components", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
+    ("tangential-gap", "hertz.toml", &["frame.cells=[20, 20]"]),
+    ("second-half-space", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
+    ("vanishing-blocks", "cattaneo-mindlin.toml", &["frame.cells=[20, 20]"]),
+    ("distant-cells", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[64, 64]"]),
+    ("open-cells", OVERSIZED[1].0, OVERSIZED[1].1),
+    ("cold-starts", "sphere-on-cfrp-halfspaces.toml", &["frame.cells=[20, 20]"]),
+];
+
+/// Names of `solver.skip` in the ledger of a run.
+fn names(summary: &Value) -> Vec<&str> {
+    summary["skipped"].as_array().unwrap().iter().filter_map(|entry| entry["skip"].as_str()).collect()
+}
+
+/// All names that `solver.skip` may have, as the schema lists them.
+fn all_names() -> Vec<String> {
+    let output = crate::tools::orthowear().arg("schema").output().unwrap();
+    let schema: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let words = schema.pointer("/$defs/Skip/oneOf").unwrap().as_array().unwrap();
+    words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect()
+}
+
+/// Truth: docs/scene.md: of each skip alone, done or not, the answers are the same (1e-7 at residuals of 1e-10), and the ledger has
+/// it or has it not. `distant-entries` is tested in compressed.rs.
+#[test]
+fn each_skip_changes_nothing() {
+    let all = all_names();
+    let tested: Vec<&str> = NAMED.iter().map(|named| named.0).chain(["distant-entries"]).collect();
+    assert!(all.len() == tested.len() && all.iter().all(|name| tested.contains(&name.as_str())), "{all:?}");
+    for (name, file, settings) in NAMED {
+        let settings = [settings, &["solver.tolerance=1e-10"]].concat();
+        let others: Vec<String> =
+            all.iter().filter(|other| *other != name).map(|other| format!("{other:?}")).collect();
+        let others = format!("solver.skip=[{}]", others.join(", "));
+        let (with, without) =
+            (run(&scene(file), &settings), run(&scene(file), &[&settings[..], &[&others]].concat()));
+        assert!(
+            names(&with).contains(&name) && !names(&without).contains(&name),
+            "{name}: {}",
+            with["skipped"]
+        );
+        same(&with, &without, 1e-7);
+    }
+}
+
+/// Truth: docs/results.md: named work has the seconds that it would have taken, finite and not negative; `solver.skip` refuses other
+/// names and says which there are.
+#[test]
+fn skips_are_timed_and_named() {
+    let summary = run(&scene("sphere-wear.toml"), &["frame.cells=[16, 16]", "steps.fretting.cycles.jumps=2"]);
+    let entries = summary["skipped"].as_array().unwrap();
+    let mut cycles = 0;
+    for entry in entries {
+        let seconds = entry.pointer("/saved/seconds").and_then(Value::as_f64);
+        let known =
+            entry.get("skip").is_some() || entry["what"].as_str().unwrap().starts_with("cycles one by one");
+        assert_eq!(seconds.is_some(), known, "{entry}");
+        assert!(seconds.is_none_or(|seconds| seconds >= 0.0), "{entry}");
+        if known && entry.get("skip").is_none() {
+            cycles += 1;
+            // 100 000 cycles take longer than those that were solved, of which there are fewer than a hundred.
+            let step: f64 = summary["steps"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|step| step["seconds"].as_f64().unwrap())
+                .sum();
+            assert!(seconds.unwrap() > 100.0 * 0.5 * step, "{entry} {step}");
+        }
+    }
+    assert_eq!(cycles, 1, "{}", summary["skipped"]);
+    let wrong = command("check", &scene("hertz.toml"), &["solver.skip=[\"cold-start\"]"]).output().unwrap();
+    let text = String::from_utf8(wrong.stderr).unwrap();
+    assert_eq!(wrong.status.code(), Some(2), "{text}");
+    assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
+}
+
+/// Truth: what is skipped does not change the answer, with friction, wear and cycles neither.
+#[test]
+fn skips_with_friction_and_cycles() {
+    let scene = scene("sphere-on-cfrp-halfspaces.toml");
+    let with = [
+        "frame.cells=[16, 16]",
+        "solver.tolerance=1e-10",
+        "wear={law=\"energy\", k=1.25e-9}",
+        "steps.1={name=\"fretting\", cycles={count=1000, amplitude=0.05, jumps=2}}",
+    ];
+    let without = [&with[..], &["solver.skip=false"]].concat();
+    let (with, without) = (run(&scene, &with), run(&scene, &without));
+    assert!(with["skipped"].as_array().unwrap().len() > without["skipped"].as_array().unwrap().len());
+    same(&with, &without, 1e-7);
+}
+
+/// A frame larger than the contact needs: bodies are formed on the cells that can touch.
+const OVERSIZED: [(&str, &[&str]); 2] = [
+    (
+        "sphere-on-cfrp-block.toml",
+        &[
+            COARSE,
+            MESH,
+            "frame.cells=[10, 10]",
+            "steps.indent.approach=0.005",
+            "steps.fretting.cycles.jumps=1",
+        ],
+    ),
+    (
+        "steel-cap-on-cfrp-block.toml",
+        &[COARSE, MESH, "frame.cells=[8, 8]", "frame.half_width=[1.4, 1.4]", "steps.indent.approach=0.004"],
+    ),
+];
+
+/// Truth: what is skipped does not change the answer, and is said.
+#[test]
+fn skips_of_cells_that_cannot_touch() {
+    for (name, settings) in OVERSIZED {
+        let with = [settings, &["solver.tolerance=1e-10"]].concat();
+        let without = [&with[..], &["solver.skip=false"]].concat();
+        let (with, without) = (run(&scene(name), &with), run(&scene(name), &without));
+        let skips =
+            |summary: &Value| summary["skipped"].to_string().contains("flexibility of meshed bodies on");
+        assert!(skips(&with) && !skips(&without), "{name}: {}", with["skipped"]);
+        same(&with, &without, 1e-7);
+    }
+}
+
+/// Truth: docs/command-line.md: `check` says what a run will skip, in the run's words and order.
+#[test]
+fn check_and_run_skip_the_same() {
+    let coarse = "frame.cells=[12, 12]";
+    for (name, settings) in [
+        ("hertz.toml", &[coarse][..]),
+        ("hertz.toml", &[coarse, "solver.skip=false"]),
+        ("cattaneo-mindlin.toml", &[coarse]),
+        ("sphere-on-cfrp-halfspaces.toml", &[coarse]),
+        OVERSIZED[0],
+        OVERSIZED[1],
+    ] {
+        let scene = scene(name);
+        let checked = command("check", &scene, settings).output().unwrap();
+        let text = String::from_utf8(checked.stdout).unwrap();
+        let list = text.split("\nskipped\n").nth(1).unwrap().split("\n\n").next().unwrap();
+        // Without the time that is saved, which is a guess before the run.
+        let list: Vec<&str> = list
+            .lines()
+            .map(|line| line.trim().split(" (saves ").next().unwrap())
+            .filter(|line| *line != "nothing")
+            .collect();
+        let summary = run(&scene, settings);
+        let ran: Vec<String> = summary["skipped"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|skip| format!("{}: {}", skip["what"].as_str().unwrap(), skip["why"].as_str().unwrap()))
+            .collect();
+        assert_eq!(list, ran, "{name} {settings:?}");
+    }
+}
