@@ -191,55 +191,6 @@ pub enum Entries {
     Stored,
 }
 
-/// An operator whose products need be right to about six digits only.
-pub struct SinglePrecision<'a>(pub &'a dyn Flexibility);
-
-impl SinglePrecision<'_> {
-    fn part(&self) -> &dyn TangentialFlexibility {
-        self.0.tangential().expect("it has one, or this would not be asked for it")
-    }
-}
-
-impl TangentialFlexibility for SinglePrecision<'_> {
-    fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.part().apply_tangential_single(tractions, gap);
-    }
-
-    fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.part().apply_tangential_single(tractions, gap);
-    }
-
-    fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
-        self.part().precondition_tangential(gap, tractions);
-    }
-}
-
-impl Flexibility for SinglePrecision<'_> {
-    fn n_cells(&self) -> usize {
-        self.0.n_cells()
-    }
-
-    fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
-        self.0.tangential().is_some().then_some(self)
-    }
-
-    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
-        self.0.apply_single(tractions, gap);
-    }
-
-    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        self.0.apply_normal_single(pressure, normal_gap);
-    }
-
-    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        self.0.diagonal_blocks()
-    }
-
-    fn couples_normal_tangential(&self) -> bool {
-        self.0.couples_normal_tangential()
-    }
-}
-
 /// An operator that is used in several places.
 pub struct SharedFlexibility(pub Arc<dyn Flexibility>);
 

@@ -24,6 +24,7 @@ use crate::geometry::Side;
 use crate::history::record::{Observer, Skipped};
 use crate::history::{self, Model, RunResult, Snapshot};
 use crate::linalg::course::Course;
+use crate::linalg::precision::Precision;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::boundary_elements::BoundaryRecord;
 use crate::results::condensation::CondensationRecord;
@@ -284,6 +285,10 @@ pub(super) fn options(plan: &Plan) -> SolverOptions {
         },
         max_iterations: plan.solver.max_iterations,
         skip: plan.solver.skip,
+        precision: match plan.solver.precision {
+            solver::Precision::Mixed => Precision::Single,
+            solver::Precision::Double => Precision::Double,
+        },
     }
 }
 

@@ -16,6 +16,7 @@ pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
 use super::{Increment, Iterate, NormalControl};
+use crate::linalg::precision::Precision;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
 use gauss_seidel::{Aim, GaussSeidel};
@@ -53,11 +54,19 @@ pub struct SolverOptions {
     pub max_iterations: usize,
     /// Whether work that a scene does not need is skipped.
     pub skip: bool,
+    /// Precision of products inside linear solves; the residual that counts is always computed in double precision.
+    pub precision: Precision,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: true }
+        Self {
+            tolerance: 1e-8,
+            method: Method::Auto,
+            max_iterations: 20_000,
+            skip: true,
+            precision: Precision::default(),
+        }
     }
 }
 
