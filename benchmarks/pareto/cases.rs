@@ -67,7 +67,7 @@ fn accuracy(relative: &str, table: &str) -> Configuration {
 }
 
 /// Mean of Hertz's pressure over a cell of side h beside the centre, below the peak by this part: (h / a)^2 / 3.
-fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
+pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
     (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 

@@ -17,9 +17,10 @@ p^(k) = int_0^a phi(t) cos(kt) dt, u = d - r^2 / 2R in r < a and the integral of
 
 phi(a) = 0 fixes a for a given d. Force 2 pi int phi, peak pressure -int phi'(t) / t dt. phi is even and smooth: a polynomial in x^2
 through Gauss points; the kernel is integrated by Gauss's rule until g - 1 is below 1e-16. Checks: the table of a flat punch, Hertz for a
-layer that is thick, and the digits that change when everything is doubled. How much the sides of a block of half-width W matter:
-displacement of the layer's surface by a point force at the distance 2 W (where the first images of rollers at the sides lie) over
-the mean displacement in the contact.
+layer that is thick, and the digits that change when everything is doubled (none of nine). How much the sides of a block of half-width W
+matter: displacement of the layer's surface by the force at the distance 2 W, where the first images of rollers at the sides lie, over
+the approach: below 1e-6 for the benchmark's W = 4. The block's sides are free, which makes it softer than the endless layer as clamped
+ones make it stiffer: with W = 4 both forces differ by 1.6e-5, with W = 3 by 1.2e-4.
 """
 
 import numpy as np
