@@ -2,13 +2,18 @@
 
 use std::f64::consts::PI;
 
+use super::layer::{self, Mesh};
+
 /// Names of all cases.
-pub const NAMES: [&str; 4] = ["hertz", "cattaneo-mindlin", "cfrp", "wear"];
+pub const NAMES: [&str; 5] = ["hertz", "cattaneo-mindlin", "cfrp", "wear", "layer"];
 
 /// Cells along the frame, and the accuracies asked for; the last ones are left out of the quick form.
-const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
+pub const CELLS: [usize; 10] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450];
 const ACCURACIES: [&str; 6] = ["3e-2", "1e-2", "3e-3", "1e-3", "3e-4", "1e-4"];
 const QUICK: usize = 5;
+
+/// Family of the scene as it is.
+pub const OWN: &str = "as the scene is";
 
 /// A value that is known.
 pub struct Truth {
@@ -28,6 +33,10 @@ pub struct Configuration {
     pub family: &'static str,
     pub label: String,
     pub sets: Vec<String>,
+    /// Mesh of body 1, made for it.
+    pub mesh: Option<Mesh>,
+    /// Relative error that is asked for.
+    pub asked: Option<f64>,
 }
 
 /// A scene with what is known of it.
@@ -36,20 +45,36 @@ pub struct Case {
     pub title: &'static str,
     /// Where the values come from.
     pub source: &'static str,
-    /// File in scenes/.
+    /// Relative error of the values.
+    pub known: f64,
+    /// Its file, from the project's folder.
     pub scene: &'static str,
+    /// Largest error that the scene as it is may have, and why.
+    pub allowed: (f64, &'static str),
     pub truths: Vec<Truth>,
     pub configurations: Vec<Configuration>,
 }
 
-fn configuration(family: &'static str, label: impl Into<String>, sets: &[String]) -> Configuration {
-    Configuration { family, label: label.into(), sets: sets.to_vec() }
+pub fn configuration(family: &'static str, label: impl Into<String>, sets: &[String]) -> Configuration {
+    Configuration { family, label: label.into(), sets: sets.to_vec(), mesh: None, asked: None }
+}
+
+/// With an accuracy that the program is asked for; `table`: what else its table has.
+fn accuracy(relative: &str, table: &str) -> Configuration {
+    let set = format!("accuracy={{ relative = {relative}{table} }}");
+    let asked = relative.parse().ok();
+    Configuration { asked, ..configuration("accuracy", format!("accuracy {relative}"), &[set]) }
+}
+
+/// Mean of Hertz's pressure over a cell of side h beside the centre, below the peak by this part: (h / a)^2 / 3.
+pub fn sampled(half_width: f64, cells: f64, a: f64) -> f64 {
+    (2.0 * half_width / cells / a).powi(2) / 3.0
 }
 
 /// The scene as it is, finer and coarser cells, tolerances, solvers and accuracies; `keep`: what the accuracy leaves.
 fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     let first = |n: usize| if quick { n.min(QUICK) } else { n };
-    let mut all = vec![configuration("as the scene is", "defaults", &[])];
+    let mut all = vec![configuration(OWN, "defaults", &[])];
     for n in &CELLS[..first(CELLS.len())] {
         all.push(configuration("cells", format!("{n} cells"), &[format!("frame.cells=[{n}, {n}]")]));
     }
@@ -64,13 +89,12 @@ fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
         all.push(configuration("solver", method, &[format!("solver.method=\"{method}\"")]));
     }
     all.push(configuration("solver", "nothing skipped", &["solver.skip=false".to_owned()]));
-    for accuracy in &ACCURACIES[..first(ACCURACIES.len())] {
-        let set = match keep {
-            Some(knob) => format!("accuracy={{ relative = {accuracy}, keep = [\"{knob}\"] }}"),
-            None => format!("accuracy={accuracy}"),
-        };
-        all.push(configuration("accuracy", format!("accuracy {accuracy}"), &[set]));
+    for n in if quick { &[64][..] } else { &[64, 136, 300] } {
+        let sets = ["solver.precision=\"double\"".to_owned(), format!("frame.cells=[{n}, {n}]")];
+        all.push(configuration("double precision", format!("double precision, {n} cells"), &sets));
     }
+    let table = keep.map_or_else(String::new, |knob| format!(", keep = [\"{knob}\"]"));
+    all.extend(ACCURACIES[..first(ACCURACIES.len())].iter().map(|relative| accuracy(relative, &table)));
     all
 }
 
@@ -80,13 +104,13 @@ fn hertz(modulus: f64, radius: f64, force: f64) -> [f64; 3] {
     [a * a / radius, 1.5 * force / (PI * a * a), a]
 }
 
-fn value(step: &'static str, place: &'static str, value: f64) -> Truth {
+pub fn value(step: &'static str, place: &'static str, value: f64) -> Truth {
     Truth { step, place, value, scale: value.abs() }
 }
 
 /// All cases.
 pub fn all(quick: bool) -> Vec<Case> {
-    let [approach, peak, _] = hertz(210e3 / 0.91, 10.0, 1000.0);
+    let [approach, peak, radius] = hertz(210e3 / 0.91, 10.0, 1000.0);
     let of_hertz = vec![value("press", "/approach", approach), value("press", "/peak_pressure", peak)];
     // Two bodies of steel that do not contract across: nothing couples pressure and friction.
     let [pressed, peak, a] = hertz(105e3, 10.0, 1000.0);
@@ -102,7 +126,7 @@ pub fn all(quick: bool) -> Vec<Case> {
         value("shift", "/normal_force", 303.76251),
         Truth { scale: 303.76251, ..value("shift", "/tangential_force/0", 131.64758) },
     ];
-    let mut wear = vec![configuration("as the scene is", "defaults", &[])];
+    let mut wear = vec![configuration(OWN, "defaults", &[])];
     for (integrator, numbers) in
         [("explicit", &[16, 64, 256][..]), ("backward-euler", &[8, 32, 128]), ("sdirk2", &[1, 2, 4, 8])]
     {
@@ -122,17 +146,16 @@ pub fn all(quick: bool) -> Vec<Case> {
     for n in &CELLS[..if quick { 3 } else { 7 }] {
         wear.push(configuration("cells", format!("{n} cells"), &[format!("frame.cells=[{n}, {n}]")]));
     }
-    for accuracy in &ACCURACIES[..if quick { 2 } else { 4 }] {
-        let set =
-            format!("accuracy={{ relative = {accuracy}, of = [\"worn_volume\"], keep = [\"increments\"] }}");
-        wear.push(configuration("accuracy", format!("accuracy {accuracy}"), &[set]));
-    }
+    let table = ", of = [\"worn_volume\"], keep = [\"increments\"]";
+    wear.extend(ACCURACIES[..if quick { 2 } else { 4 }].iter().map(|relative| accuracy(relative, table)));
     vec![
         Case {
             name: "hertz",
             title: "Hertz: a sphere on a half-space, approach and peak pressure",
             source: "closed form",
-            scene: "hertz.toml",
+            known: 0.0,
+            scene: "scenes/hertz.toml",
+            allowed: (sampled(0.4, 64.0, radius), "a peak between four cells is seen as the mean of one"),
             truths: of_hertz,
             configurations: common(quick, None),
         },
@@ -140,7 +163,9 @@ pub fn all(quick: bool) -> Vec<Case> {
             name: "cattaneo-mindlin",
             title: "Cattaneo and Mindlin: partial slip of a sphere, approach, peak pressure and shift",
             source: "closed form",
-            scene: "cattaneo-mindlin.toml",
+            known: 0.0,
+            scene: "scenes/cattaneo-mindlin.toml",
+            allowed: (sampled(0.5, 64.0, a), "a peak between four cells is seen as the mean of one"),
             truths: of_mindlin,
             configurations: common(quick, None),
         },
@@ -148,7 +173,12 @@ pub fn all(quick: bool) -> Vec<Case> {
             name: "cfrp",
             title: "Steel sphere on tilted CFRP: indentation and shift with friction, forces",
             source: "independent program, extrapolated from its two finest grids (known to about 1e-5)",
-            scene: "sphere-on-cfrp-halfspaces.toml",
+            known: 1e-5,
+            scene: "scenes/sphere-on-cfrp-halfspaces.toml",
+            allowed: (
+                sampled(1.2, 64.0, 1.0),
+                "a peak between four cells is seen as the mean of one; forces err by less",
+            ),
             truths: of_cfrp,
             configurations: common(quick, Some("increments")),
         },
@@ -156,9 +186,12 @@ pub fn all(quick: bool) -> Vec<Case> {
             name: "wear",
             title: "Steel sphere on CFRP: 100 000 fretting cycles in gross slip, worn volume",
             source: "independent program (known to about 5e-5)",
-            scene: "sphere-wear.toml",
+            known: 5e-5,
+            scene: "scenes/sphere-wear.toml",
+            allowed: (1e-3, "`wear.tolerance`"),
             truths: vec![value("fretting", "/worn_volume", 0.00432749)],
             configurations: wear,
         },
+        layer::case(quick),
     ]
 }

@@ -7,18 +7,23 @@ use std::path::Path;
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
 
-use super::cases::Case;
+use super::cases::{Case, OWN};
 use super::{Outcome, Sample, machine};
 
 /// Errors that the page names the fastest settings for.
 const ERRORS: [f64; 3] = [1e-2, 1e-3, 1e-4];
+
+/// An error as a line of the terminal has it.
+pub fn number(error: Option<f64>) -> String {
+    error.map_or_else(|| "not converged".to_owned(), |error| format!("{error:.3e}"))
+}
 
 pub fn write_table(case: &Case, samples: &[Sample], folder: &Path) -> Outcome<()> {
     let mut text = machine::comment();
     writeln!(text, "# one thread; errors against: {}", case.source)?;
     writeln!(text, "knob,setting,error,seconds_median,seconds_least,seconds_most,on_front")?;
     for sample in samples {
-        let error = sample.error.map_or_else(|| "not converged".to_owned(), |error| format!("{error:.3e}"));
+        let error = number(sample.error);
         writeln!(
             text,
             "{},\"{}\",{error},{:.3},{:.3},{:.3},{}",
@@ -73,10 +78,8 @@ fn fastest(samples: &[Sample], error: f64) -> Option<&Sample> {
 pub fn section(case: &Case, samples: &[Sample]) -> String {
     let mut text = format!("## {}\n\n", case.title);
     text.push_str(&format!("Errors against: {}. ", case.source));
-    text.push_str(&format!(
-        "[Table](../docs/benchmarks/pareto-{0}.csv), [picture](../docs/benchmarks/pareto-{0}.svg).\n\n",
-        case.name
-    ));
+    text.push_str(&format!("[Table](../docs/benchmarks/pareto-{0}.csv).\n\n", case.name));
+    text.push_str(&format!("![{}](../docs/benchmarks/pareto-{}.svg)\n\n", case.title, case.name));
     text.push_str("| error at most | fastest | s |\n|---|---|---|\n");
     for error in ERRORS {
         let row = fastest(samples, error).map_or_else(
@@ -104,7 +107,7 @@ pub fn section(case: &Case, samples: &[Sample]) -> String {
 fn defaults(samples: &[Sample]) -> String {
     let Some((own, error)) = samples
         .iter()
-        .find(|sample| sample.configuration.sets.is_empty())
+        .find(|sample| sample.configuration.family == OWN)
         .and_then(|own| Some((own, own.error?)))
     else {
         return "The scene as it is did not converge.".to_owned();
@@ -115,9 +118,10 @@ fn defaults(samples: &[Sample]) -> String {
     }
     match fastest(samples, error) {
         Some(best) => format!(
-            "{found}, {:.2} times the time of the fastest setting that is as accurate ({}).",
+            "{found}, {:.2} times the time of the fastest setting that is as accurate ({}); half of its runs lie within {:.0} % of the median.",
             own.median() / best.median(),
-            best.configuration.label
+            best.configuration.label,
+            100.0 * own.scatter() / own.median()
         ),
         None => format!("{found}."),
     }
@@ -126,7 +130,8 @@ fn defaults(samples: &[Sample]) -> String {
 /// The page.
 pub fn results(results: &[(Case, Vec<Sample>)]) -> String {
     let mut text = "# Error against run time\n\nMade by `cargo run --release --example pareto`: every setting by itself, the others as the scene has them; seconds \
-                    of the whole program on one thread, the median of three runs (one if longer than 10 s).\n\n"
+                    of the whole program on one thread, the median of nine runs (three if longer than 0.5 s, one if longer than \
+                    10 s), which take turns. Meshes are made beforehand.\n\n"
         .to_owned();
     for line in machine::comment().lines() {
         text.push_str(&format!("* {}\n", line.trim_start_matches("# ")));

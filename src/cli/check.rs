@@ -15,7 +15,7 @@ use crate::study::{self, Forecast, moving};
 use crate::wear::WearLaw;
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
-const DEFAULTS: [(&str, &str); 11] = [
+const DEFAULTS: [(&str, &str); 12] = [
     ("units", "length mm, force N"),
     ("friction", "law none"),
     ("wear", "law none"),
@@ -24,6 +24,7 @@ const DEFAULTS: [(&str, &str); 11] = [
     ("solver.max_iterations", "20000"),
     ("solver.coupling", "schur"),
     ("solver.skip", "true"),
+    ("solver.precision", "mixed"),
     ("solver.compression_tolerance", "1e-8"),
     ("solver.memory_limit", "what is available when the run starts"),
     ("output.fields", "[\"vtu\", \"svg\"]"),

@@ -27,6 +27,7 @@ pub mod ordering;
 pub mod packed;
 mod partial;
 pub mod per_cell;
+pub mod precision;
 pub mod sparse;
 pub mod two_level;
 pub(crate) mod wide;

@@ -6,7 +6,7 @@ use super::failure::{AtKey, Failure};
 use super::flat_faces;
 use super::memory;
 use super::near_field::Near;
-use super::prepare::cross;
+use super::settings::cross;
 use super::skips::needs_solves;
 use crate::body::hybrid::{Indicators, Site};
 use crate::body::{

@@ -1,7 +1,7 @@
 //! What is taken of the memory that a run may have.
 
 use super::bodies::SIDES;
-use super::prepare::cross;
+use super::settings::cross;
 use crate::bem::half_space::compressed::MEND;
 use crate::bem::half_space::{CrossBlocks, Subsurface};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};

@@ -21,6 +21,7 @@ pub mod refine;
 mod replace;
 mod repetition;
 pub mod saved;
+mod settings;
 mod skips;
 pub mod sweep;
 

@@ -11,12 +11,11 @@ use super::grow::{self, Outgrown};
 use super::memory;
 use super::moving::{self, Meshes};
 use super::near_field::{Near, choose};
+use super::settings::{operators, options, way};
 use super::skips::{cached, compression, needs_solves, skipped_fields};
-use crate::bem::half_space::CrossBlocks;
 use crate::body::hybrid::indicators::DOUBTFUL_MESH_ERROR;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
-use crate::contact::{Method, SolverOptions};
-use crate::coupling::{self, HalfSpaceOperators, couple, surface_distance};
+use crate::coupling::{couple, surface_distance};
 use crate::error::{Error, Result, doubtful};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionLaw;
@@ -32,9 +31,8 @@ use crate::results::summary::Timings;
 use crate::results::surface::{Surface, SurfaceFibre};
 use crate::results::truncation::TruncationRecord;
 use crate::scene::keys::body::NearField;
-use crate::scene::keys::solver;
 use crate::scene::plan::{BodySpec, Plan};
-use crate::skip::{Skip, Skipped};
+use crate::skip::Skipped;
 
 /// What to do about a half-space that is not good enough.
 const MAY_MEND: &str = "a finer mesh, above all towards the edges of what is held, elements that bend better, or a smaller frame may mend it";
@@ -259,42 +257,6 @@ fn too_stiff(key: &str, record: &NearFieldRecord) -> Option<String> {
 fn contact_nodes(plan: &Plan, index: usize) -> std::result::Result<Vec<usize>, Failure> {
     let Some(fe) = plan.bodies[index].meshed() else { return Ok(Vec::new()) };
     Ok(fe.mesh.nodes_of(fe.mesh.group_of_dim(&fe.contact, 2).at(KEYS[index])?))
-}
-
-fn way(plan: &Plan) -> coupling::Coupling {
-    match plan.solver.coupling {
-        solver::Coupling::Schur => coupling::Coupling::Schur,
-        solver::Coupling::Block => coupling::Coupling::Block,
-    }
-}
-
-/// How the operators of half-spaces on `frame` are made.
-fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
-    let summed = plan.solver.skip.skips().has(Skip::SecondHalfSpace);
-    HalfSpaceOperators { cross: cross(plan, frame), summed }
-}
-
-/// Whether half-space operators on `frame` leave out what vanishes or is distant.
-pub(super) fn cross(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
-    let skip = if frame.grid.is_some() { Skip::VanishingBlocks } else { Skip::DistantEntries };
-    if plan.solver.skip.skips().has(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
-}
-
-/// The solver settings of a plan.
-pub(super) fn options(plan: &Plan) -> SolverOptions {
-    SolverOptions {
-        tolerance: plan.solver.tolerance,
-        method: match plan.solver.method {
-            solver::Method::Auto => Method::Auto,
-            solver::Method::Newton => Method::Newton,
-            solver::Method::Cg => Method::ConjugateGradients,
-            solver::Method::Bb => Method::BarzilaiBorwein,
-            solver::Method::GaussSeidel => Method::GaussSeidel,
-            solver::Method::Uzawa => Method::Uzawa,
-        },
-        max_iterations: plan.solver.max_iterations,
-        skip: plan.solver.skip.skips(),
-    }
 }
 
 impl Study<'_> {

@@ -8,7 +8,7 @@ use super::grow;
 use super::memory::compresses;
 use super::moving;
 use super::near_field::Near;
-use super::prepare::{cross, options};
+use super::settings::{cross, options};
 use crate::bem::half_space::compressed::DENSE;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;

@@ -16,6 +16,7 @@ pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
 use super::{Increment, Iterate, NormalControl};
+use crate::linalg::precision::Precision;
 use crate::skip::Skips;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
@@ -54,11 +55,19 @@ pub struct SolverOptions {
     pub max_iterations: usize,
     /// Work that may be left out.
     pub skip: Skips,
+    /// Precision of products inside linear solves; the residual that counts is always computed in double precision.
+    pub precision: Precision,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, method: Method::Auto, max_iterations: 20_000, skip: Skips::ALL }
+        Self {
+            tolerance: 1e-8,
+            method: Method::Auto,
+            max_iterations: 20_000,
+            skip: Skips::ALL,
+            precision: Precision::default(),
+        }
     }
 }
 

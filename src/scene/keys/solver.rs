@@ -23,6 +23,8 @@ pub struct Solver {
     pub coupling: Coupling,
     /// Work that is skipped where the scene does not need it: all, none, or what is named; the answers are the same either way.
     pub skip: SkipChoice,
+    /// Precision of the products inside linear solves; the residual is computed in double precision either way.
+    pub precision: Precision,
     /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; what the machine has if absent.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
@@ -104,6 +106,7 @@ impl Default for Solver {
             max_iterations: 20_000,
             coupling: Coupling::Schur,
             skip: SkipChoice::All(true),
+            precision: Precision::Mixed,
             memory_limit: None,
             compression_tolerance: TOLERANCE,
         }
@@ -126,6 +129,16 @@ pub enum Method {
     GaussSeidel,
     /// Uzawa predictor-corrector with radial return.
     Uzawa,
+}
+
+/// Precisions of the products inside linear solves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Single precision, corrected by the next step.
+    Mixed,
+    /// Double precision.
+    Double,
 }
 
 /// Ways to tie a finite-element body to the frame.

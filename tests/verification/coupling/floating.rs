@@ -24,6 +24,7 @@ const TIGHT: SolverOptions = SolverOptions {
     method: orthowear::contact::Method::Auto,
     max_iterations: 20_000,
     skip: Skips::ALL,
+    precision: orthowear::linalg::precision::Precision::Single,
 };
 
 fn material(e: f64, nu: f64) -> Stiffness {

@@ -18,7 +18,7 @@ use super::super::{Increment, Iterate, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
 use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
-use crate::linalg::operator::SinglePrecision;
+use crate::linalg::precision::WithPrecision;
 use tangent::{Given, Tangent, Workspace};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.
@@ -95,8 +95,8 @@ impl Solver for Newton {
     ) -> SolveReport {
         let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
         problem.evaluate(it);
-        let given =
-            Given { flexibility: SinglePrecision(problem.flexibility), nothing: vec![0.0; 3 * problem.n()] };
+        let flexibility = WithPrecision { of: problem.flexibility, precision: options.precision };
+        let given = Given { flexibility, nothing: vec![0.0; 3 * problem.n()] };
         let rolls = problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();

@@ -9,7 +9,7 @@ use super::super::super::{Increment, Iterate, Pressures};
 use super::preconditioner::{Bordered, Inverse};
 use super::unknowns::{Active, Free, State, free_motions, in_contact};
 use crate::linalg::gmres::LinearSystem;
-use crate::linalg::operator::SinglePrecision;
+use crate::linalg::precision::WithPrecision;
 
 /// The linear system of a Newton step.
 pub(super) struct Tangent<'s, 'p> {
@@ -32,7 +32,7 @@ pub(super) struct Tangent<'s, 'p> {
 /// What the linear equations are made of besides the increment.
 pub(super) struct Given<'p> {
     /// The linear residual is corrected by the next step.
-    pub flexibility: SinglePrecision<'p>,
+    pub flexibility: WithPrecision<'p>,
     /// Zeros, `[3, N]`.
     pub nothing: Vec<f64>,
 }
