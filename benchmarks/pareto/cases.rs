@@ -98,6 +98,11 @@ fn common(quick: bool, keep: Option<&str>) -> Vec<Configuration> {
     all
 }
 
+/// Those that matter where only pressures are unknown: conjugate gradients are in double precision anyway.
+fn of_pressures(all: Vec<Configuration>) -> Vec<Configuration> {
+    all.into_iter().filter(|configuration| configuration.family != "double precision").collect()
+}
+
 /// Approach and peak pressure of a sphere (Hertz; Johnson 4.22 to 4.24), and the radius of the contact.
 fn hertz(modulus: f64, radius: f64, force: f64) -> [f64; 3] {
     let a = f64::cbrt(0.75 * force * radius / modulus);
@@ -157,7 +162,7 @@ pub fn all(quick: bool) -> Vec<Case> {
             scene: "scenes/hertz.toml",
             allowed: (sampled(0.4, 64.0, radius), "a peak between four cells is seen as the mean of one"),
             truths: of_hertz,
-            configurations: common(quick, None),
+            configurations: of_pressures(common(quick, None)),
         },
         Case {
             name: "cattaneo-mindlin",

@@ -112,8 +112,9 @@ def main():
         assert abs(found - known) < 2e-6
     a, force, peak = Layer(modulus, np.inf, nu, 1000.0).sphere(approach, radius)
     hertz = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
-    print(f"thick layer: force over Hertz's {force / hertz:.6f}")
-    assert abs(force / hertz - 1) < 1e-3
+    top = 2 * modulus * a / (np.pi * radius)
+    print(f"thick layer: force over Hertz's {force / hertz:.6f}, peak over that of its contact radius {peak / top:.8f}")
+    assert abs(force / hertz - 1) < 1e-3 and abs(peak / top - 1) < 1e-6
     for name, other in [("rigid sphere", np.inf), ("steel sphere", modulus)]:
         for fineness in [1, 2]:
             pair = Layer(modulus, other, nu, thickness, fineness)

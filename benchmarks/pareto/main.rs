@@ -97,7 +97,12 @@ fn checked(names: &[String], folder: &Path) -> Outcome<()> {
         }
     }
     println!("{runs} runs in {:.0} s", start.elapsed().as_secs_f64());
-    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n").into()) }
+    wrong.iter().for_each(|line| eprintln!("{line}"));
+    if wrong.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("{} of {runs} runs are not as they must be", wrong.len()).into())
+    }
 }
 
 /// What is wrong with the error of a run.
