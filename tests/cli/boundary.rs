@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::moved::layer;
 use crate::near_field::{call, force, run};
 
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
 E = 210e3
