@@ -64,7 +64,7 @@ fn table(cases: &[Case]) -> Outcome<String> {
     let program = program()?;
     let mut text: String =
         machine::comment().lines().map(|line| format!("{}  \n", line.trim_start_matches("# "))).collect();
-    let (mut group, mut outside, mut extremes) = ("", 0, [f64::INFINITY, 0.0_f64]);
+    let (mut group, mut outside, mut failed, mut extremes) = ("", 0, 0, [f64::INFINITY, 0.0_f64]);
     for case in cases {
         if case.group != group {
             group = case.group;
@@ -75,7 +75,15 @@ fn table(cases: &[Case]) -> Outcome<String> {
             );
         }
         for threads in [1, 2] {
-            let measured = row(&program, case, threads).map_err(|error| format!("{}: {error}", case.name))?;
+            let measured = match row(&program, case, threads) {
+                Ok(measured) => measured,
+                Err(error) => {
+                    eprintln!("{}: {error}", case.name);
+                    let _ = writeln!(text, "| {} | {threads} | | | failed |", case.name);
+                    failed += 1;
+                    continue;
+                }
+            };
             let ratio = measured.ratio();
             outside += usize::from(!(WANTED[0]..=WANTED[1]).contains(&ratio));
             extremes = [extremes[0].min(ratio), extremes[1].max(ratio)];
@@ -85,7 +93,7 @@ fn table(cases: &[Case]) -> Outcome<String> {
     }
     let _ = write!(
         text,
-        "\n{} runs: estimate over peak from {:.2} to {:.2}; {outside} outside of {} .. {}.\n",
+        "\n{} runs: estimate over peak from {:.2} to {:.2}; {outside} outside of {} .. {}, {failed} failed.\n",
         2 * cases.len(),
         extremes[0],
         extremes[1],

@@ -350,7 +350,8 @@ fn far_field(
     let [peak, _] = analysis.bytes_by(&model, method);
     let n = frame.n_cells() as f64;
     let columns_bytes = Correction::bytes(&model, columns);
-    let held_bytes = model.held_bytes() + columns_bytes / 4 + memory::of_grid(plan, frame);
+    let tables = if site.isotropic { 0 } else { memory::of_far_field(plan, frame) };
+    let held_bytes = model.held_bytes() + columns_bytes / 4 + memory::of_grid(plan, frame) + tables;
     let n_free = model.n_free() as f64;
     let bowed = largest_bow(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
         format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)

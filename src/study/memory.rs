@@ -100,14 +100,25 @@ fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
         BodySpec::HalfSpace(elastic) => !elastic.isotropic || grid.periodic != [false; 2],
         _ => false,
     };
-    let bodies = plan.bodies.iter().filter(tabulated).count();
+    tables(plan, frame, plan.bodies.iter().filter(tabulated).count())
+}
+
+/// Bytes of what a mesh that corrects a half-space of an anisotropic material has beside its cells.
+pub(super) fn of_far_field(plan: &Plan, frame: &ContactFrame) -> usize {
+    tables(plan, frame, 1) + INSIDE_TABLE
+}
+
+/// Bytes of the tables of so many bodies, and of the operators that cycles keep beside them.
+fn tables(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
     if bodies == 0 {
         return 0;
     }
     let of_fields = if writes(plan) { bodies + 1 } else { 0 };
     let [of_cycles, kept] =
         if has_cycles(plan) { [1, KEPT[1].min(KEPT[0] * frame.n_cells())] } else { [0, 0] };
-    (1 + of_fields + of_cycles) * TABLES + kept
+    // Without friction one of the three components is transformed, and pressures alone.
+    let of_each = if plan.friction.ellipse().is_some() || has_cycles(plan) { TABLES } else { TABLES / 4 };
+    (1 + of_fields + of_cycles) * of_each + kept
 }
 
 /// Bytes of the points inside bodies and of what their computation takes.

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
+use crate::linalg::dense_lu;
 use crate::linalg::gmres::{KrylovOptions, KrylovReport};
 use crate::linalg::gmres_columns::{ColumnSystem, solve_columns};
 use crate::linalg::hierarchical::{Additions, CollocationMatrix, LocalCoarse, Unknowns};
@@ -44,7 +45,7 @@ const LEAST: f64 = 1e-7;
 pub const TOLERANCES: [f64; 2] = [1e-6, 1e-2];
 
 /// Bytes of a far block per row or column and square of the digits of the tolerance; measured.
-const FAR: f64 = 3.6;
+const FAR: f64 = 4.3;
 
 /// Equations of a problem in blocks of low rank.
 pub struct CompressedEquations {
@@ -152,7 +153,8 @@ impl CompressedEquations {
         let blocks = 4 * near + (FAR * tolerance.log10().powi(2) * far as f64) as usize;
         let sides = rayon::current_num_threads().min(columns.div_ceil(TOGETHER));
         let iteration = 8 * n * TOGETHER.min(columns) * (USUAL + 7);
-        (blocks + making.max(held + 8 * n * (columns + 12) + sides * iteration)) as u128
+        let parts = blocks + making.max(held + 8 * n * (columns + 12) + sides * iteration);
+        parts as u128 + dense_lu::products(8 * (n as u128).pow(2))
     }
 
     /// Bytes that it holds.

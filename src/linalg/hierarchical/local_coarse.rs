@@ -128,7 +128,8 @@ impl LocalCoarse {
             let inverse = inverse(values, Par::Seq)?;
             Ok((places, inverse.values().iter().map(|value| *value as f32).collect()))
         };
-        let locals = clusters(matrix.layout(), LOCAL).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
+        let locals =
+            clusters(matrix.layout(), LOCAL).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
         let (mut groups, mut count): (Vec<Group>, usize) = (Vec::new(), 0);
         for places in clusters(matrix.layout(), GROUP.max(n / 3 / GROUPS)) {
             let group = Group::new(places, count, unknowns);
