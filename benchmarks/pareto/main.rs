@@ -11,6 +11,8 @@
 
 #[path = "../machine.rs"]
 mod machine;
+#[path = "../places.rs"]
+mod places;
 
 mod cases;
 mod layer;
@@ -18,13 +20,14 @@ mod page;
 
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use serde_json::Value;
 
 use cases::{Case, Configuration, OWN};
+use places::{program, root};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -213,16 +216,4 @@ fn mark_front(samples: &mut [Sample]) {
         };
         sample.on_front = !points.iter().any(beats);
     }
-}
-
-/// The program beside this one: target/release/orthowear.
-fn program() -> Outcome<PathBuf> {
-    let here = std::env::current_exe()?;
-    let folder = here.parent().and_then(Path::parent).ok_or("no folder of the program")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("run `cargo build --release` first".into()) }
-}
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }

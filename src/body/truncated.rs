@@ -17,6 +17,7 @@ use crate::frame::{ContactFrame, Grid};
 use crate::geometry::{Point, Side, number};
 use crate::linalg::cache::Cache;
 use crate::linalg::composed::SharedFlexibility;
+use crate::linalg::dense_lu;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
@@ -101,7 +102,9 @@ impl TruncatedSpec<'_> {
     /// As [`Self::n_elements`].
     pub fn bytes(&self, frame: &ContactFrame) -> Result<u128> {
         let (n, loaded) = (3 * self.n_elements(frame)? as u128, 3 * frame.n_cells() as u128);
-        Ok(8 * (n * n + n * loaded + loaded * loaded))
+        // The equations, their solution twice, and the part of the buffers of dense products that is touched.
+        let equations = 8 * n * n;
+        Ok(equations + 16 * n * loaded + dense_lu::products(equations))
     }
 
     fn grid(&self, frame: &ContactFrame) -> Result<Grid> {

@@ -9,7 +9,6 @@ use crate::friction::FrictionLaw;
 use crate::history::step::{CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step, Tangential, Tilt};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
-use crate::scene::{self, Document};
 use crate::study::accuracy::Search;
 use crate::study::{self, Forecast, moving};
 use crate::wear::WearLaw;
@@ -26,13 +25,13 @@ const DEFAULTS: [(&str, &str); 12] = [
     ("solver.skip", "true"),
     ("solver.precision", "mixed"),
     ("solver.compression_tolerance", "1e-8"),
-    ("solver.memory_limit", "what is available when the run starts"),
+    ("solver.memory_limit", "80 % of what is available when the run starts"),
     ("output.fields", "[\"vtu\", \"svg\"]"),
 ];
 
 /// Checks a scene with its meshes and prints what a run would do; the exit code.
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
-    let mut plan = match scene::read(&arguments.scene, &arguments.overrides) {
+    let mut plan = match arguments.plan() {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),
     };
@@ -79,7 +78,7 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
         text.push_str(&format!("  {}: {}{saved}\n", skip.what, skip.why));
     }
     text.push_str("\ndefaults\n");
-    for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(&plan.document, key)) {
+    for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(plan, key)) {
         text.push_str(&format!("  {key}: {value}\n"));
     }
     let of_bodies = forecast.bodies.iter().filter_map(|body| body.note.as_ref());
@@ -95,8 +94,9 @@ fn saved_time(s: f64) -> String {
     if s < 0.1 { format!("{:.0} ms", 1e3 * s) } else { seconds(s) }
 }
 
-fn is_default(document: &Document, key: &str) -> bool {
-    document.get(key).is_none()
+fn is_default(plan: &Plan, key: &str) -> bool {
+    let replaced = key == "solver.memory_limit" && plan.memory.is_of_option();
+    plan.document.get(key).is_none() && !replaced
 }
 
 fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
@@ -128,7 +128,9 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
             format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
+    let allowed = plan.memory.words().map_or_else(String::new, |words| format!(" ({words})"));
     let mib = forecast.memory_bytes / f64::from(1 << 20);
+    let mib = if mib < 100.0 { format!("{mib:.1}") } else { format!("{mib:.0}") };
     [
         ("body 1", forecast.bodies[0].what.clone()),
         ("body 2", forecast.bodies[1].what.clone()),
@@ -137,7 +139,7 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
         ("friction", friction(&plan.friction)),
         ("wear", wear(plan)),
         ("contact problems", forecast.n_solves.to_string()),
-        ("memory", format!("about {mib:.0} MiB")),
+        ("memory", format!("about {mib} MiB{allowed}")),
         ("time", format!("about {} (within a factor of a few)", seconds(forecast.seconds))),
     ]
     .into_iter()

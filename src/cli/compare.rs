@@ -19,7 +19,7 @@ use crate::results::output::{OutputDir, failure, write_atomically};
 use crate::results::step_ends::{StepEnds, Variants};
 use crate::results::summary::{Status, Summary};
 use crate::results::vtu::collection;
-use crate::scene::{self, Mistakes, Plan};
+use crate::scene::{Mistakes, Plan};
 use crate::study::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
@@ -95,8 +95,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
 
 /// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
 fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
-    let scene = &arguments.scene;
-    let mut plan = scene::read(&scene.scene, &scene.overrides).map_err(|mistakes| refuse(&mistakes))?;
+    let mut plan = arguments.scene.plan().map_err(|mistakes| refuse(&mistakes))?;
     if plan.accuracy.is_some() {
         let error = Error::input("variants are compared on the cells of the scene: leave out `accuracy`");
         return Err(refuse(&Mistakes::from_error(&plan.document, "accuracy", &error)));

@@ -5,6 +5,7 @@ mod allocator;
 mod check;
 mod compare;
 mod compute;
+mod max_memory;
 mod progress;
 mod refine;
 mod render;
@@ -24,9 +25,10 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::DOUBT;
-use crate::scene::Mistakes;
 use crate::scene::variant::Pair;
+use crate::scene::{self, Mistakes, Plan};
 pub use allocator::Allocator;
+use max_memory::{MaxMemory, max_memory};
 
 /// Exit codes of the program.
 pub mod exit {
@@ -83,6 +85,20 @@ struct SceneArgs {
     /// Number of threads; the results are the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Memory that may be taken: bytes, a size like "4 GiB", or a share of what is available like "50 %"; in place of the scene's `solver.memory_limit`.
+    #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
+    max_memory: Option<MaxMemory>,
+}
+
+impl SceneArgs {
+    /// The plan of the scene with what the options replace in it.
+    fn plan(&self) -> Result<Plan, Mistakes> {
+        let mut plan = scene::read(&self.scene, &self.overrides)?;
+        if let Some(limit) = self.max_memory {
+            plan.memory = limit.limit();
+        }
+        Ok(plan)
+    }
 }
 
 #[derive(Debug, Args)]

@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
 use crate::results::body_fields::{BodyOutput, BodyShape};
 use crate::results::body_peaks::ErrorRecord;
-use crate::scene::{self, Plan};
+use crate::scene::Plan;
 use crate::study::refine::{SizeField, Wanted, size_field};
 use crate::study::{self, Study};
 
@@ -93,7 +93,7 @@ impl Observer for StepEnds<'_> {
 /// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> u8 {
     let stop = signal::catch();
-    let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
+    let mut plan = match arguments.scene.plan() {
         Ok(plan) => plan,
         Err(mistakes) => return refuse(&mistakes),
     };

@@ -133,6 +133,9 @@ fn has_ended(plan: &Plan, directory: &Path) -> bool {
 pub(super) fn command(arguments: &RunArgs) -> String {
     let mut words = vec!["orthowear run".to_owned(), quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", quoted(line))));
+    words.extend(
+        arguments.scene.max_memory.iter().map(|limit| format!("--max-memory {}", quoted(&limit.to_string()))),
+    );
     words.extend(arguments.out.iter().map(|out| format!("--out {}", quoted(&out.to_string_lossy()))));
     words.push("--resume".to_owned());
     words.join(" ")

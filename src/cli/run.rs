@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let stop = signal::catch();
     let started = Instant::now();
     let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
-    let mut plan = match scene::read(&arguments.scene.scene, &arguments.scene.overrides) {
+    let mut plan = match arguments.scene.plan() {
         Ok(plan) => plan,
         Err(mistakes) => return refuse_scene(&mistakes, arguments, &directory),
     };
@@ -205,7 +205,7 @@ pub(super) fn reason(word: Option<&str>) -> String {
              summary.json for what does not converge"
         }
         Some("linear-solver") => {
-            "the systems of a body were not solved (linear-solver): raise solver.memory_limit"
+            "the systems of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
         }
         Some(other) => other,
         None => "no reason known",

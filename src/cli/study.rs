@@ -10,6 +10,7 @@ use clap::Args;
 use super::accurate::compute_accurately;
 use super::compare::worse;
 use super::compute::{Job, Nobody, nothing};
+use super::max_memory::{MaxMemory, max_memory};
 use super::progress::{Progress, seconds};
 use super::run::{reason, report, units};
 use super::table::{align, short};
@@ -39,6 +40,9 @@ pub(super) struct StudyArgs {
     /// Number of threads of all runs together; the results are the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
+    /// Memory that all runs together may take: bytes, a size like "4 GiB", or a share of what is available like "50 %"; in place of the scene's `solver.memory_limit`.
+    #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
+    max_memory: Option<MaxMemory>,
     /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
     #[arg(long)]
     no_cache: bool,
@@ -55,7 +59,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     let stop = signal::catch();
     let started = Instant::now();
     let sweep = match sweep::read(&arguments.study, &arguments.overrides) {
-        Ok(sweep) => sweep,
+        Ok(sweep) => within(sweep, arguments.max_memory),
         Err(files) => {
             return files.iter().map(refuse).max().unwrap_or(exit::INPUT);
         }
@@ -96,6 +100,15 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         to_stdout(&format!("{text}\n{n} runs, {aside}, in {total}\nresults: {}\n", place.display()));
     }
     worst
+}
+
+/// The study with the memory limit of the command line, where there is one.
+fn within(mut sweep: Sweep, limit: Option<MaxMemory>) -> Sweep {
+    if let Some(limit) = limit.map(MaxMemory::limit) {
+        sweep.runs.iter_mut().for_each(|run| run.memory = limit);
+        sweep.meshed.iter_mut().for_each(|plan| plan.memory = limit);
+    }
+    sweep
 }
 
 fn make(directory: &Path) -> Result<()> {

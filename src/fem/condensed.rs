@@ -121,7 +121,7 @@ impl CondensedBody {
         if let Some(entry) = find(Method::Factorisation)?
             && Method::choose(&model, n, entry.needed_bytes, &memory)? == Method::Factorisation
         {
-            let factor_bytes = entry.needed_bytes.saturating_sub(model.memory_bytes());
+            let factor_bytes = entry.needed_bytes.saturating_sub(model.held_bytes());
             let mut condensed = from_cache(contact_nodes, entry, Method::Factorisation);
             condensed.solver_bytes = if wanted { factor_bytes } else { 0 };
             return Self::build(model, condensed, kept);
@@ -157,7 +157,7 @@ impl CondensedBody {
         let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
         let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.expects_factor(key));
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
-        let held_bytes = model.memory_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
+        let held_bytes = model.held_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
         let mut body = Self {
             model,
             contact_nodes,

@@ -75,5 +75,5 @@ impl Method {
 pub(super) fn iterative_bytes(model: &FeModel, n_trailing: usize) -> usize {
     let n_batches = n_trailing.div_ceil(TwoLevelSolver::batch());
     let solver = TwoLevelSolver::memory_bytes(model.stiffness().n_stored(), model.n_nodes(), n_batches);
-    model.memory_bytes() + solver + 24 * n_trailing * n_trailing
+    model.held_bytes() + solver + 16 * n_trailing * n_trailing
 }

@@ -29,6 +29,9 @@ use crate::mesh::{CellRef, Mesh};
 /// bodies of 50 000 unknowns, up to 1360 on small ones (first order and second, tetrahedra and hexahedra).
 const MODEL_BYTES: usize = 1500;
 
+/// Bytes per unknown of mesh and elements once the matrix is there.
+const HELD_BYTES: usize = 350;
+
 /// Bytes of an assembled body of `n_free` unknowns and of its making.
 fn model_bytes(n_free: usize, n_stored: usize) -> usize {
     MODEL_BYTES * n_free + 16 * n_stored
@@ -263,9 +266,14 @@ impl FeModel {
         .context(|| name)
     }
 
-    /// Bytes that the assembled body takes: mesh, elements, matrix.
+    /// Bytes that the body takes while it is assembled: mesh, elements, matrix and its making.
     pub fn memory_bytes(&self) -> usize {
         model_bytes(self.n_free(), self.stiffness.n_stored())
+    }
+
+    /// Bytes that the assembled body keeps: mesh, elements, matrix.
+    pub fn held_bytes(&self) -> usize {
+        HELD_BYTES * self.n_free() + 16 * self.stiffness.n_stored()
     }
 
     /// The key of the flexibility of `contact_nodes` by `method` in a cache.

@@ -5,28 +5,52 @@ use std::cell::Cell;
 use super::cgroup;
 use crate::error::{Error, Result};
 
+/// Percent of what is available that a run may take where nobody says otherwise: the rest is for what is not foreseen, and for others.
+pub const SHARE: f64 = 80.0;
+
 /// Memory that a run may take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemoryLimit {
     /// All of it; `None` where nothing is known of the machine.
     bytes: Option<u64>,
     /// The part of it that is spoken for.
     held: u64,
-    given: bool,
+    origin: Origin,
+}
+
+/// Who set a limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Origin {
+    /// `--max-memory` with a size, or with percent of what is available.
+    Option(Option<f64>),
+    /// `solver.memory_limit`.
+    Key,
+    /// Nobody: [`SHARE`] of what is available.
+    Share,
+    /// The machine: all that is available.
+    Machine,
 }
 
 impl MemoryLimit {
-    /// A limit that the user gave.
+    /// A limit that the scene gives.
     pub fn given(bytes: u64) -> Self {
-        Self { bytes: Some(bytes), held: 0, given: true }
+        Self { bytes: Some(bytes), held: 0, origin: Origin::Key }
     }
 
-    /// What can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
+    /// A limit that the command line gives.
+    pub fn of_option(bytes: u64) -> Self {
+        Self { bytes: Some(bytes), held: 0, origin: Origin::Option(None) }
+    }
+
+    /// `percent` of what is available, as the command line gives it.
+    pub fn share_of_option(percent: f64) -> Self {
+        Self { bytes: share(percent), held: 0, origin: Origin::Option(Some(percent)) }
+    }
+
+    /// Four fifths of what can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
     /// nothing is refused).
     pub fn of_machine() -> Self {
-        let of_group = cgroup::free(std::path::Path::new("/sys/fs/cgroup"));
-        let bytes = [free_of_machine(), free_of_process(), of_group].into_iter().flatten().min();
-        Self { bytes, held: 0, given: false }
+        Self { bytes: share(SHARE), held: 0, origin: Origin::Share }
     }
 
     /// What remains of it when `bytes` are held by something else.
@@ -53,15 +77,49 @@ impl MemoryLimit {
         if self.allows(bytes) {
             return Ok(());
         }
-        let raise = if self.given { ", or raise solver.memory_limit" } else { "" };
+        let raise = self.raise();
         Err(Error::resources(format!("{what} needs {} of memory, {self}; {mend}{raise}", exactly(bytes))))
+    }
+
+    /// What raises the limit.
+    fn raise(&self) -> &'static str {
+        match self.origin {
+            Origin::Option(Some(percent)) if percent >= 100.0 => "",
+            Origin::Option(_) => ", or raise --max-memory",
+            Origin::Key => ", or raise solver.memory_limit (or give --max-memory, which wins over it)",
+            Origin::Share => ", or allow more with --max-memory or solver.memory_limit",
+            Origin::Machine => "",
+        }
+    }
+
+    /// What the limit is called.
+    fn name(&self) -> String {
+        match self.origin {
+            Origin::Option(None) => "allowed by --max-memory".to_owned(),
+            Origin::Option(Some(percent)) => {
+                format!("allowed by --max-memory ({percent} % of what is available)")
+            }
+            Origin::Key => "allowed by solver.memory_limit".to_owned(),
+            Origin::Share => format!("{SHARE} % of what is available"),
+            Origin::Machine => "available".to_owned(),
+        }
+    }
+
+    /// The limit in words, like "80 % of what is available is 12.0 GiB"; `None` where nothing is known of the machine.
+    pub fn words(&self) -> Option<String> {
+        self.bytes.map(|bytes| format!("{} is {}", self.name(), readable(bytes.into())))
+    }
+
+    /// Whether the command line gives it.
+    pub fn is_of_option(&self) -> bool {
+        matches!(self.origin, Origin::Option(_))
     }
 }
 
 impl std::fmt::Display for MemoryLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Some(remaining) = self.remaining() else { return f.write_str("available is less") };
-        let of = if self.given { "allowed by solver.memory_limit" } else { "available" };
+        let of = self.name();
         let held = readable(self.held.into());
         match (remaining, self.held) {
             (_, 0) => write!(f, "{of} is {}", exactly(remaining.into())),
@@ -81,7 +139,19 @@ impl std::fmt::Display for MemoryLimit {
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
-    MemoryLimit::of_machine().ensure(bytes, what, mend)
+    MemoryLimit { bytes: available(), held: 0, origin: Origin::Machine }.ensure(bytes, what, mend)
+}
+
+/// What can be had now without swapping and within the limits of the process and its control groups, bytes; `None` where that is not
+/// known.
+fn available() -> Option<u64> {
+    let of_group = cgroup::free(std::path::Path::new("/sys/fs/cgroup"));
+    [free_of_machine(), free_of_process(), of_group].into_iter().flatten().min()
+}
+
+/// `percent` of it.
+fn share(percent: f64) -> Option<u64> {
+    available().map(|bytes| (bytes as f64 * percent / 100.0) as u64)
 }
 
 /// Memory that can be had without swapping, bytes.
@@ -160,6 +230,49 @@ mod tests {
         ] {
             assert!(error.message().contains(words), "{error}");
         }
+    }
+
+    /// Truth: docs/command-line.md: the message names the limit that was exceeded and what raises it; all of what is available cannot be raised.
+    #[test]
+    fn refusals_name_the_limit() {
+        let told = |limit: MemoryLimit| {
+            limit.less(1).ensure(1 << 62, "a body", "take less").unwrap_err().message().to_owned()
+        };
+        let cases: [(MemoryLimit, &[&str]); 3] = [
+            (
+                MemoryLimit::of_option(1 << 30),
+                &["allowed by --max-memory is 1024.0 MiB", "or raise --max-memory"],
+            ),
+            (
+                MemoryLimit::given(1 << 30),
+                &["allowed by solver.memory_limit is", "or raise solver.memory_limit"],
+            ),
+            (
+                MemoryLimit { bytes: Some(1 << 30), held: 0, origin: Origin::Share },
+                &["80 % of what is available is", "or allow more with --max-memory or solver.memory_limit"],
+            ),
+        ];
+        for (limit, words) in cases {
+            let text = told(limit);
+            assert!(words.iter().all(|word| text.contains(word)), "{text}");
+        }
+        let of_share =
+            |percent| MemoryLimit { bytes: Some(1 << 30), held: 0, origin: Origin::Option(Some(percent)) };
+        let text = told(of_share(12.5));
+        assert!(
+            text.contains("--max-memory (12.5 % of what is available)")
+                && text.contains("raise --max-memory")
+        );
+        assert!(told(of_share(100.0)).ends_with("take less"), "{}", told(of_share(100.0)));
+    }
+
+    /// Truth: docs/command-line.md: 80 % by default, any other share by the option; the machine has the same memory within a fifth in one moment and the next.
+    #[test]
+    fn shares_of_what_is_available() {
+        let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };
+        let half = MemoryLimit::share_of_option(50.0).remaining().unwrap();
+        let near = |is: u64, wanted: f64| (is as f64 / wanted - 1.0).abs() < 0.2;
+        assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
 
     /// Truth: English, and that nothing is left where more is held than allowed.

@@ -37,8 +37,7 @@ pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 /// # Errors
 /// If it does not.
 pub(super) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
-    // A cell of the frame with its states, and its share of a half-space operator.
-    let bytes = cells[0] as u128 * cells[1] as u128 * 1100;
+    let bytes = memory::least_of_grid(plan, cells);
     let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
     plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)")
 }

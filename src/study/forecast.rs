@@ -301,7 +301,8 @@ fn far_field(
     let [peak, _] = analysis.bytes_by(&model, method);
     let n = frame.n_cells() as f64;
     let columns_bytes = Correction::bytes(&model, columns);
-    let held_bytes = model.memory_bytes() + columns_bytes / 4 + memory::of_grid(frame);
+    let tables = if site.isotropic { 0 } else { memory::of_far_field(plan, frame) };
+    let held_bytes = model.held_bytes() + columns_bytes / 4 + memory::of_grid(plan, frame) + tables;
     let n_free = model.n_free() as f64;
     let bowed = largest_bow(plan, fe, index, frame)?.map_or_else(String::new, |bow| {
         format!(", flat contact faces bowed by up to {bow:.2e} {}", plan.units.length)
@@ -362,7 +363,8 @@ fn finite_elements(
     let map = face_map(fe, index, frame)?;
     let map = frame.candidates.as_ref().map(|cells| map.restrict(cells)).unwrap_or(map);
     let (n_contact, n_free) = (3.0 * map.nodes().len() as f64, model.n_free() as f64);
-    let flexibility = model.memory_bytes() + flexibility_bytes(map.nodes().len());
+    let making = model.memory_bytes();
+    let flexibility = model.held_bytes() + flexibility_bytes(map.nodes().len());
     let expected = |method: Method| model.expects(map.nodes(), method, plan.cache.as_ref()?);
     let known = expected(Method::Factorisation).filter(|&bytes| left.allows(bytes as u128));
     // Fields and loads need to solve all the same.
@@ -401,7 +403,7 @@ fn finite_elements(
             model.n_free(),
             map.nodes().len()
         ),
-        memory_bytes: memory_bytes as f64,
+        memory_bytes: memory_bytes.max(making) as f64,
         held_bytes,
         note,
         seconds: seconds + ASSEMBLY * n_free,

@@ -15,11 +15,39 @@ use crate::results::inside::InsideRequest;
 use crate::scene::keys::solver::{Coupling, Method};
 use crate::scene::plan::{BodySpec, Plan};
 
-/// Bytes of the program and of what a run has beside its frame and bodies.
-const PROGRAM: usize = 30_000_000;
+/// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
+const PROGRAM: usize = 14_500_000;
 
-/// Bytes per cell of the frame with its states.
-const PER_CELL: usize = 500;
+/// Pages of the binary that meshed bodies take besides, and their small lists.
+const MESHED: usize = 1_200_000;
+
+/// Bytes per cell of the frame, its gap and its areas.
+const PER_CELL: usize = 75;
+
+/// Bytes per cell of what a run has of each cell, counted from the lists that live at the peak on grids of 128 x 128 and 256 x 256 cells (docs/memory.md).
+struct PerCell {
+    /// States before and after an increment, records, predictions.
+    history: usize,
+    /// Vectors of the contact solvers, where most of the frame is in contact.
+    solver: usize,
+    /// Operator on a grid of half-spaces, with its transforms in single precision and those on parts of the grid.
+    operator: usize,
+    /// Fields and pictures while they are written, with the operator of a body.
+    fields: usize,
+}
+
+const NO_FRICTION: PerCell = PerCell { history: 384, solver: 190, operator: 120, fields: 660 };
+const FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
+const CYCLES: PerCell = PerCell { history: 783, solver: 2070, operator: 1130, fields: 750 };
+
+/// Bytes of the tables of an operator of an anisotropic material, or of one that repeats itself.
+const TABLES: usize = 1_800_000;
+
+/// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep.
+const KEPT: [usize; 2] = [1300, 5_400_000];
+
+/// Bytes of the table of the field inside an anisotropic half-space.
+const INSIDE_TABLE: usize = 4_700_000;
 
 /// What is said of points inside for which there is no memory.
 const FEWER_POINTS: &str = "ask for fewer points (output.inside)";
@@ -39,7 +67,58 @@ pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
         Method::Auto if frame.grid.is_none() && !meshed => solver::entries_bytes(n),
         _ => 0,
     };
-    PROGRAM + PER_CELL * n + entries + of_inside(plan, frame)
+    let per_cell = per_cell(plan);
+    let fields = if writes(plan) { per_cell.fields } else { 0 };
+    let cells = PER_CELL + per_cell.history + per_cell.solver + fields;
+    let meshed = if meshed { MESHED } else { 0 };
+    PROGRAM + meshed + cells * n + entries + of_tables(plan, frame) + of_inside(plan, frame)
+}
+
+/// Whether fields are written.
+fn writes(plan: &Plan) -> bool {
+    !plan.output.fields.is_empty()
+}
+
+fn per_cell(plan: &Plan) -> PerCell {
+    if has_cycles(plan) {
+        CYCLES
+    } else if plan.friction.ellipse().is_some() {
+        FRICTION
+    } else {
+        NO_FRICTION
+    }
+}
+
+fn has_cycles(plan: &Plan) -> bool {
+    plan.steps.iter().any(|step| step.cycles.is_some())
+}
+
+/// Bytes of what operators on grids have beside their cells.
+fn of_tables(plan: &Plan, frame: &ContactFrame) -> usize {
+    let Some(grid) = frame.grid else { return 0 };
+    let tabulated = |body: &&BodySpec| match body {
+        BodySpec::HalfSpace(elastic) => !elastic.isotropic || grid.periodic != [false; 2],
+        _ => false,
+    };
+    tables(plan, frame, plan.bodies.iter().filter(tabulated).count())
+}
+
+/// Bytes of what a mesh that corrects a half-space of an anisotropic material has beside its cells.
+pub(super) fn of_far_field(plan: &Plan, frame: &ContactFrame) -> usize {
+    tables(plan, frame, 1) + INSIDE_TABLE
+}
+
+/// Bytes of the tables of so many bodies, and of the operators that cycles keep beside them.
+fn tables(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
+    if bodies == 0 {
+        return 0;
+    }
+    let of_fields = if writes(plan) { bodies + 1 } else { 0 };
+    let [of_cycles, kept] =
+        if has_cycles(plan) { [1, KEPT[1].min(KEPT[0] * frame.n_cells())] } else { [0, 0] };
+    // Without friction one of the three components is transformed, and pressures alone.
+    let of_each = if plan.friction.ellipse().is_some() || has_cycles(plan) { TABLES } else { TABLES / 4 };
+    (1 + of_fields + of_cycles) * of_each + kept
 }
 
 /// Bytes of the points inside bodies and of what their computation takes.
@@ -51,10 +130,15 @@ fn of_inside(plan: &Plan, frame: &ContactFrame) -> usize {
         true => Subsurface::bytes(frame.all_corners().map(|corners| corners.len())),
         false => 0,
     };
+    let tabulated = |request: &&InsideRequest| match &plan.bodies[usize::from(request.side == SIDES[1])] {
+        BodySpec::HalfSpace(elastic) => !elastic.isotropic,
+        _ => false,
+    };
+    let tables = INSIDE_TABLE * plan.inside.iter().filter(tabulated).count().min(2);
     let states: usize =
         plan.inside.iter().map(InsideRequest::n_points).sum::<usize>() * size_of::<PointState>();
     let writing = plan.inside.iter().map(InsideRequest::writing_bytes).max().unwrap_or(0);
-    states + writing.max(cells)
+    tables + states + writing.max(cells)
 }
 
 /// Checks that points inside bodies fit.
@@ -75,16 +159,25 @@ pub(super) fn compresses(plan: &Plan, frame: &ContactFrame) -> bool {
     eliminated && frame.grid.is_none() && compressed(frame.n_cells(), cross(plan, frame))
 }
 
-/// Bytes of the operator of a half-space on the whole grid of `frame`; 0 if that is none.
-pub(super) fn of_grid(frame: &ContactFrame) -> usize {
-    frame.grid.map_or(0, |grid| 4 * 8 * 16 * grid.cells[0] * grid.cells[1])
+/// Bytes of a body's share of the operator of half-spaces on the whole grid of `frame`, which two have together; 0 if that is none.
+pub(super) fn of_grid(plan: &Plan, frame: &ContactFrame) -> usize {
+    let elastic = plan.bodies.iter().filter(|body| !matches!(body, BodySpec::Rigid)).count();
+    let cells = frame.grid.map_or(0, |grid| grid.cells[0] * grid.cells[1]);
+    per_cell(plan).operator * cells / elastic.max(1)
+}
+
+/// Bytes of a grid frame and its operator before it is made, at least.
+pub(super) fn least_of_grid(plan: &Plan, cells: [usize; 2]) -> u128 {
+    let per_cell = per_cell(plan);
+    let bytes = PER_CELL + per_cell.history + per_cell.solver + per_cell.operator;
+    bytes as u128 * cells[0] as u128 * cells[1] as u128
 }
 
 /// Bytes of the operator of a half-space on `frame`.
 pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
     match frame.grid {
         // Of the whole grid, of which the body may have a part.
-        Some(_) => of_grid(frame),
+        Some(_) => of_grid(plan, frame),
         None if compresses(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),
         None => body.operator_bytes(CrossBlocks::Keep),
     }

@@ -170,7 +170,7 @@ fn worn_volumes() {
 #[test]
 fn what_is_not_reached_is_told() {
     let folder = tempfile::tempdir().unwrap();
-    let punch = "[[steps]]\nname = \"press\"\nnormal_force = 100.0\n[solver]\nmemory_limit = \"60 MB\"\n";
+    let punch = "[[steps]]\nname = \"press\"\nnormal_force = 100.0\n[solver]\nmemory_limit = \"40 MB\"\n";
     let wanted = "{ relative = 1e-3, of = [\"peak_pressure\"] }";
     let text = scene("steel", 0.0, punch, wanted);
     let gap = text.find("[gap]").unwrap()..text.find("[output]").unwrap();

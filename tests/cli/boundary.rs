@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::moved::layer;
 use crate::near_field::{call, force, run};
 
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 [materials.steel]
 model = "isotropic"
 E = 210e3
@@ -65,7 +65,7 @@ fn surface(mesh: &str) -> String {
     elements(mesh, |_, line| (line.split(' ').nth(1) == Some("3")).then(|| line.to_owned()))
 }
 
-fn block() -> String {
+pub(crate) fn block() -> String {
     layer([2.0, 2.0], 2.0, [16, 16, 8])
 }
 

@@ -156,7 +156,7 @@ fn what_cannot_be_compressed_is_refused() {
         .replace("group = \"base\"", "group = \"contact\"");
     fs::write(folder.path().join("scene.toml"), turned).unwrap();
     for command in ["check", "run"] {
-        let (code, _, text) = call(command, folder.path(), &["--set", "solver.memory_limit=45000000"]);
+        let (code, _, text) = call(command, folder.path(), &["--set", "solver.memory_limit=30000000"]);
         assert_eq!(code, Some(4), "{text}");
         assert!(text.contains("the operator on 1024 cells needs"), "{text}");
         assert!(text.contains("raise solver.compression_tolerance, or raise solver.memory_limit"), "{text}");

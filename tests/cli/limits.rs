@@ -251,8 +251,8 @@ fn faces_left_out_of_the_frame() {
 fn memory_is_refused_beforehand() {
     for (limit, words) in [
         (
-            "\"50 MiB\"",
-            &["body1", "by conjugate gradients", "is 21.", "of the rest of the scene", "solver.memory_limit"]
+            "\"34 MiB\"",
+            &["body1", "by conjugate gradients", "is 19.", "of the rest of the scene", "solver.memory_limit"]
                 [..],
         ),
         ("1000", &["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"]),
@@ -269,5 +269,5 @@ fn memory_is_refused_beforehand() {
     for limit in ["\"4 G\"", "\"much\"", "0", "-3", "2.5", "true"] {
         refused("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"), &["memory_limit"]);
     }
-    noted("fields = []", "fields = []\n[solver]\nmemory_limit = \"2 GB\"", "memory_limit", false);
+    noted("fields = []", "fields = []\n[solver]\nmemory_limit = \"2 GB\"", "80 %", false);
 }

@@ -14,6 +14,7 @@ mod iterative;
 mod limits;
 mod loads;
 mod materials;
+mod memory;
 mod moved;
 mod near_field;
 mod near_field_gaps;

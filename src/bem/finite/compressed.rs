@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
+use crate::linalg::dense_lu;
 use crate::linalg::gmres::{KrylovOptions, KrylovReport};
 use crate::linalg::gmres_columns::{ColumnSystem, solve_columns};
 use crate::linalg::hierarchical::{Additions, CollocationMatrix, LocalCoarse, Unknowns};
@@ -30,6 +31,9 @@ const TOGETHER: usize = 24;
 const RESTART: usize = 40;
 const PRODUCTS: usize = 400;
 
+/// Products that a right side usually takes.
+const USUAL: usize = 12;
+
 /// Loaded elements whose columns are made side by side.
 const BATCH: usize = 16;
 
@@ -41,7 +45,7 @@ const LEAST: f64 = 1e-7;
 pub const TOLERANCES: [f64; 2] = [1e-6, 1e-2];
 
 /// Bytes of a far block per row or column and square of the digits of the tolerance; measured.
-const FAR: f64 = 6.0;
+const FAR: f64 = 4.3;
 
 /// Equations of a problem in blocks of low rank.
 pub struct CompressedEquations {
@@ -142,12 +146,15 @@ impl CompressedEquations {
 
     /// Bytes that making and solving such equations takes, right sides included: near blocks counted, far ones by the ranks that are usual.
     pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
-        let [near, far] = layout(elements, 0).entries();
+        let layout = layout(elements, 0);
+        let [near, far] = layout.entries();
+        let [making, held] = LocalCoarse::expected_bytes(&layout);
         let (n, columns) = (3 * elements.n_nodes(), 3 * n_loaded + 1);
         let blocks = 4 * near + (FAR * tolerance.log10().powi(2) * far as f64) as usize;
         let sides = rayon::current_num_threads().min(columns.div_ceil(TOGETHER));
-        let iteration = 8 * n * TOGETHER.min(columns) * (RESTART + 7);
-        (blocks + LocalCoarse::expected_bytes(n) + 8 * n * (columns + 12) + sides * iteration) as u128
+        let iteration = 8 * n * TOGETHER.min(columns) * (USUAL + 7);
+        let parts = blocks + making.max(held + 8 * n * (columns + 12) + sides * iteration);
+        parts as u128 + dense_lu::products(8 * (n as u128).pow(2))
     }
 
     /// Bytes that it holds.

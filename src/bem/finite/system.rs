@@ -19,7 +19,7 @@ use crate::fem::FreeMotions;
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
-use crate::linalg::dense_lu::DenseLu;
+use crate::linalg::dense_lu::{self, DenseLu};
 
 /// Nodes whose rows are made side by side.
 const BATCH: usize = 64;
@@ -135,7 +135,7 @@ impl Problem<'_> {
     /// Bytes that solving it by dense equations takes.
     pub fn dense_bytes(n_nodes: usize, n_loaded: usize) -> u128 {
         let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
-        8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48
+        8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::products(8 * n * n)
     }
 
     /// The equations, and the right sides of what is known and of unit tractions.

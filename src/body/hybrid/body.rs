@@ -225,7 +225,7 @@ impl HybridBody {
     /// Bytes that it keeps.
     pub fn held_bytes(&self) -> usize {
         let operator = 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1];
-        self.model.memory_bytes() + 8 * self.correction.fields.values().len() + operator
+        self.model.held_bytes() + 8 * self.correction.fields.values().len() + operator
     }
 
     /// Number of unknowns of its finite elements.

@@ -7,7 +7,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::general::CollocationMatrix;
+use super::general::{CollocationLayout, CollocationMatrix};
 use crate::error::Result;
 use crate::interrupt;
 use crate::linalg::columns::Columns;
@@ -128,9 +128,10 @@ impl LocalCoarse {
             let inverse = inverse(values, Par::Seq)?;
             Ok((places, inverse.values().iter().map(|value| *value as f32).collect()))
         };
-        let locals = clusters(matrix, LOCAL).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
+        let locals =
+            clusters(matrix.layout(), LOCAL).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
         let (mut groups, mut count): (Vec<Group>, usize) = (Vec::new(), 0);
-        for places in clusters(matrix, GROUP.max(n / 3 / GROUPS)) {
+        for places in clusters(matrix.layout(), GROUP.max(n / 3 / GROUPS)) {
             let group = Group::new(places, count, unknowns);
             count += group.count();
             groups.push(group);
@@ -161,12 +162,13 @@ impl LocalCoarse {
         Ok(Self { n, locals, groups, coarse: inverse(means, Par::rayon(0))? })
     }
 
-    /// Bytes that it takes at most while it is made for `n` unknowns.
-    pub fn expected_bytes(n: usize) -> usize {
-        let group = GROUP.max(n / 3 / GROUPS);
-        // Groups are two thirds full; six motions each, more at the rim of supports.
-        let coarse = (7 * 3 * n / (2 * 3 * group)).min(n) + 6;
-        4 * 3 * LOCAL * n + 16 * coarse * coarse + 8 * 7 * n
+    /// Bytes that it takes while it is made on a layout, and that it holds: blocks counted, six motions for each group.
+    pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
+        let nodes = layout.groups().n_nodes();
+        let locals: usize = clusters(layout, LOCAL).iter().map(|places| 4 * places.len().pow(2)).sum();
+        let coarse = 6 * clusters(layout, GROUP.max(nodes / GROUPS)).len() + 6;
+        let held = locals + 8 * 6 * 3 * nodes;
+        [held + 16 * coarse * coarse, held + 8 * coarse * coarse]
     }
 
     /// Bytes that it holds.
@@ -234,8 +236,8 @@ fn inverse(matrix: Columns, par: Par) -> Result<Columns> {
 }
 
 /// Rows of clusters with `nodes` nodes at most, as large as there are; ascending.
-fn clusters(matrix: &CollocationMatrix, nodes: usize) -> Vec<Range<usize>> {
-    let (tree, groups) = (matrix.layout().tree(), matrix.layout().groups());
+fn clusters(layout: &CollocationLayout, nodes: usize) -> Vec<Range<usize>> {
+    let (tree, groups) = (layout.tree(), layout.groups());
     let (mut parts, mut waiting) = (Vec::new(), vec![0]);
     while let Some(index) = waiting.pop() {
         let cluster = &tree.clusters[index];

@@ -123,7 +123,7 @@ impl Vectors {
 fn not_converged(iterations: usize, error: f64) -> Error {
     Error::not_converged(format!(
         "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
-         {TOLERANCE:.0e}): raise solver.memory_limit so that the stiffness matrix can be factorised"
+         {TOLERANCE:.0e}): raise --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
     ))
 }
 

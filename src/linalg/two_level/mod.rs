@@ -39,7 +39,7 @@ const RESIDUAL_LIMIT: f64 = 1e-7;
 const PER_ENTRY: usize = 15;
 
 /// Bytes per node: inverse of the diagonal, motions, and forces of the motions of the parts around it.
-const PER_NODE: usize = 3000;
+const PER_NODE: usize = 2200;
 
 /// Bytes of the coarse factor and its workspace, for the number of coarse unknowns to the power of 4/3.
 const COARSE_FILL: f64 = 500.0;
@@ -153,7 +153,7 @@ fn check(residual: f64) -> Result<()> {
     }
     Err(Error::not_converged(format!(
         "conjugate gradients ended with a relative residual of {residual:.1e}, allowed is {RESIDUAL_LIMIT:.0e}: raise \
-         solver.memory_limit so that the stiffness matrix can be factorised"
+         --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
     )))
 }
 

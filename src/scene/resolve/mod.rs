@@ -153,7 +153,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
     })
 }
 
-/// What the run may take: the user's limit, or what the machine has now.
+/// What the run may take: the user's limit, or most of what the machine has now.
 fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit> {
     let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
     let bytes = size.bytes();

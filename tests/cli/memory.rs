@@ -1,0 +1,181 @@
+//! The memory that a run may take and the memory that it is foretold to take.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+const STUDY: &str =
+    "[study]\nscene = \"scene.toml\"\n[[axes]]\nkeys = [\"gap.radius\"]\nvalues = [10.0, 20.0]\n";
+
+/// The scene of Hertz's sphere with more keys at its end.
+fn scene(more: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, format!("{}\n{more}", fs::read_to_string(repository("hertz")).unwrap())).unwrap();
+    fs::write(folder.path().join("study.toml"), STUDY).unwrap();
+    (folder, path)
+}
+
+fn repository(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.toml"))
+}
+
+fn call(command: &str, path: &Path, options: &[&str]) -> (Option<i32>, String) {
+    let output = crate::tools::orthowear().arg(command).arg(path).args(options).output().unwrap();
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    (output.status.code(), text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Truth: docs/command-line.md: wrong options are answered with exit code 2, the option and what is allowed, by all commands that take it.
+#[test]
+fn what_is_no_amount_of_memory() {
+    let (folder, path) = scene("");
+    for command in ["run", "check", "compare", "refine", "study"] {
+        let path = if command == "study" { folder.path().join("study.toml") } else { path.clone() };
+        for wrong in ["", "0", "-1", "4 G", "much", "0 %", "101%", "nan%", "80 % of it"] {
+            let (code, text) = call(command, &path, &["--max-memory", wrong]);
+            assert_eq!(code, Some(2), "{command} {wrong}: {text}");
+            for word in ["--max-memory", "4 GiB", "80 %", "percentage of what is available"] {
+                assert!(text.contains(word), "{command} {wrong} lacks {word}: {text}");
+            }
+        }
+    }
+    assert!(!folder.path().join("scene.out").exists());
+}
+
+/// Truth: docs/command-line.md: the option wins over the key, whichever is larger; what does not fit is refused with exit code 4, and the message
+/// has the estimate, which limit it was, and how to raise it.
+#[test]
+fn the_option_wins_over_the_key() {
+    let raised = "or raise solver.memory_limit";
+    for (key, options, code, words) in [
+        (
+            "\"2 GB\"",
+            &["--max-memory", "1000"][..],
+            4,
+            ["allowed by --max-memory is 1000 bytes", "or raise --max-memory"],
+        ),
+        (
+            "\"2 GB\"",
+            &["--max-memory", "1 KiB"],
+            4,
+            ["allowed by --max-memory is 1.0 KiB", "or raise --max-memory"],
+        ),
+        (
+            "\"2 GB\"",
+            &["--max-memory", "0.00001 %"],
+            4,
+            ["--max-memory (0.00001 % of what is available)", "or raise --max-memory"],
+        ),
+        ("1000", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
+        ("1000", &["--max-memory", "2 GB"], 0, ["", ""]),
+        ("1000", &["--max-memory=90%"], 0, ["", ""]),
+    ] {
+        let (folder, path) = scene(&format!("[solver]\nmemory_limit = {key}\n"));
+        for command in ["check", "run", "compare"] {
+            let (found, text) = call(command, &path, options);
+            assert_eq!(found, Some(code), "{command} {options:?}: {text}");
+            assert!(words.iter().all(|word| text.contains(word)), "{command} {options:?}: {text}");
+            assert!(code == 0 || text.contains("a frame of 64 x 64"), "{command}: {text}");
+        }
+        let (found, text) = call("study", &folder.path().join("study.toml"), options);
+        assert_eq!(found, Some(code), "study {options:?}: {text}");
+    }
+}
+
+/// Truth: docs/command-line.md: `check` says what is allowed: 80 % of what is available, or what the option says.
+#[test]
+fn check_says_what_is_allowed() {
+    let (_folder, path) = scene("");
+    for (options, word, shown) in [
+        (&[][..], "(80 % of what is available is", true),
+        (&["--max-memory", "50 %"], "(allowed by --max-memory (50 % of what is available) is", false),
+        (&["--max-memory", "3 GiB"], "(allowed by --max-memory is 3.0 GiB)", false),
+    ] {
+        let (code, text) = call("check", &path, options);
+        assert!(code == Some(0) && text.contains(word), "{options:?}: {text}");
+        let default = "solver.memory_limit: 80 % of what is available when the run starts";
+        assert_eq!(text.contains(default), shown, "{options:?}: {text}");
+    }
+}
+
+/// Exit code and words of the program in an address space of so many kibibytes.
+fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
+    let script = format!("ulimit -v {kibibytes}; exec \"$0\" \"$@\"");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).arg(assert_cmd::cargo::cargo_bin("orthowear")).args(arguments);
+    let output = shell.env("ORTHOWEAR_CACHE_LIMIT", "0").output().unwrap();
+    (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+}
+
+/// Truth: docs/command-line.md: refused before anything is allocated: it needs no more than an address space of a thirtieth of what it refuses.
+#[test]
+fn refused_before_anything_is_allocated() {
+    let (folder, path) = scene("");
+    let out = folder.path().join("out").display().to_string();
+    let path = path.display().to_string();
+    // 64 million cells take tens of GB; allowed are 2.
+    for command in [&["check"][..], &["run", "--out", &out]] {
+        let more = ["--set", "frame.cells=[8000, 8000]", "--max-memory", "2 GB", "--threads", "1"];
+        let (code, said) = confined(1_500_000, &[command, &[path.as_str()], &more].concat());
+        assert!(code == Some(4) && said.contains("a frame of 8000 x 8000 cells"), "{code:?} {said}");
+        let needed = said.split(" needs ").nth(1).unwrap().split(['(', ')']).nth(1).unwrap();
+        let needed: f64 = needed.split_whitespace().next().unwrap().parse().unwrap();
+        assert!(needed > 30.0 * 1.5e9 && said.contains("--max-memory"), "{said}");
+    }
+}
+
+fn called(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = crate::tools::orthowear().args(arguments).output().unwrap();
+    (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+}
+
+/// Estimate of `check` and high water mark of the run, bytes.
+fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out").display().to_string();
+    let path = path.display().to_string();
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).chain(["--threads", "2"]).collect();
+    let (code, said) = called(&[&["check", &path], &sets[..]].concat());
+    assert_eq!(code, Some(0), "{said}");
+    let line = said.lines().find(|line| line.starts_with("memory")).unwrap();
+    let foretold = line.split_once("about ").unwrap().1.split_whitespace().next().unwrap();
+    let (code, said) = called(&[&["run", &path, "--quiet", "--out", &out], &sets[..]].concat());
+    assert_eq!(code, Some(0), "{said}");
+    let summary: Value =
+        serde_json::from_slice(&fs::read(Path::new(&out).join("summary.json")).unwrap()).unwrap();
+    let held = summary["peak_memory_bytes"].as_f64().unwrap();
+    assert!(held > 5e6, "{held}");
+    [foretold.parse::<f64>().unwrap() * f64::from(1 << 20), held]
+}
+
+/// Truth: the high water mark of the kernel; docs/memory.md: the estimate is within a fifth of it.
+#[test]
+fn estimates_are_within_a_fifth_of_what_is_held() {
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let be = folder.path().join("scene.toml");
+    fs::write(&be, crate::boundary::SCENE).unwrap();
+    fs::write(folder.path().join("block.msh"), crate::boundary::block()).unwrap();
+    let points = "output.inside=[{ name = \"cut\", body = 1, from = [-0.4, 0.0, -0.01], to = [0.4, 0.0, -0.01], \
+                  across = [-0.4, 0.0, -0.6], points = [200, 200] }]";
+    let cases: [(PathBuf, &[&str]); 8] = [
+        (repository("hertz"), &["frame.cells=[192, 192]"]),
+        (repository("hertz"), &["frame.cells=[192, 192]", "output.fields=[]"]),
+        (repository("cattaneo-mindlin"), &["frame.cells=[128, 128]"]),
+        (repository("sphere-wear"), &["output.fields=[]"]),
+        (repository("pin-in-hole"), &[]),
+        (repository("hertz"), &["frame.cells=[12, 12]", "body1.truncated=3.0"]),
+        (repository("hertz"), &[points]),
+        (be, &[]),
+    ];
+    for (path, sets) in cases {
+        let [foretold, held] = foretold_and_held(&path, sets);
+        let ratio = foretold / held;
+        assert!((0.8..=1.2).contains(&ratio), "{} {sets:?}: {foretold} {held} {ratio}", path.display());
+    }
+}
