@@ -3,15 +3,21 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// The program beside this one: target/release/orthowear.
+/// The program beside this one, target/release/orthowear, or the one that $ORTHOWEAR_PROGRAM names.
 ///
 /// # Errors
 /// If it has not been built.
 pub fn program() -> Result<PathBuf, Box<dyn Error>> {
+    if let Some(given) = std::env::var_os("ORTHOWEAR_PROGRAM") {
+        return Ok(given.into());
+    }
     let here = std::env::current_exe()?;
     let folder = here.parent().and_then(Path::parent).ok_or("no folder of the program")?;
     let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("run `cargo build --release` first".into()) }
+    match program.exists() {
+        true => Ok(program),
+        false => Err(format!("run `cargo build --release` in {} first", root().display()).into()),
+    }
 }
 
 /// The folder of this repository.

@@ -7,6 +7,8 @@ mod cases;
 #[path = "../machine.rs"]
 mod machine;
 mod measure;
+#[path = "../places.rs"]
+mod places;
 mod rough;
 mod transform;
 
@@ -14,6 +16,7 @@ use std::error::Error;
 
 use cases::Case;
 use measure::Run;
+use places::program;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -82,7 +85,7 @@ fn letter(c: char) -> Option<Case> {
 fn main() -> Outcome<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let settings = Settings::new(&words)?;
-    let program = measure::program()?;
+    let program = program()?;
     print!("{}# load: {}# medians of {}\n\n", machine::comment(), load(), settings.repeats);
     if settings.uzawa {
         return uzawa(&program, &settings);

@@ -1,6 +1,6 @@
 //! Runs a scene as a user does, in a process of its own.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
@@ -27,14 +27,6 @@ pub struct Run {
     pub contact: f64,
     /// "converged", or what it was instead.
     pub status: String,
-}
-
-/// The program, beside the folder of this example.
-pub fn program() -> Outcome<PathBuf> {
-    let here = std::env::current_exe()?;
-    let folder = here.ancestors().nth(2).ok_or("an example lies in target/release/examples")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("build the program first: cargo build --release".into()) }
 }
 
 /// Runs `case` on `n` x `n` cells; `how`: method and width as [`Case::write`] takes them.

@@ -9,16 +9,19 @@
 #[path = "../machine.rs"]
 mod machine;
 mod mesh;
+#[path = "../places.rs"]
+mod places;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use orthowear::element::ElementKind::{self, Hex8, Hex20, Hex27, Tet4, Tet10, Wedge6, Wedge15};
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
+use places::{program, root};
 use serde_json::Value;
 
 /// Result of this program's parts.
@@ -83,7 +86,7 @@ struct Sample {
 }
 
 fn main() -> Outcome<()> {
-    let mut out = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/benchmarks");
+    let mut out = root().join("docs/benchmarks");
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
@@ -92,7 +95,7 @@ fn main() -> Outcome<()> {
         }
     }
     fs::create_dir_all(&out)?;
-    let reference = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/sphere-on-cfrp-block.toml");
+    let reference = root().join("scenes/sphere-on-cfrp-block.toml");
     let cfrp = fs::read_to_string(reference)?;
     let cfrp = cfrp.split("[[steps]]").take(2).collect::<Vec<_>>().join("[[steps]]");
     for (name, title, scene) in [
@@ -167,14 +170,6 @@ fn children_seconds() -> f64 {
     };
     let seconds = |time: libc::timeval| time.tv_sec as f64 + 1e-6 * time.tv_usec as f64;
     seconds(usage.ru_utime) + seconds(usage.ru_stime)
-}
-
-/// The program beside this one: target/release/orthowear.
-fn program() -> Outcome<PathBuf> {
-    let here = std::env::current_exe()?;
-    let folder = here.parent().and_then(Path::parent).ok_or("no folder of the program")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("run `cargo build --release` first".into()) }
 }
 
 /// Value for vanishing size of cells and elements, from the two finest: the error falls with the square.

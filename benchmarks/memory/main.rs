@@ -9,6 +9,8 @@ mod cases;
 #[path = "../machine.rs"]
 mod machine;
 mod measure;
+#[path = "../places.rs"]
+mod places;
 #[path = "../../tests/verification/mesh/writer.rs"]
 mod writer;
 
@@ -18,7 +20,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use cases::Case;
-use measure::{Measured, program, row};
+use measure::{Measured, row};
+use places::{program, root};
 
 /// Any failure.
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -30,7 +33,7 @@ const MARKS: [&str; 2] = ["<!-- table: begin -->", "<!-- table: end -->"];
 const WANTED: [f64; 2] = [0.8, 1.2];
 
 fn main() -> Outcome<()> {
-    let mut path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/memory.md");
+    let mut path = root().join("docs/memory.md");
     let (mut quick, mut names) = (false, Vec::new());
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {

@@ -1,6 +1,6 @@
 //! The estimate of `check` and the peak of a run, each in a process of its own, without the cache.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -22,17 +22,6 @@ impl Measured {
     pub fn ratio(self) -> f64 {
         self.estimate / self.peak
     }
-}
-
-/// The program, beside the folder of this example.
-pub fn program() -> Outcome<PathBuf> {
-    if let Some(given) = std::env::var_os("ORTHOWEAR_PROGRAM") {
-        return Ok(given.into());
-    }
-    let here = std::env::current_exe()?;
-    let folder = here.ancestors().nth(2).ok_or("an example lies in target/release/examples")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("build the program first: cargo build --release".into()) }
 }
 
 /// Estimate and peak of a case.

@@ -10,11 +10,13 @@
 mod material;
 #[path = "../machine.rs"]
 mod machine;
+#[path = "../places.rs"]
+mod places;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
@@ -27,6 +29,7 @@ use orthowear::fem::{FeSpec, HexFormulation, Resources, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::results::plot::axis::Scale;
 use orthowear::results::plot::chart::{Chart, Series};
+use places::{program, root};
 use serde_json::Value;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -318,16 +321,4 @@ fn unknowns(path: &Path) -> Outcome<usize> {
     let mesh = orthowear::mesh::gmsh::read(path)?;
     let held = mesh.group_nodes("base")?.len();
     Ok(3 * (mesh.n_points() - held))
-}
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// The program beside this one: target/release/orthowear.
-fn program() -> Outcome<PathBuf> {
-    let here = std::env::current_exe()?;
-    let folder = here.parent().and_then(Path::parent).ok_or("no folder of the program")?;
-    let program = folder.join("orthowear");
-    if program.exists() { Ok(program) } else { Err("run `cargo build --release` first".into()) }
 }
