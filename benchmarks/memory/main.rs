@@ -17,7 +17,6 @@ mod writer;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
 
 use cases::Case;
 use measure::{Measured, row};

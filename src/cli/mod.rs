@@ -97,6 +97,11 @@ impl SceneArgs {
         if let Some(limit) = self.max_memory {
             plan.memory = limit.limit();
         }
+        if plan.memory.is_beyond_machine() {
+            let note =
+                "more memory is allowed than is available: what does not fit is not refused before it begins";
+            plan.notes.push(note.to_owned());
+        }
         Ok(plan)
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::RunArgs;
+use super::{RunArgs, exit};
 use crate::error::{Error, Result};
 use crate::history::Snapshot;
 use crate::results::checkpoint;
@@ -129,13 +129,16 @@ fn has_ended(plan: &Plan, directory: &Path) -> bool {
         && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written))
 }
 
-/// The command that goes on with an interrupted run.
-pub(super) fn command(arguments: &RunArgs) -> String {
+/// The command that goes on with an interrupted run, or one that ended with `code`.
+pub(super) fn command(arguments: &RunArgs, code: u8) -> String {
     let mut words = vec!["orthowear run".to_owned(), quoted(&arguments.scene.scene.to_string_lossy())];
     words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", quoted(line))));
-    words.extend(
-        arguments.scene.max_memory.iter().map(|limit| format!("--max-memory {}", quoted(&limit.to_string()))),
-    );
+    match arguments.scene.max_memory {
+        // As much did not suffice; it is the one limit that may differ.
+        _ if code == exit::RESOURCES => words.push("--max-memory SIZE".to_owned()),
+        Some(limit) => words.push(format!("--max-memory {}", quoted(&limit.to_string()))),
+        None => {}
+    }
     words.extend(arguments.out.iter().map(|out| format!("--out {}", quoted(&out.to_string_lossy()))));
     words.push("--resume".to_owned());
     words.join(" ")

@@ -62,7 +62,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            to_stdout(&format!("to go on: {}\n", resume::command(arguments)));
+            to_stdout(&format!("to go on: {}\n", resume::command(arguments, code)));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");

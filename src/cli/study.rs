@@ -74,7 +74,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         return report(&error);
     }
     let threads = rayon::current_num_threads();
-    let needed = sweep.meshed.as_ref().and_then(|plan| forecast(plan).ok()).map(|f| f.memory_bytes);
+    let needed = forecast(&sweep.first).ok().map(|forecast| forecast.memory_bytes);
     let free = sweep.runs.first().and_then(|run| run.memory.remaining());
     let shared = share(sweep.runs.len(), threads, needed, free);
     let work = Work { sweep: &sweep, directory: &directory, cache: cache.as_ref(), stop };
@@ -106,7 +106,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
 fn within(mut sweep: Sweep, limit: Option<MaxMemory>) -> Sweep {
     if let Some(limit) = limit.map(MaxMemory::limit) {
         sweep.runs.iter_mut().for_each(|run| run.memory = limit);
-        sweep.meshed.iter_mut().for_each(|plan| plan.memory = limit);
+        sweep.first.memory = limit;
     }
     sweep
 }

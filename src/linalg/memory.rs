@@ -110,6 +110,12 @@ impl MemoryLimit {
         self.bytes.map(|bytes| format!("{} is {}", self.name(), readable(bytes.into())))
     }
 
+    /// Whether it is a size that somebody gave, and more than can be had.
+    pub fn is_beyond_machine(&self) -> bool {
+        let is_size = matches!(self.origin, Origin::Option(None) | Origin::Key);
+        is_size && self.bytes.zip(available()).is_some_and(|(bytes, available)| bytes > available)
+    }
+
     /// Whether the command line gives it.
     pub fn is_of_option(&self) -> bool {
         matches!(self.origin, Origin::Option(_))

@@ -5,6 +5,7 @@ use super::forecast::BodyForecast;
 use super::memory::compresses;
 use super::near_field::Near;
 use super::saved::StepSpent;
+use super::skips::on_grid;
 use crate::frame::ContactFrame;
 use crate::history::step::Step;
 use crate::mesh::faces::outer_faces;
@@ -35,7 +36,7 @@ pub(super) fn steps(
 ) -> Vec<StepSpent> {
     let skips = |skip: Skip| ledger.iter().any(|entry| entry.work == Work::Named(skip));
     let n = frame.n_cells() as f64;
-    let on_grid = frame.grid.is_some() && !near.iter().any(Near::is_condensed);
+    let on_grid = on_grid(plan, frame, near);
     let half_space = plan.bodies.iter().any(|body| matches!(body, BodySpec::HalfSpace(_)));
     // First-order iterations grow with the number of cells across the contact, those with an approximate inverse hardly.
     let products = match on_grid {

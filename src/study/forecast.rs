@@ -19,6 +19,7 @@ use crate::frame::ContactFrame;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 use crate::mesh::faces::outer_faces;
+use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::{BeSpec, BodySpec, MeshedSpec, Plan, Truncated};
 use crate::skip::Skipped;
 
@@ -181,7 +182,7 @@ fn body(
             memory::ensure(plan, frame, &body, &left).at(KEYS[index])?;
             let held_bytes = of_half_space(plan, frame, &body);
             let memory_bytes = held_bytes as f64;
-            let (seconds, application) = if frame.grid.is_some() {
+            let (seconds, application) = if frame.grid.is_some() && plan.solver.coupling == Coupling::Schur {
                 (0.1 + n * 2e-6, 4.0 * n * PER_POINT)
             } else if compressed {
                 (body.building_seconds(), memory_bytes / BANDWIDTH)

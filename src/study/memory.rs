@@ -14,6 +14,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::results::inside::InsideRequest;
 use crate::scene::keys::solver::{Coupling, Method};
 use crate::scene::plan::{BodySpec, Plan};
+use crate::skip::Skip;
 
 /// Bytes of the program and of what every run has: pages of the binary (14.0 to 14.5 MB), tables of the scene.
 const PROGRAM: usize = 14_500_000;
@@ -82,11 +83,18 @@ fn writes(plan: &Plan) -> bool {
 fn per_cell(plan: &Plan) -> PerCell {
     if has_cycles(plan) {
         CYCLES
-    } else if plan.friction.ellipse().is_some() {
+    } else if has_tractions_in_the_surface(plan) {
         FRICTION
     } else {
         NO_FRICTION
     }
+}
+
+/// Whether more than pressures is unknown.
+fn has_tractions_in_the_surface(plan: &Plan) -> bool {
+    let friction = plan.friction.ellipse();
+    let wears = plan.wear.intensity(friction).is_some() && plan.steps.iter().any(|step| step.wear);
+    friction.is_some() || wears || !plan.solver.skip.skips().has(Skip::TangentialUnknowns)
 }
 
 fn has_cycles(plan: &Plan) -> bool {
@@ -117,7 +125,7 @@ fn tables(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
     let [of_cycles, kept] =
         if has_cycles(plan) { [1, KEPT[1].min(KEPT[0] * frame.n_cells())] } else { [0, 0] };
     // Without friction one of the three components is transformed, and pressures alone.
-    let of_each = if plan.friction.ellipse().is_some() || has_cycles(plan) { TABLES } else { TABLES / 4 };
+    let of_each = if has_tractions_in_the_surface(plan) || has_cycles(plan) { TABLES } else { TABLES / 4 };
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
@@ -176,6 +184,8 @@ pub(super) fn least_of_grid(plan: &Plan, cells: [usize; 2]) -> u128 {
 /// Bytes of the operator of a half-space on `frame`.
 pub(super) fn of_half_space(plan: &Plan, frame: &ContactFrame, body: &HalfSpaceBody) -> usize {
     match frame.grid {
+        // The block path has the matrix of each.
+        Some(_) if plan.solver.coupling == Coupling::Block => frame.n_cells().pow(2).saturating_mul(72),
         // Of the whole grid, of which the body may have a part.
         Some(_) => of_grid(plan, frame),
         None if compresses(plan, frame) => body.operator_bytes(CrossBlocks::SkipVanishing),

@@ -37,8 +37,7 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
         let rigid = [0, 1].map(|index| matches!(plan.bodies[index], BodySpec::Rigid));
         skipped = coupling::skips(rigid, summed, couples(plan, frame, summed)?);
     }
-    // Finite elements and the block path have no operator on a grid.
-    let on_grid = plan.solver.coupling == Coupling::Schur && !near.iter().any(Near::is_condensed);
+    let on_grid = on_grid(plan, frame, near);
     let grid = frame.whole_grid().filter(|_| on_grid).map(|grid| grid.cells);
     let options = options(plan);
     let apart = options.method == Method::Auto
@@ -55,6 +54,17 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
     all.extend(moving::skipped(plan));
     all.extend(of_contact);
     Ok(all)
+}
+
+/// Whether the flexibility of both bodies is one operator on a grid: finite and boundary elements, periodic frames, sums of two operators and the
+/// block path have none.
+pub(super) fn on_grid(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> bool {
+    let elastic = || plan.bodies.iter().zip(near).filter(|(body, _)| !matches!(body, BodySpec::Rigid));
+    let one = elastic().count() == 1 || plan.solver.skip.skips().has(Skip::SecondHalfSpace);
+    plan.solver.coupling == Coupling::Schur
+        && frame.grid.is_some_and(|grid| grid.periodic == [false; 2])
+        && elastic().all(|(body, near)| matches!(body, BodySpec::HalfSpace(_)) || near.site().is_some())
+        && one
 }
 
 /// Matrices of half-spaces that are compressed.
@@ -130,7 +140,8 @@ pub(super) fn cached(index: usize, seconds: Option<f64>, solves: bool) -> Skippe
 
 /// Whether the flexibility of both bodies together multiplies normal with tangential components.
 fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Failure> {
-    let meshed = plan.bodies.iter().any(|body| body.meshed().is_some());
+    let meshed =
+        plan.bodies.iter().any(|body| body.meshed().is_some() || matches!(body, BodySpec::Truncated(_)));
     // Grid operators that keep vanishing blocks multiply them; dense ones know theirs.
     if meshed || (frame.grid.is_some() && cross(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);

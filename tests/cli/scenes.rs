@@ -193,8 +193,11 @@ pub fn same(a: &Value, b: &Value, relative: f64) {
             let q = [0, 1].map(|k| step["tangential_force"][k].as_f64().unwrap());
             let worn = ["worn_volume", "dissipation"].map(|key| step[key].as_f64().unwrap());
             // What does not rub dissipates nothing but rounding of the work done.
-            let energy = worn[1].max(load * step["approach"].as_f64().unwrap());
-            [(load, load), (q[0], load), (q[1], load), (worn[0], worn[0]), (worn[1], energy)]
+            let [approach, peak] = ["approach", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
+            let energy = worn[1].max(load * approach);
+            let forces = [(load, load), (q[0], load), (q[1], load)];
+            let others = [(approach, approach), (peak, peak), (worn[0], worn[0]), (worn[1], energy)];
+            [&forces[..], &others].concat()
         };
         for ((x, scale), (y, _)) in values(a).into_iter().zip(values(b)) {
             assert!((x - y).abs() <= relative * scale.abs(), "{x} and {y} in {} and {}", a, b);

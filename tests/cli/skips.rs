@@ -65,7 +65,8 @@ fn skips_are_timed_and_named() {
         let known =
             entry.get("skip").is_some() || entry["what"].as_str().unwrap().starts_with("cycles one by one");
         assert_eq!(seconds.is_some(), known, "{entry}");
-        assert!(seconds.is_none_or(|seconds| seconds >= 0.0), "{entry}");
+        // All of them add to the time of contact problems that were solved.
+        assert!(seconds.is_none_or(|seconds| seconds > 0.0), "{entry}");
         if known && entry.get("skip").is_none() {
             cycles += 1;
             // 100 000 cycles take longer than those that were solved, of which there are fewer than a hundred.

@@ -25,7 +25,7 @@ pub struct Solver {
     pub skip: SkipChoice,
     /// Precision of the products inside linear solves; the residual is computed in double precision either way.
     pub precision: Precision,
-    /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; what the machine has if absent.
+    /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; 80 % of what is available if absent.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
     /// Relative tolerance of half-space operators that are compressed: those on frames of many cells that are no grid.

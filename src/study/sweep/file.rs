@@ -9,7 +9,7 @@ use super::scenes::Reader;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::summary::Units;
 use crate::scene::document::{Document, Node, Value, segments};
-use crate::scene::plan::{BodySpec, Plan};
+use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
 use crate::scene::{Mistake, Mistakes, check, parse};
 
@@ -88,8 +88,8 @@ pub struct Sweep {
     pub runs: Vec<RunSpec>,
     /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
     pub jumping: BTreeMap<String, &'static str>,
-    /// The plan of the first run, where its bodies are large enough for a forecast to matter.
-    pub meshed: Option<Plan>,
+    /// The plan of the first run.
+    pub first: Plan,
 }
 
 /// The study of the file at `path`; `overrides` are laid over the scene of every run.
@@ -151,8 +151,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
     let collect = if collect.is_empty() { usual(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    let meshed = first.bodies.iter().any(|body| matches!(body, BodySpec::Fe(_))).then_some(first);
-    Ok(Sweep { document, title, scene, units, axes, collect, curves, runs, jumping, meshed })
+    Ok(Sweep { document, title, scene, units, axes, collect, curves, runs, jumping, first })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.
