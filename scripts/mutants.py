@@ -11,54 +11,75 @@ import time
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-COPY = ROOT / "target" / "mutants" / "sources"
+COPY = ROOT / "target" / "mutants"
 PAGE = """# Mistakes made on purpose
 
-Would the tests notice? `./scripts/mutants` makes the classical mistakes of contact programs, one at a time, in a copy of the sources
-(`tests/mutants.toml`: file, what is replaced by what, the tests that are run), builds it, and shows which tests fail. It ends with an error if one of
-the mistakes is found by none, and begins by showing that all of these tests pass without them. Most of its time is compilation;
-`./scripts/mutants wear` makes those only whose names contain the word.
+Would the tests notice? `./scripts/mutants` puts the classical mistakes of contact programs into a copy of the sources (`tests/mutants.toml`: file, what
+takes the place of what, tests that are run), each behind a condition, builds it once, and shows for one after the other which tests fail. It ends with an error if one of
+the mistakes is found by none, and begins by showing that all of these tests pass without them. `./scripts/mutants wear` makes those only whose names contain the word.
 """
 
+# What the copy knows of the mistake that is being made.
+SWITCH = '''
+/// Whether the mistake `name` is being made.
+pub fn mistake(name: &str) -> bool {
+    static MADE: std::sync::LazyLock<String> =
+        std::sync::LazyLock::new(|| std::env::var("ORTHOWEAR_MISTAKE").unwrap_or_default());
+    *MADE == name
+}
+'''
 
-def copied():
-    """The files under version control, as they are now, in a folder of their own; those that are the same keep their times."""
+
+def with_mistakes(mutants):
+    """The sources with all mistakes in them, by name."""
+    changed = {"src/lib.rs": (ROOT / "src/lib.rs").read_text() + SWITCH}
+    for mutant in mutants:
+        text = changed.get(mutant["file"]) or (ROOT / mutant["file"]).read_text()
+        if text.count(mutant["from"]) != 1:
+            sys.exit(f"{mutant['name']}: `from` must stand once in {mutant['file']}, not {text.count(mutant['from'])} times")
+        made = mutant["to"].replace("MISTAKE", f"crate::mistake({mutant['name']!r})".replace("'", '"'))
+        changed[mutant["file"]] = text.replace(mutant["from"], made)
+    return changed
+
+
+def copied(changed):
+    """The files under version control, as they are now but for those that are `changed`; those that are the same keep their times."""
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True).stdout
     for name in filter(None, names.decode().split("\0")):
         source, target = ROOT / name, COPY / name
         if not source.is_file():
             continue
-        if not target.exists() or target.read_bytes() != source.read_bytes():
+        content = changed[name].encode() if name in changed else source.read_bytes()
+        if not target.exists() or target.read_bytes() != content:
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, target)
+            target.write_bytes(content)
+            shutil.copymode(source, target)
 
 
-def cargo(arguments):
-    environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target" / "mutants" / "built"), CARGO_INCREMENTAL="1")
-    command = ["cargo", "test", "--locked", *arguments]
+def verification(arguments, mistake=""):
+    """The verification tests of the copy, with the dependencies that scripts/test has built."""
+    target = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))
+    environment = dict(os.environ, CARGO_TARGET_DIR=target, ORTHOWEAR_MISTAKE=mistake)
+    command = ["cargo", "test", "--release", "--locked", "--test", "verification", *arguments]
     return subprocess.run(command, cwd=COPY, env=environment, capture_output=True, text=True)
 
 
-def failures(words):
-    """The tests that fail among those whose names contain one of the words; None if the sources do not compile."""
-    built = cargo(["--no-run", "--lib", "--test", "verification"])
-    if built.returncode != 0:
-        return None, built.stderr
-    ran = cargo(["--no-fail-fast", "--lib", "--test", "verification", "--", *words])
-    counted = sum(int(number) for number in re.findall(r"test result: .*?(\d+) passed", ran.stdout))
+def failures(words, mistake=""):
+    """How many tests have one of the words in their names, and those of them that fail."""
+    ran = verification(["--no-fail-fast", "--", *words], mistake)
     failed = sorted(set(re.findall(r"^test (\S+) \.\.\. FAILED", ran.stdout, re.M)))
-    counted += len(failed)
-    if counted == 0:
-        return None, "no test has such a name: " + ", ".join(words)
-    return failed, ran.stdout
+    passed = sum(int(number) for number in re.findall(r"test result: .*?(\d+) passed", ran.stdout))
+    if passed + len(failed) == 0:
+        sys.exit(f"no test ran of {', '.join(words)}:\n{ran.stdout[-2000:]}{ran.stderr[-2000:]}")
+    return passed + len(failed), failed
 
 
 def table(rows):
-    lines = ["| mistake | where | found by |", "|---|---|---|"]
-    for mutant, failed in rows:
+    lines = ["| mistake | where | tests run | found by |", "|---|---|---|---|"]
+    for mutant, ran, failed in rows:
         found = ", ".join(f"`{name}`" for name in failed[:4])
         more = f" and {len(failed) - 4} more" if len(failed) > 4 else ""
-        lines.append(f"| {mutant['name']} | `{mutant['file']}` | {found}{more} |")
+        lines.append(f"| {mutant['name']} | `{mutant['file']}` | {ran} | {found}{more} |")
     return "\n".join(lines)
 
 
@@ -67,27 +88,20 @@ def main():
     wanted = [m for m in mutants if not sys.argv[1:] or any(word in m["name"] for word in sys.argv[1:])]
     if not wanted:
         sys.exit("no mistake has such a name: " + ", ".join(m["name"] for m in mutants))
-    copied()
+    copied(with_mistakes(mutants))
+    built = verification(["--no-run"])
+    if built.returncode != 0:
+        sys.exit("the copy does not compile:\n" + built.stderr[-6000:])
     words = sorted({word for mutant in wanted for word in mutant["tests"]})
-    print(f"the sources as they are: {len(words)} groups of tests", flush=True)
-    failed, said = failures(words)
-    if failed is None or failed:
-        sys.exit("these must pass before a mistake is made:\n" + (said[-4000:] if failed is None else ", ".join(failed)))
+    ran, failed = failures(words)
+    if failed:
+        sys.exit("these must pass before a mistake is made: " + ", ".join(failed))
+    print(f"without a mistake all {ran} tests pass", flush=True)
     rows, missed = [], []
     for mutant in wanted:
         started = time.monotonic()
-        path = COPY / mutant["file"]
-        sound = path.read_text()
-        if sound.count(mutant["from"]) != 1:
-            sys.exit(f"{mutant['name']}: `from` must stand once in {mutant['file']}, not {sound.count(mutant['from'])} times")
-        path.write_text(sound.replace(mutant["from"], mutant["to"]))
-        try:
-            failed, said = failures(mutant["tests"])
-        finally:
-            path.write_text(sound)
-        if failed is None:
-            sys.exit(f"{mutant['name']} does not compile, or has no tests:\n{said[-4000:]}")
-        rows.append((mutant, failed))
+        ran, failed = failures(mutant["tests"], mutant["name"])
+        rows.append((mutant, ran, failed))
         if not failed:
             missed.append(mutant["name"])
         seconds = time.monotonic() - started

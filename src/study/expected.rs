@@ -50,7 +50,8 @@ pub(super) fn steps(
     let friction = plan.friction.ellipse();
     let of_step = |step: &Step| {
         let rubs = friction.is_some() && step.friction;
-        let bare = !rubs && !(step.wear && plan.wear.intensity(friction).is_some());
+        let wears = step.wear && plan.wear.intensity(friction).is_some();
+        let bare = !(rubs || wears);
         let share = if on_grid && bare && skips(Skip::TangentialUnknowns) { PRESSURES } else { 1.0 };
         let cycles = step.cycles.as_ref().map_or(0, |cycles| cycles.usual_solves(step.wear));
         StepSpent {
