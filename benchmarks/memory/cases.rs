@@ -232,7 +232,7 @@ fn boundary_elements(quick: bool) -> Vec<Case> {
     let sizes: &[(usize, &str)] = if quick {
         &[(8, "constant"), (8, "linear")]
     } else {
-        &[(6, "linear"), (8, "constant"), (8, "linear"), (6, "quadratic")]
+        &[(7, "linear"), (8, "constant"), (8, "linear"), (7, "quadratic")]
     };
     let case = |&(n, element): &(usize, &str)| {
         let scene = on_block(&format!("\"be\"\nelement = \"{element}\""), n / 2);
@@ -264,6 +264,6 @@ fn inside() -> Vec<Case> {
             &[INSIDE[0], "frame.cells=[512, 512]"],
         ),
         Case::file(GROUP, "3600 points in CFRP, 64 x 64 cells", "sphere-on-cfrp-halfspaces", &[INSIDE[1]]),
-        Case::block(GROUP, "3600 points in boundary elements", be, cube(6, Solids::Hex8), &[INSIDE[1], BARE]),
+        Case::block(GROUP, "3600 points in boundary elements", be, cube(5, Solids::Hex8), &[INSIDE[1], BARE]),
     ]
 }
