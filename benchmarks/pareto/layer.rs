@@ -129,7 +129,7 @@ fn configurations(quick: bool) -> Vec<Configuration> {
 pub fn case(quick: bool) -> Case {
     Case {
         name: "layer",
-        title: "Finite and boundary elements: a steel sphere on a bonded steel layer, force and peak pressure",
+        title: "Sphere on a bonded layer of finite elements: force, peak pressure",
         source: "integral equation (benchmarks/pareto/layer.py, nine digits; that the block ends matters by 2e-5)",
         known: 2e-5,
         scene: "benchmarks/pareto/layer.toml",
