@@ -232,7 +232,7 @@ fn boundary_elements(quick: bool) -> Vec<Case> {
     let sizes: &[(usize, &str)] = if quick {
         &[(8, "constant"), (8, "linear")]
     } else {
-        &[(7, "linear"), (8, "constant"), (8, "linear"), (7, "quadratic")]
+        &[(5, "linear"), (8, "constant"), (8, "linear"), (5, "quadratic")]
     };
     let case = |&(n, element): &(usize, &str)| {
         let scene = on_block(&format!("\"be\"\nelement = \"{element}\""), n / 2);
