@@ -23,6 +23,8 @@ pub enum Skip {
     DistantEntries,
     /// Cells of a grid away from the contact.
     DistantCells,
+    /// Half of the cells of a grid on which everything is its own mirror image.
+    MirrorHalf,
     /// Columns of the flexibility of meshed bodies for cells that cannot touch.
     OpenCells,
     /// Starts from nothing of increments that follow another.
@@ -31,7 +33,7 @@ pub enum Skip {
 
 impl Skip {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::TangentialUnknowns,
         Self::SlidingFriction,
         Self::NormalComponents,
@@ -40,6 +42,7 @@ impl Skip {
         Self::VanishingBlocks,
         Self::DistantEntries,
         Self::DistantCells,
+        Self::MirrorHalf,
         Self::OpenCells,
         Self::ColdStarts,
     ];

@@ -18,6 +18,13 @@ pub enum TangentialControl {
     Shift,
     /// The tangential force on body 2 along local (x, y) is given; the shift is found.
     Force([f64; 2]),
+    /// That along one of these axes alone is given; the shift along the other is.
+    Along {
+        /// The axis, 0 or 1.
+        axis: usize,
+        /// The force.
+        force: f64,
+    },
 }
 
 /// Whether pressures are to be found.

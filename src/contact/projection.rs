@@ -86,11 +86,11 @@ pub fn project(
             for j in 0..2 * n {
                 new[j] = old[j] - steps.tangential * g[j];
             }
-            if let TangentialControl::Force(force) = end.tangential {
-                let (carried, shift) = shift_for_force(new, problem.areas, &hat, force, steps.tangential);
+            if let Some(pull) = Pull::of(end.tangential, &hat) {
+                let (carried, shift) = shift_for_force(new, problem.areas, &hat, &pull, steps.tangential);
                 if let Equilibrium::Sliding(_) = carried {
                     equilibrium = carried;
-                    slide(new, n, hat.untraction(force));
+                    slide(new, n, pull.wanted);
                     continue;
                 }
                 let hatted_shift = hat.slip(shift);
@@ -196,21 +196,67 @@ fn lift_for_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     lift - highest
 }
 
+/// A prescribed tangential force, hatted: f̂ = M⁻¹ Rᵀ f.
+struct Pull {
+    wanted: [f64; 2],
+    /// The direction that body 2 is free to move along, of length 1; `None` if it is in all.
+    along: Option<[f64; 2]>,
+}
+
+impl Pull {
+    fn of(control: TangentialControl, hat: &Hat) -> Option<Self> {
+        match control {
+            TangentialControl::Shift => None,
+            TangentialControl::Force(force) => Some(Self { wanted: hat.untraction(force), along: None }),
+            TangentialControl::Along { axis, force } => {
+                let mut unit = [0.0; 2];
+                unit[axis] = 1.0;
+                // f = e·R M Σ A q̂ = |M Rᵀ e| d̂·Σ A q̂.
+                let moved = hat.slip(unit);
+                let size = moved[0].hypot(moved[1]);
+                let along = moved.map(|part| part / size);
+                Some(Self { wanted: along.map(|part| part * force / size), along: Some(along) })
+            }
+        }
+    }
+
+    /// The part of a sum of tractions that counts.
+    fn counted(&self, sum: [f64; 2]) -> [f64; 2] {
+        self.along.map_or(sum, |along| along.map(|part| part * (along[0] * sum[0] + along[1] * sum[1])))
+    }
+
+    /// The Newton step for a `defect` (of what counts): J (11, 12, 22) with `floor` on its diagonal, inverted.
+    fn step(&self, [a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
+        match self.along {
+            None => {
+                let (a, c) = (a + floor, c + floor);
+                let det = a * c - b * b;
+                [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det]
+            }
+            Some([x, y]) => {
+                let curvature = a * x * x + 2.0 * b * x * y + c * y * y + floor;
+                defect.map(|part| part / curvature)
+            }
+        }
+    }
+}
+
 /// The shift v (x, y) with Σ A R M clip(ẑ - a M Rᵀ v; p) = force: the minimum of a convex potential (Huber's, cell
 /// by cell), by damped Newton.
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
     hat: &Hat,
-    force: [f64; 2],
+    pull: &Pull,
     step: f64,
 ) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
-    // In hatted components: wanted Σ A clip = f̂, with f̂ = M⁻¹ Rᵀ force, unknown y = a M Rᵀ v.
-    let wanted = hat.untraction(force);
+    // In hatted components: wanted Σ A clip = f̂, unknown y = a M Rᵀ v.
+    let wanted = pull.wanted;
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
+        let force = hat.traction(wanted);
         let norm = force[0].hypot(force[1]);
         let mut motion = [0.0; balance::COMPONENTS];
         // Traction on body 2 is against its motion.
@@ -222,16 +268,14 @@ fn shift_for_force(
     let mut y = [0.0; 2];
     let mut current = clipped_sum(planes, areas, y);
     for _ in 0..200 {
-        let defect = [current.sum[0] - wanted[0], current.sum[1] - wanted[1]];
+        let defect = pull.counted([current.sum[0] - wanted[0], current.sum[1] - wanted[1]]);
         let error = defect[0].hypot(defect[1]);
         if error <= 1e-14 * capacity {
             break;
         }
         // The floor keeps the step bounded where everything slips one way and the Jacobian is singular.
         let floor = 0.1 * error / (y[0].hypot(y[1]) + scale);
-        let (a, b, c) = (current.jacobian[0] + floor, current.jacobian[1], current.jacobian[2] + floor);
-        let det = a * c - b * b;
-        let direction = [(c * defect[0] - b * defect[1]) / det, (a * defect[1] - b * defect[0]) / det];
+        let direction = pull.step(current.jacobian, floor, defect);
         let slope = direction[0] * defect[0] + direction[1] * defect[1];
         let value = current.potential + wanted[0] * y[0] + wanted[1] * y[1];
         let mut damping = 1.0;
@@ -239,7 +283,8 @@ fn shift_for_force(
             let trial = [y[0] + damping * direction[0], y[1] + damping * direction[1]];
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
-            let next_error = (next.sum[0] - wanted[0]).hypot(next.sum[1] - wanted[1]);
+            let [first, second] = pull.counted([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
+            let next_error = first.hypot(second);
             let accepted = next_value <= value - 1e-4 * damping * slope || next_error < 0.5 * error;
             if accepted || damping < 1e-9 {
                 y = trial;

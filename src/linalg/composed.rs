@@ -84,6 +84,14 @@ impl Flexibility for SharedFlexibility {
         self.0.placed(smaller, origin, factor)
     }
 
+    fn mirrors(&self, across: usize) -> bool {
+        self.0.mirrors(across)
+    }
+
+    fn mirrored(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.mirrored(across)
+    }
+
     fn entries(&self) -> Entries {
         self.0.entries()
     }

@@ -15,6 +15,7 @@ const TANGENTIAL_GAP: f64 = 1.4;
 const SECOND_HALF_SPACE: f64 = 1.65;
 const VANISHING_BLOCKS: f64 = 1.5;
 const COLD_STARTS: f64 = 1.1;
+const MIRROR_HALF: f64 = 1.4;
 
 /// Of cells away from the contact: power of the share of the frame in contact, which fits those scenes to a factor of 1.5.
 const DISTANT_CELLS: f64 = -0.5;
@@ -106,6 +107,7 @@ fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: Skip) -> f64 
         Skip::DistantCells => {
             more(spent.share.unwrap_or(USUAL_SHARE).powf(DISTANT_CELLS).clamp(1.0, 10.0), &|_| true)
         }
+        Skip::MirrorHalf => more(MIRROR_HALF, &|_| true),
         Skip::OpenCells => of_open_cells(frame),
         Skip::ColdStarts => more(COLD_STARTS, &|_| true),
     }

@@ -12,7 +12,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftNum, FftPlanner};
 
 /// Pieces into which the rows and the columns are divided for the threads.
-const TASKS: usize = 16;
+pub(super) const TASKS: usize = 16;
 
 /// Columns, and rows on the way back, gathered at once: their complex numbers share a cache line.
 const BLOCK: usize = 4;
@@ -42,6 +42,39 @@ impl Real for f32 {
 
     fn double(self) -> f64 {
         f64::from(self)
+    }
+}
+
+/// Plans whose convolutions go through columns of a spectrum.
+pub(super) trait Transforms<T: Real> {
+    /// Work space.
+    type Buffers: Send;
+
+    /// Number of columns, and their length.
+    fn columns(&self) -> [usize; 2];
+
+    /// Work space for up to `components` components.
+    fn buffers(&self, components: usize) -> Self::Buffers;
+
+    /// Transforms `input` (C planes over the cells) times the first factor, lets `multiply(number, columns)` act on the C columns
+    /// of each number, and transforms back into `output`, times the second. Not normalised; does not allocate.
+    fn apply_scaled<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        buffers: (&mut Self::Buffers, [f64; 2]),
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
+    );
+
+    /// The same without factors.
+    fn apply<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        buffers: &mut Self::Buffers,
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
+    ) {
+        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
     }
 }
 
@@ -110,57 +143,6 @@ impl<T: Real> Convolution<T> {
     /// their places in the cache.
     fn column_stride(&self) -> usize {
         (self.cells[0].div_ceil(BLOCK) | 1) * BLOCK
-    }
-
-    /// Work space for up to `components` components.
-    pub(super) fn buffers(&self, components: usize) -> Buffers<T> {
-        let zero = Complex::new(T::zero(), T::zero());
-        let half = self.half_spectrum();
-        let fft = [
-            self.rows.get_scratch_len(),
-            self.rows_back.get_scratch_len(),
-            self.columns.get_inplace_scratch_len(),
-            self.columns_back.get_inplace_scratch_len(),
-        ];
-        let scratch = || Scratch {
-            real: vec![T::zero(); self.padded[1]],
-            spectra: vec![zero; BLOCK * half],
-            columns: vec![zero; BLOCK * components * self.padded[0]],
-            fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
-        };
-        Buffers {
-            rows: vec![zero; components * self.cells[0] * half],
-            columns: vec![zero; components * self.column_stride() * half],
-            tasks: (0..TASKS).map(|_| scratch()).collect(),
-        }
-    }
-
-    /// Transforms `input` (C planes over the cells), lets `multiply(k_y, columns)` act on the C columns
-    /// `[padded_x]` of each k_y, and transforms back into `output`. Not normalised; does not allocate.
-    pub(super) fn apply<const C: usize>(
-        &self,
-        input: &[f64],
-        output: &mut [f64],
-        buffers: &mut Buffers<T>,
-        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
-    ) {
-        self.apply_scaled::<C>(input, output, (buffers, [1.0; 2]), multiply);
-    }
-
-    /// The same with factors on what goes in and on what comes out.
-    pub(super) fn apply_scaled<const C: usize>(
-        &self,
-        input: &[f64],
-        output: &mut [f64],
-        (buffers, [before, after]): (&mut Buffers<T>, [f64; 2]),
-        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
-    ) {
-        let Buffers { rows, columns, tasks } = buffers;
-        let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
-        let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
-        self.forward_rows::<C>((input, before), rows, tasks);
-        self.through_columns::<C>(rows, columns, tasks, multiply);
-        self.backward_rows::<C>(columns, (output, after), tasks);
     }
 
     fn forward_rows<const C: usize>(
@@ -310,6 +292,51 @@ impl<T: Real> Convolution<T> {
             columns.chunks_exact_mut(px).for_each(|column| self.columns.process(column));
         });
         columns
+    }
+}
+
+impl<T: Real> Transforms<T> for Convolution<T> {
+    type Buffers = Buffers<T>;
+
+    fn columns(&self) -> [usize; 2] {
+        [self.half_spectrum(), self.padded[0]]
+    }
+
+    fn buffers(&self, components: usize) -> Buffers<T> {
+        let zero = Complex::new(T::zero(), T::zero());
+        let half = self.half_spectrum();
+        let fft = [
+            self.rows.get_scratch_len(),
+            self.rows_back.get_scratch_len(),
+            self.columns.get_inplace_scratch_len(),
+            self.columns_back.get_inplace_scratch_len(),
+        ];
+        let scratch = || Scratch {
+            real: vec![T::zero(); self.padded[1]],
+            spectra: vec![zero; BLOCK * half],
+            columns: vec![zero; BLOCK * components * self.padded[0]],
+            fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
+        };
+        Buffers {
+            rows: vec![zero; components * self.cells[0] * half],
+            columns: vec![zero; components * self.column_stride() * half],
+            tasks: (0..TASKS).map(|_| scratch()).collect(),
+        }
+    }
+
+    fn apply_scaled<const C: usize>(
+        &self,
+        input: &[f64],
+        output: &mut [f64],
+        (buffers, [before, after]): (&mut Buffers<T>, [f64; 2]),
+        multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
+    ) {
+        let Buffers { rows, columns, tasks } = buffers;
+        let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
+        let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
+        self.forward_rows::<C>((input, before), rows, tasks);
+        self.through_columns::<C>(rows, columns, tasks, multiply);
+        self.backward_rows::<C>(columns, (output, after), tasks);
     }
 }
 

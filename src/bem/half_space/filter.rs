@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use nalgebra::Complex;
 
-use super::fft_plan::{Buffers, Convolution};
+use super::fft_plan::{Convolution, Transforms};
 use super::symbol::{COUPLED, UNCOUPLED, multiply_coupled, multiply_tangential, multiply_uncoupled};
 
 /// Numbers compared side by side.
@@ -47,21 +47,21 @@ impl Parts {
 }
 
 /// A symbol in single precision with what its products need.
-pub(super) struct Filter {
-    convolution: Convolution<f32>,
+pub(super) struct Filter<P: Transforms<f32> = Convolution<f32>> {
+    convolution: P,
     parts: Parts,
-    /// `[k_y][planes][padded_x]` over `size`.
+    /// `[column][planes][length]` over `size`.
     symbol: Vec<f32>,
     size: f64,
-    buffers: Mutex<Buffers<f32>>,
+    buffers: Mutex<P::Buffers>,
 }
 
-impl Filter {
-    /// With the symbol `[k_y][planes][padded_x]`, 1/(padded size) included, or with several that hold some of its planes
+impl<P: Transforms<f32> + Sync> Filter<P> {
+    /// With the symbol `[column][planes][length]`, 1/(padded size) included, or with several that hold some of its planes
     /// each, in their order.
-    pub(super) fn new(convolution: Convolution<f32>, parts: Parts, symbols: &[&[f64]]) -> Self {
+    pub(super) fn new(convolution: P, parts: Parts, symbols: &[&[f64]]) -> Self {
         let size = symbols.iter().map(|symbol| largest(symbol)).fold(0.0, f64::max);
-        let half = convolution.half_spectrum();
+        let [half, _] = convolution.columns();
         let mut symbol = Vec::with_capacity(symbols.iter().map(|planes| planes.len()).sum());
         for ky in 0..half {
             for planes in symbols {
@@ -81,7 +81,7 @@ impl Filter {
             output.fill(0.0 * scale);
             return;
         }
-        let (px, planes) = (self.convolution.padded[0], self.parts.planes());
+        let ([_, px], planes) = (self.convolution.columns(), self.parts.planes());
         let scales = [1.0 / scale, scale * self.size];
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let row = |ky: usize| &self.symbol[ky * planes * px..(ky + 1) * planes * px];

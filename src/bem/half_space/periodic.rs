@@ -18,7 +18,7 @@ use nalgebra::{Complex, Matrix3};
 
 use super::admittance::Admittance;
 use super::fft::{CrossBlocks, check};
-use super::fft_plan::{Buffers, Convolution, fast_size};
+use super::fft_plan::{Buffers, Convolution, Transforms, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::harmonics::{Harmonics, Repeated};
@@ -26,7 +26,7 @@ use super::line::Line;
 use super::offsets;
 use super::periodic_symbol::{PLANES, closed, open_along};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::{inverse_of, normal_inverse};
+use super::symbol_inverse::inverse_of;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::PerCell;
@@ -200,7 +200,8 @@ impl Flexibility for PeriodicFlexibility {
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
-        let make = || normal_inverse(Convolution::padded(cells, cells), self.spacing, &self.admittance);
+        let make =
+            || inverse_of(Parts::Normal, Convolution::padded(cells, cells), self.spacing, &self.admittance);
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }

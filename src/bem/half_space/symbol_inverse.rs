@@ -26,8 +26,7 @@ struct Wavenumbers {
 }
 
 impl Wavenumbers {
-    fn new(convolution: &Convolution<f32>, spacing: [f64; 2]) -> Self {
-        let padded = convolution.padded;
+    fn new(padded: [usize; 2], spacing: [f64; 2]) -> Self {
         let lowest = [0, 1].map(|axis| 2.0 * PI / (padded[axis] as f64 * spacing[axis]));
         Self { padded, lowest }
     }
@@ -47,40 +46,27 @@ impl Wavenumbers {
     }
 }
 
-/// The filter that multiplies normal gaps by κ / W_nn; `convolution`: of the grid, taken as periodic; `spacing`: sides of the
-/// cells, mm.
-pub(super) fn normal_inverse(
-    convolution: Convolution<f32>,
-    spacing: [f64; 2],
-    admittance: &Admittance,
-) -> Filter {
-    let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
-    let weight = 1.0 / (px * py) as f64;
-    let mut symbol = Vec::with_capacity(px * convolution.half_spectrum());
-    for ky in 0..convolution.half_spectrum() {
-        for kx in 0..px {
-            let [.., nn] = admittance.at(wavenumbers.at(kx, ky));
-            symbol.push(weight / nn);
-        }
-    }
-    Filter::new(convolution, Parts::Normal, &[&symbol])
-}
-
-/// As [`normal_inverse`] for the other components, or all: κ W⁻¹.
-pub(super) fn inverse_of(
+/// The symbol `[k_y][planes][padded_x]` that multiplies normal gaps by κ / W_nn, or gaps of other components by κ W⁻¹; `padded`:
+/// of the grid taken as periodic; `spacing`: sides of the cells, mm.
+pub(super) fn inverse_symbol(
     parts: Parts,
-    convolution: Convolution<f32>,
+    padded: [usize; 2],
     spacing: [f64; 2],
     admittance: &Admittance,
-) -> Filter {
-    let (wavenumbers, [px, py]) = (Wavenumbers::new(&convolution, spacing), convolution.padded);
+) -> Vec<f64> {
+    let (wavenumbers, [px, py]) = (Wavenumbers::new(padded, spacing), padded);
     let weight = 1.0 / (px * py) as f64;
     let first = usize::from(parts == Parts::Tangential);
     let count = parts.planes();
-    let mut symbol = vec![0.0; count * px * convolution.half_spectrum()];
+    let mut symbol = vec![0.0; count * px * (py / 2 + 1)];
     for (ky, planes) in symbol.chunks_exact_mut(count * px).enumerate() {
         for kx in 0..px {
-            let w = inverse(&hermitian(&admittance.at(wavenumbers.at(kx, ky)))) * Complex::from(weight);
+            let rows = admittance.at(wavenumbers.at(kx, ky));
+            if parts == Parts::Normal {
+                planes[kx] = weight / rows[8];
+                continue;
+            }
+            let w = inverse(&hermitian(&rows)) * Complex::from(weight);
             let (xy, xn, yn) = (w[(0, 1)], w[(0, 2)], w[(1, 2)]);
             let diagonal = [2, 0, 1].map(|k| w[(k, k)].re);
             let values = diagonal.into_iter().chain([xy, xn, yn].into_iter().flat_map(|z| [z.re, z.im]));
@@ -91,6 +77,17 @@ pub(super) fn inverse_of(
                 .for_each(|(plane, value)| planes[plane * px + kx] = value);
         }
     }
+    symbol
+}
+
+/// The filter with that symbol; `convolution`: of the grid, taken as periodic.
+pub(super) fn inverse_of(
+    parts: Parts,
+    convolution: Convolution<f32>,
+    spacing: [f64; 2],
+    admittance: &Admittance,
+) -> Filter {
+    let symbol = inverse_symbol(parts, convolution.padded, spacing, admittance);
     Filter::new(convolution, parts, &[&symbol])
 }
 

@@ -3,6 +3,7 @@
 mod barzilai_borwein;
 mod conjugate_gradients;
 mod gauss_seidel;
+mod mirror;
 mod nested;
 mod newton;
 mod projected;
@@ -12,6 +13,7 @@ mod split;
 mod uzawa;
 
 pub use gauss_seidel::entries_bytes;
+pub use mirror::{Axes, is_even};
 pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
@@ -180,8 +182,29 @@ fn solve_nested(
     SolveReport { iterations, applications: report.applications + whole.applications, ..whole }
 }
 
-/// Solves on all cells by the methods of the chain.
+/// Solves on half of the cells, if the other half is their mirror image, or else on all.
 fn solve_whole(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+) -> SolveReport {
+    let Some(half) = mirror::solve(problem, it, options, watch, &mut by_methods) else {
+        return by_methods(problem, it, options, watch);
+    };
+    if half.stop == Stop::Interrupted || half.converged() && half.residual <= options.tolerance {
+        return half;
+    }
+    // Whatever cannot be had on the half is a matter of all cells.
+    let max_iterations = options.max_iterations.saturating_sub(half.iterations);
+    let mut told = |iterations: usize, residual: f64| watch(half.iterations + iterations, residual);
+    let whole = by_methods(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+    let iterations = half.iterations + whole.iterations;
+    SolveReport { iterations, applications: half.applications + whole.applications, ..whole }
+}
+
+/// Solves on all cells by the methods of the chain.
+fn by_methods(
     problem: &Increment,
     it: &mut Iterate,
     options: &SolverOptions,

@@ -38,7 +38,7 @@ pub struct Solver {
 #[serde(
     untagged,
     expecting = "skip is true, false or a list of: tangential-unknowns, sliding-friction, normal-components, tangential-gap, \
-                 second-half-space, vanishing-blocks, distant-entries, distant-cells, open-cells, cold-starts"
+                 second-half-space, vanishing-blocks, distant-entries, distant-cells, mirror-half, open-cells, cold-starts"
 )]
 #[schemars(inline)]
 pub enum SkipChoice {

@@ -105,6 +105,9 @@ pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<Free> {
     if let TangentialControl::Force(force) = end.tangential {
         free.extend([0, 1].map(|axis| Free { end: index, motion: unit(axis), work: force[axis] }));
     }
+    if let TangentialControl::Along { axis, force } = end.tangential {
+        free.push(Free { end: index, motion: unit(axis), work: force });
+    }
     if let (NormalControl::Force(force), Pressures::Unknown) = (end.normal, problem.pressures) {
         free.push(Free { end: index, motion: unit(2), work: force });
     }

@@ -1,0 +1,245 @@
+//! Half of an increment whose other half is its mirror image: along the mirror tractions and gaps are even, across it odd.
+//!
+//! The unknowns of the half are those of its own cells, under half of each prescribed force; the operator adds what the images
+//! do. The answer is put together on all cells and judged there.
+
+use super::super::window::{Operator, Part, Window};
+use super::super::{End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl};
+use super::{Method, SolveReport, SolverOptions, Watch};
+use crate::friction::FrictionEllipse;
+use crate::skip::Skip;
+use crate::wear::WearIntensity;
+
+/// What differs from its mirror image by this share of the largest is rounding: of transforms, of sums over increments.
+const EXACT: f64 = 1e-13;
+
+/// The same of what a solve starts from, which is no part of its answer.
+const START: f64 = 1e-3;
+
+/// Share of the tolerance for the half: sums over all cells round otherwise.
+const SHARE: f64 = 0.99;
+
+/// Grids of fewer cells along a side are not worth it.
+const SMALL: usize = 16;
+
+/// Axes of laws, and what they do along them.
+#[derive(Debug, Clone, Copy)]
+pub struct Axes {
+    /// Along the first and the second.
+    pub sizes: [f64; 2],
+    /// Angle of the first from the frame's x, radians.
+    pub angle: f64,
+}
+
+impl From<FrictionEllipse> for Axes {
+    fn from(ellipse: FrictionEllipse) -> Self {
+        Self { sizes: ellipse.mu, angle: ellipse.angle }
+    }
+}
+
+impl From<WearIntensity> for Axes {
+    fn from(wear: WearIntensity) -> Self {
+        Self { sizes: wear.i, angle: wear.angle }
+    }
+}
+
+impl Axes {
+    /// Whether the law is its own mirror image along x, and so along y.
+    pub fn mirror(&self) -> bool {
+        let [first, second] = self.sizes;
+        let (sin, cos) = self.angle.sin_cos();
+        (sin * cos).abs() <= EXACT || (first - second).abs() <= EXACT * first.abs()
+    }
+}
+
+/// Whether a field on a grid is its own mirror image along axis `across`, whose number of cells is even.
+pub fn is_even(field: &[f64], grid: [usize; 2], across: usize) -> bool {
+    Halves { grid, across }.are_alike([(field, 1.0)], EXACT)
+}
+
+/// A grid and the axis across the mirror in its middle.
+#[derive(Clone, Copy)]
+struct Halves {
+    grid: [usize; 2],
+    across: usize,
+}
+
+impl Halves {
+    /// The half of the larger indices.
+    fn window(&self) -> Window {
+        let (mut origin, mut cells) = ([0; 2], self.grid);
+        cells[self.across] /= 2;
+        origin[self.across] = cells[self.across];
+        Window { frame: self.grid, origin, cells, factor: 1 }
+    }
+
+    /// Pairs of a cell of that half and its image.
+    fn pairs(self) -> impl Iterator<Item = [usize; 2]> {
+        let [nx, ny] = self.grid;
+        let Window { origin: [x0, y0], .. } = self.window();
+        let image = move |x, y| if self.across == 0 { (nx - 1 - x, y) } else { (x, ny - 1 - y) };
+        (x0..nx).flat_map(move |x| {
+            (y0..ny).map(move |y| {
+                let (mx, my) = image(x, y);
+                [x * ny + y, mx * ny + my]
+            })
+        })
+    }
+
+    /// Whether fields `[N]` are their images with the sign that goes with each, within a share of the largest of all.
+    fn are_alike<const F: usize>(&self, fields: [(&[f64], f64); F], share: f64) -> bool {
+        let values = fields.iter().flat_map(|(field, _)| *field);
+        let bound = share * values.fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        fields.iter().all(|(field, sign)| {
+            self.pairs().all(|[cell, image]| (field[cell] - sign * field[image]).abs() <= bound)
+        })
+    }
+
+    /// Signs of the images of the components x, y.
+    fn signs(&self) -> [f64; 2] {
+        [0, 1].map(|axis| if axis == self.across { -1.0 } else { 1.0 })
+    }
+
+    /// Whether a vector field in the surface `[2, N]` is its own image.
+    fn is_alike(&self, vectors: &[f64]) -> bool {
+        let (x, y) = vectors.split_at(vectors.len() / 2);
+        let [sx, sy] = self.signs();
+        self.are_alike([(x, sx), (y, sy)], EXACT)
+    }
+
+    /// Whether nothing of a vector points across the mirror.
+    fn is_along(&self, vector: [f64; 2]) -> bool {
+        vector[self.across].abs() <= EXACT * vector[1 - self.across].abs()
+    }
+
+    /// Whether the increment is its own image, the state in `it` about so.
+    fn suit(&self, problem: &Increment, it: &Iterate) -> bool {
+        let n = problem.n();
+        let even = |field: &[f64]| self.are_alike([(field, 1.0)], EXACT);
+        let laws = [problem.friction.map(Axes::from), problem.wear.map(Axes::from)];
+        // Of pressures alone what happens in the surface is no matter.
+        let bare = problem.normal_only() && problem.wear.is_none();
+        let gap = |gap: &[f64]| even(&gap[2 * n..]) && (bare || self.is_alike(&gap[..2 * n]));
+        let turns =
+            |(k, floating): (usize, &Vec<f64>)| it.floating.iter().all(|f| f[k] == 0.0) || gap(floating);
+        laws.iter().flatten().all(Axes::mirror)
+            && even(problem.areas)
+            && gap(problem.initial_gap)
+            && even(problem.worn)
+            && problem.path_factors.is_none_or(even)
+            && problem.floating.iter().enumerate().all(turns)
+            && problem.ends.iter().enumerate().all(|(k, end)| {
+                let level = end.balance.is_none() && end.lifted.as_deref().is_none_or(even);
+                level && (bare || self.suit_along(end, it.rigid[k]))
+            })
+            && self.starts(problem, it)
+    }
+
+    /// Whether an end is moved, or pulled, along the mirror, and its slip measured from what is its own image.
+    fn suit_along(&self, end: &End, rigid: [f64; 3]) -> bool {
+        let along = match end.tangential {
+            TangentialControl::Shift => self.is_along([rigid[0], rigid[1]]),
+            TangentialControl::Force(force) => self.is_along(force),
+            TangentialControl::Along { .. } => false,
+        };
+        along
+            && match &end.reference {
+                SlipReference::Previous(at) | SlipReference::Given(at) => self.is_alike(at),
+                SlipReference::EndBefore { stuck, at } => {
+                    self.pairs().all(|[cell, image]| stuck[cell] == stuck[image]) && self.is_alike(at)
+                }
+                SlipReference::Upstream(upstream) => {
+                    let from = &upstream.from;
+                    let step = |cell: usize| from[cell] as isize - cell as isize;
+                    self.pairs().all(|[cell, image]| step(cell) == step(image))
+                        && self.is_alike(&upstream.creep)
+                }
+            }
+    }
+
+    /// Whether the state is about its own image, pressures that are given exactly so.
+    fn starts(&self, problem: &Increment, it: &Iterate) -> bool {
+        let (n, [sx, sy]) = (problem.n(), self.signs());
+        let share = if problem.pressures == Pressures::Given { EXACT } else { START };
+        let mut physical = vec![0.0; 2 * n];
+        it.hatted.chunks_exact(3 * n).all(|planes| {
+            for i in 0..n {
+                let hatted = [planes[i], planes[n + i]];
+                [physical[i], physical[n + i]] = problem.hat().map_or(hatted, |hat| hat.traction(hatted));
+            }
+            let (x, y) = physical.split_at(n);
+            self.are_alike([(&planes[2 * n..], 1.0)], share) && self.are_alike([(x, sx), (y, sy)], START)
+        })
+    }
+
+    /// An end as the half has it.
+    fn halved(&self, end: &mut End) {
+        if let NormalControl::Force(force) = &mut end.normal {
+            *force *= 0.5;
+        }
+        if let TangentialControl::Force(force) = end.tangential {
+            let axis = 1 - self.across;
+            end.tangential = TangentialControl::Along { axis, force: 0.5 * force[axis] };
+        }
+    }
+
+    /// Puts the state of the half and its image into that of all cells.
+    fn put_together(&self, problem: &Increment, half: &Iterate, it: &mut Iterate) {
+        let (n, hat, [sx, sy]) = (problem.n(), problem.hat(), self.signs());
+        let ends = it.hatted.chunks_exact_mut(3 * n).zip(half.hatted.chunks_exact(3 * n / 2));
+        for (planes, of_half) in ends {
+            for (k, [cell, image]) in self.pairs().enumerate() {
+                let q = [of_half[k], of_half[n / 2 + k]];
+                let turned = match hat {
+                    Some(hat) => {
+                        let [x, y] = hat.traction(q);
+                        hat.untraction([sx * x, sy * y])
+                    }
+                    None => [sx * q[0], sy * q[1]],
+                };
+                for (at, [x, y]) in [(cell, q), (image, turned)] {
+                    (planes[at], planes[n + at], planes[2 * n + at]) = (x, y, of_half[n + k]);
+                }
+            }
+        }
+        for (k, end) in problem.ends.iter().enumerate() {
+            let across = it.rigid[k][self.across];
+            it.rigid[k] = half.rigid[k];
+            if end.tangential == TangentialControl::Shift {
+                it.rigid[k][self.across] = across;
+            }
+        }
+        it.floating.clone_from(&half.floating);
+    }
+}
+
+/// Solves half of the increment from the state in `it`, which takes the answer; `None` if it is not its own mirror image.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut Iterate,
+    options: &SolverOptions,
+    watch: &mut Watch,
+    inner: &mut super::nested::Inner,
+) -> Option<SolveReport> {
+    let grid = problem.flexibility.grid()?;
+    let large = grid.iter().all(|&cells| cells >= SMALL);
+    if !(large && options.skip.has(Skip::MirrorHalf) && options.method == Method::Auto)
+        || problem.rigid_axes.is_some()
+    {
+        return None;
+    }
+    let halves = [1, 0].into_iter().filter(|&across| problem.flexibility.mirrors(across));
+    let halves = halves.map(|across| Halves { grid, across }).find(|halves| halves.suit(problem, it))?;
+    let operator = Operator::Own(problem.flexibility.mirrored(halves.across)?);
+    let part = Part::new(problem, halves.window(), operator)?;
+    let mut half = part.problem(problem);
+    half.ends.iter_mut().for_each(|end| halves.halved(end));
+    let mut state = part.state(it);
+    state.rigid.iter_mut().for_each(|rigid| rigid[halves.across] = 0.0);
+    let tolerance = SHARE * options.tolerance;
+    let report = inner(&half, &mut state, &SolverOptions { tolerance, ..*options }, watch);
+    halves.put_together(problem, &state, it);
+    problem.evaluate(it);
+    let applications = report.applications + problem.applications();
+    Some(SolveReport { applications, residual: problem.natural_residual(it), ..report })
+}
