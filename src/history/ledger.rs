@@ -1,10 +1,10 @@
 //! What the contact stage leaves out.
 
-use super::step::{CycleMotion, Drive, Spin, Step, Tilt};
-use crate::contact::solver::on_windows;
+use super::model::Model;
+use super::step::{CycleMotion, Drive, Spin, Step, Tangential, Tilt};
+use crate::contact::solver::{Axes, is_along, is_even, on_halves, on_windows};
 use crate::contact::{Method, SolverOptions};
 use crate::friction::FrictionLaw;
-use crate::linalg::operator::Flexibility;
 use crate::skip::{Skip, Skipped, Work};
 use crate::wear::WearLaw;
 
@@ -17,15 +17,23 @@ pub struct OperatorSkips {
     pub windows: bool,
     /// Whether pressures and tractions in the surface are found one after the other.
     pub apart: bool,
+    /// Whether operator and gap are their own mirror images along x and y, and halves are solved of what is.
+    pub mirrors: [bool; 2],
 }
 
 impl OperatorSkips {
-    pub(super) fn of(operator: &dyn Flexibility, options: &SolverOptions) -> Self {
+    pub(super) fn of(model: &Model, options: &SolverOptions) -> Self {
+        let operator = model.flexibility.as_ref();
+        let normal = &model.initial_gap[2 * operator.n_cells()..];
+        let grid = operator.grid().filter(|_| on_halves(operator.grid(), options));
+        let mirrors =
+            |across| operator.mirrors(across) && grid.is_some_and(|grid| is_even(normal, grid, across));
         let apart = operator.tangential().is_some() && options.skip.has(Skip::NormalComponents);
         Self {
             grid: operator.grid().is_some(),
             windows: on_windows(operator.grid(), options),
             apart: options.method == Method::Auto && apart,
+            mirrors: [0, 1].map(mirrors),
         }
     }
 }
@@ -80,6 +88,7 @@ pub fn skipped_by_contact(
             "iterations run on coarser cells and on a window about the contact; each state is judged on the whole frame",
         ));
     }
+    skipped.extend(halved(friction, wear, steps, operator.mirrors));
     let follows = steps.len() > 1 || steps.iter().any(|step| step.increments > 1 || step.cycles.is_some());
     if follows && options.skip.has(Skip::ColdStarts) {
         skipped.push(Skipped::new(
@@ -98,6 +107,57 @@ pub fn skipped_by_contact(
         ));
     }
     skipped
+}
+
+/// Halves of the cells, in the steps before the first that is not its own mirror image.
+fn halved(friction: &FrictionLaw, wear: &WearLaw, steps: &[Step], mirrors: [bool; 2]) -> Option<Skipped> {
+    let ellipse = friction.ellipse();
+    let laws = [ellipse.map(Axes::from), wear.intensity(ellipse).map(Axes::from)];
+    if !laws.iter().flatten().all(Axes::mirror) {
+        return None;
+    }
+    let first = |across: usize| steps.iter().take_while(|step| mirrors_itself(step, across)).count();
+    let counts = [1, 0].into_iter().filter(|&across| mirrors[across]).map(|across| (first(across), across));
+    let (count, across) = counts.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
+    let mut names: Vec<&str> = steps[..count].iter().map(|step| step.name.as_str()).collect();
+    names.dedup();
+    (count > 0).then(|| {
+        Skipped::new(
+            Skip::MirrorHalf,
+            format!("half of the cells in the iterations of step {}", names.join(", ")),
+            format!(
+                "bodies, gap and loads are their own mirror images along {}; each state is judged on the whole frame",
+                ["x", "y"][across]
+            ),
+        )
+    })
+}
+
+/// Whether what a step prescribes is its own mirror image along axis `across`.
+fn mirrors_itself(step: &Step, across: usize) -> bool {
+    let along = |vector: [f64; 2]| is_along(vector, across);
+    let shifted = match step.tangential {
+        Some(Tangential::Shift(vector) | Tangential::Force(vector)) => along(vector),
+        None => true,
+    };
+    let turned = match step.tilt {
+        Some(Tilt::Rotation(about)) => about[1 - across] != 0.0,
+        Some(Tilt::Moment(_)) => true,
+        None => false,
+    };
+    let spun = step.spin.is_some_and(|spin| spin != Spin::Twist(0.0));
+    let cycled = step.cycles.as_ref().is_none_or(|cycles| match &cycles.motion {
+        CycleMotion::Closed(closed) => {
+            let (sin, cos) = closed.angle.sin_cos();
+            closed.amplitude[1] == 0.0 && along([cos, sin])
+        }
+        CycleMotion::Sliding { angle } => along([angle.cos(), angle.sin()]),
+    });
+    let rolled = step.rolling.is_none_or(|rolling| {
+        let straight = rolling.creepage[1] == 0.0 && rolling.spin == 0.0;
+        straight && usize::from(rolling.quarter_turns % 2) != across
+    });
+    shifted && !turned && !spun && cycled && rolled
 }
 
 /// Whether fewer cycles are solved than there are.

@@ -139,7 +139,7 @@ pub fn run_from(
             &model.friction,
             &model.wear,
             steps,
-            (options, OperatorSkips::of(model.flexibility.as_ref(), options)),
+            (options, OperatorSkips::of(model, options)),
         ),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],

@@ -108,7 +108,7 @@ fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<f64>, Failure> {
+pub(super) fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<f64>, Failure> {
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {

@@ -27,6 +27,9 @@ const ON_GRID: f64 = 10.0;
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
+/// Product on half of the cells, the others being its mirror image, over that on all.
+const HALF: f64 = 0.7;
+
 /// What the steps of a plan are expected to take, with the work left out that `ledger` says.
 pub(super) fn steps(
     plan: &Plan,
@@ -47,6 +50,7 @@ pub(super) fn steps(
     let [first, second] = [0, 1].map(|index| bodies[index].application);
     let product = if skips(Skip::SecondHalfSpace) { first.max(second) } else { first + second };
     let product = if skips(Skip::DistantCells) { WINDOW * product } else { product };
+    let product = if skips(Skip::MirrorHalf) { HALF * product } else { product };
     let friction = plan.friction.ellipse();
     let of_step = |step: &Step| {
         let rubs = friction.is_some() && step.friction;

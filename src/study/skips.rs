@@ -14,7 +14,7 @@ use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::body::BodyEquations::HalfSpace;
 use crate::body::{ElasticBody, Estimate};
 use crate::contact::Method;
-use crate::contact::solver::on_windows;
+use crate::contact::solver::{is_even, on_halves, on_windows};
 use crate::coupling;
 use crate::frame::ContactFrame;
 use crate::history::ledger::{OperatorSkips, skipped_by_contact};
@@ -44,7 +44,12 @@ pub(super) fn skips(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Resu
         && grid.is_some()
         && options.skip.has(Skip::NormalComponents)
         && !couples(plan, frame, summed)?;
-    let operator = OperatorSkips { grid: grid.is_some(), windows: on_windows(grid, &options), apart };
+    let operator = OperatorSkips {
+        grid: grid.is_some(),
+        windows: on_windows(grid, &options),
+        apart,
+        mirrors: mirrors(plan, frame, (grid.filter(|_| on_halves(grid, &options)), near))?,
+    };
     let of_contact = skipped_by_contact(&plan.friction, &plan.wear, &plan.steps, (&options, operator));
     let mut all = skipped;
     all.extend(candidates::skipped(frame));
@@ -146,19 +151,43 @@ fn couples(plan: &Plan, frame: &ContactFrame, summed: bool) -> Result<bool, Fail
     if meshed || (frame.grid.is_some() && cross(plan, frame) == CrossBlocks::Keep) {
         return Ok(true);
     }
-    let mut bodies = Vec::new();
-    for index in 0..SIDES.len() {
-        if let BodySpec::HalfSpace(elastic) = &plan.bodies[index] {
-            bodies.push(half_space(elastic, index, frame)?);
-        }
-    }
-    let greens: Vec<&SurfaceGreen> = bodies
-        .iter()
-        .filter_map(|body| if let HalfSpace(green) = body.equations() { Some(green) } else { None })
-        .collect();
+    let greens = greens(plan, frame)?;
+    let greens: Vec<&SurfaceGreen> = greens.iter().collect();
     Ok(if summed {
         SurfaceGreen::sum(&greens).couples_normal_tangential()
     } else {
         greens.iter().any(|green| green.couples_normal_tangential())
     })
+}
+
+/// Whether operator and gap are their own mirror images along x and y; `grid`: the cells, if halves are solved of such.
+fn mirrors(
+    plan: &Plan,
+    frame: &ContactFrame,
+    (grid, near): (Option<[usize; 2]>, &[Near; 2]),
+) -> Result<[bool; 2], Failure> {
+    let Some(grid) = grid.filter(|_| near.iter().all(|near| near.site().is_none())) else {
+        return Ok([false; 2]);
+    };
+    let greens = greens(plan, frame)?;
+    let green = SurfaceGreen::sum(&greens.iter().collect::<Vec<_>>());
+    let between = |across: usize| grid[across].is_multiple_of(2) && green.mirrors(across);
+    if ![0, 1].into_iter().any(between) {
+        return Ok([false; 2]);
+    }
+    let gap = candidates::initial_gap(plan, frame, near)?;
+    Ok([0, 1].map(|across| between(across) && is_even(&gap, grid, across)))
+}
+
+/// Those of the half-spaces.
+fn greens(plan: &Plan, frame: &ContactFrame) -> Result<Vec<SurfaceGreen>, Failure> {
+    let mut greens = Vec::new();
+    for index in 0..SIDES.len() {
+        if let BodySpec::HalfSpace(elastic) = &plan.bodies[index]
+            && let HalfSpace(green) = half_space(elastic, index, frame)?.equations()
+        {
+            greens.push(green.clone());
+        }
+    }
+    Ok(greens)
 }

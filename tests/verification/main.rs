@@ -21,6 +21,7 @@ mod gaps;
 mod hybrid;
 mod laws;
 mod mesh;
+mod mirror;
 mod normal;
 mod observed;
 mod periodic;

@@ -52,6 +52,17 @@ impl Axes {
     }
 }
 
+/// Whether halves are solved of increments with an operator on the cells of `grid`, if they are their own mirror images.
+pub fn on_halves(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
+    let skips = options.skip.has(Skip::MirrorHalf) && options.method == Method::Auto;
+    skips && grid.is_some_and(|grid| grid.iter().all(|&cells| cells >= SMALL))
+}
+
+/// Whether nothing of a vector along x, y points along axis `across`.
+pub fn is_along(vector: [f64; 2], across: usize) -> bool {
+    vector[across].abs() <= EXACT * vector[1 - across].abs()
+}
+
 /// Whether a field on a grid is its own mirror image along axis `across`, whose number of cells is even.
 pub fn is_even(field: &[f64], grid: [usize; 2], across: usize) -> bool {
     Halves { grid, across }.are_alike([(field, 1.0)], EXACT)
@@ -107,11 +118,6 @@ impl Halves {
         self.are_alike([(x, sx), (y, sy)], EXACT)
     }
 
-    /// Whether nothing of a vector points across the mirror.
-    fn is_along(&self, vector: [f64; 2]) -> bool {
-        vector[self.across].abs() <= EXACT * vector[1 - self.across].abs()
-    }
-
     /// Whether the increment is its own image, the state in `it` about so.
     fn suit(&self, problem: &Increment, it: &Iterate) -> bool {
         let n = problem.n();
@@ -138,8 +144,8 @@ impl Halves {
     /// Whether an end is moved, or pulled, along the mirror, and its slip measured from what is its own image.
     fn suit_along(&self, end: &End, rigid: [f64; 3]) -> bool {
         let along = match end.tangential {
-            TangentialControl::Shift => self.is_along([rigid[0], rigid[1]]),
-            TangentialControl::Force(force) => self.is_along(force),
+            TangentialControl::Shift => is_along([rigid[0], rigid[1]], self.across),
+            TangentialControl::Force(force) => is_along(force, self.across),
             TangentialControl::Along { .. } => false,
         };
         along
@@ -222,10 +228,7 @@ pub(super) fn solve(
     inner: &mut super::nested::Inner,
 ) -> Option<SolveReport> {
     let grid = problem.flexibility.grid()?;
-    let large = grid.iter().all(|&cells| cells >= SMALL);
-    if !(large && options.skip.has(Skip::MirrorHalf) && options.method == Method::Auto)
-        || problem.rigid_axes.is_some()
-    {
+    if !on_halves(Some(grid), options) || problem.rigid_axes.is_some() {
         return None;
     }
     let halves = [1, 0].into_iter().filter(|&across| problem.flexibility.mirrors(across));

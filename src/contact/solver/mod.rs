@@ -13,7 +13,7 @@ mod split;
 mod uzawa;
 
 pub use gauss_seidel::entries_bytes;
-pub use mirror::{Axes, is_even};
+pub use mirror::{Axes, is_along, is_even, on_halves};
 pub use nested::on_windows;
 pub use report::{SolveReport, Stop};
 
