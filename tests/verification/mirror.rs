@@ -45,7 +45,7 @@ fn same(model: &Model, steps: &[Step], across: usize) {
     assert!(is_image(model, &half, across));
     let last = whole.records.last().expect("steps");
     let (force, depth) =
-        (last.normal_force.abs(), whole.state.worn.iter().fold(0.0f64, |most, w| most.max(*w)));
+        (last.normal_force.abs(), whole.state.wear_depth.iter().fold(0.0f64, |most, w| most.max(*w)));
     for (a, b) in half.records.iter().zip(&whole.records) {
         assert!(a.certificate.natural_residual <= 1e-11, "{}", a.certificate.natural_residual);
         assert!((a.normal_force - b.normal_force).abs() < 1e-9 * force, "{}", a.name);
@@ -57,7 +57,7 @@ fn same(model: &Model, steps: &[Step], across: usize) {
     for (a, b) in half.state.tractions.iter().zip(&whole.state.tractions) {
         assert!((a - b).abs() < 1e-9 * last.peak_pressure, "{a} {b}");
     }
-    for (a, b) in half.state.worn.iter().zip(&whole.state.worn) {
+    for (a, b) in half.state.wear_depth.iter().zip(&whole.state.wear_depth) {
         assert!((a - b).abs() <= 1e-9 * depth, "{a} {b}");
     }
 }

@@ -107,24 +107,29 @@ impl<T: Real> MirrorPlan<T> {
         row: &mut [T],
         scratch: &mut Scratch<T>,
     ) {
-        let (h, sign) = (self.harmonics, if odd { -factor } else { factor });
+        let (sign, places) = (if odd { -factor } else { factor }, self.away.div_ceil(2));
         let (first, step) = self.first_and_step(i);
-        scratch.real.fill(T::zero());
         // Even places forwards, odd ones backwards from the end: cosines by a transform of the same length.
-        for j in (0..self.away).step_by(2) {
-            scratch.real[j / 2] = T::of(factor * plane[first + j * step]);
-        }
-        for j in (1..self.away).step_by(2) {
-            scratch.real[h - 1 - j / 2] = T::of(sign * plane[first + j * step]);
-        }
+        let (forwards, rest) = scratch.real.split_at_mut(places);
+        let values = plane[first..].iter().step_by(2 * step);
+        forwards.iter_mut().zip(values).for_each(|(real, value)| *real = T::of(factor * value));
+        let (between, backwards) = rest.split_at_mut(self.harmonics - self.away);
+        between.fill(T::zero());
+        let values = plane.get(first + step..).unwrap_or_default().iter().step_by(2 * step);
+        backwards.iter_mut().rev().zip(values).for_each(|(real, value)| *real = T::of(sign * value));
         self.rows
             .process_with_scratch(&mut scratch.real, &mut scratch.spectrum, &mut scratch.fft)
             .expect("buffers of the planned lengths");
-        for (k, (value, turn)) in scratch.spectrum.iter().zip(&self.turns).enumerate() {
-            let turned = *value * *turn;
-            let [low, high] = ends(k, h, odd);
-            row[high] = -turned.im;
-            row[low] = turned.re;
+        let (lows, highs) = row.split_at_mut(self.harmonics / 2 + 1);
+        let turned = || scratch.spectrum.iter().zip(&self.turns).map(|(value, turn)| *value * *turn);
+        // Sines are the cosines of the field with every second sign changed, backwards.
+        for ((low, high), value) in lows.iter_mut().zip(highs.iter_mut().rev()).zip(turned()) {
+            (*low, *high) = if odd { (-value.im, value.re) } else { (value.re, -value.im) };
+        }
+        if let (Some(low), Some(value), true) =
+            (lows.last_mut(), turned().next_back(), self.harmonics.is_multiple_of(2))
+        {
+            *low = value.re;
         }
     }
 
@@ -132,13 +137,14 @@ impl<T: Real> MirrorPlan<T> {
     fn backward_row(&self, k: usize, odd: bool, scratch: &mut Scratch<T>) {
         let h = self.harmonics;
         let row = &scratch.gathered[k * self.width()..(k + 1) * self.width()];
-        for (k, (value, turn)) in scratch.spectrum.iter_mut().zip(&self.turns).enumerate() {
-            let [low, high] = ends(k, h, odd);
-            *value = Complex::new(row[low], -row[high]) * turn.conj();
+        for (((low, high), value), turn) in
+            row.iter().zip(row.iter().rev()).zip(&mut scratch.spectrum).zip(&self.turns)
+        {
+            let (cosine, sine) = if odd { (*high, *low) } else { (*low, *high) };
+            *value = Complex::new(cosine, -sine) * turn.conj();
         }
+        // The harmonic that fields of this parity lack is in the imaginary part of the first.
         real_ends(&mut scratch.spectrum, h);
-        // The harmonic that fields of this parity lack has no part in it.
-        scratch.spectrum[0].re = row[ends(0, h, odd)[0]];
         self.rows_back
             .process_with_scratch(&mut scratch.spectrum, &mut scratch.real, &mut scratch.fft)
             .expect("buffers of the planned lengths");
@@ -202,7 +208,7 @@ impl<T: Real> MirrorPlan<T> {
         }
     }
 
-    /// `put(component, row, values)` for every row of cells, `values` in their order away from the mirror.
+    /// Inverse transforms of the columns into rows of cells, `[component][along][away]`.
     fn backward_rows<const C: usize>(&self, columns: &[T], into: &mut [T], tasks: &mut [Scratch<T>]) {
         let (width, stride, away) = (self.width(), self.stride(), self.away);
         let per_task = self.along.div_ceil(TASKS).next_multiple_of(BLOCK);
@@ -298,12 +304,6 @@ impl<T: Real> Transforms<T> for MirrorPlan<T> {
             });
         }
     }
-}
-
-/// Where the real and (negative) the imaginary part of a turned value `k` go among the harmonics: sines are the cosines of the
-/// field with every second sign changed, backwards.
-fn ends(k: usize, harmonics: usize, odd: bool) -> [usize; 2] {
-    if odd { [harmonics - k, k] } else { [k, harmonics - k] }
 }
 
 /// Removes the rounding left in the imaginary parts of the real harmonics of a sequence of `length`.
