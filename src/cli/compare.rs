@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::compute::{Job, compute, nothing};
 use super::progress::{Progress, seconds};
-use super::run::{reason, report, show_failure, units};
+use super::run::{reason, report, show_failure};
 use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
+use crate::job::{Job, compute, nothing, units};
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output::{OutputDir, failure, write_atomically};

@@ -1,10 +1,9 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
-mod accurate;
+mod accuracy;
 mod allocator;
 mod check;
 mod compare;
-mod compute;
 mod max_memory;
 mod progress;
 mod refine;
@@ -15,7 +14,6 @@ mod schema;
 mod signal;
 mod study;
 mod table;
-mod turn;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -25,26 +23,11 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::DOUBT;
+pub use crate::error::exit;
 use crate::scene::variant::Pair;
 use crate::scene::{self, Mistakes, Plan};
 pub use allocator::Allocator;
 use max_memory::{MaxMemory, max_memory};
-
-/// Exit codes of the program.
-pub mod exit {
-    /// Done, converged.
-    pub const DONE: u8 = 0;
-    /// Unexpected failure.
-    pub const FAILED: u8 = 1;
-    /// The input is wrong.
-    pub const INPUT: u8 = 2;
-    /// Not converged, or the physics was lost; results so far are kept.
-    pub const NOT_CONVERGED: u8 = 3;
-    /// Memory or disk do not suffice.
-    pub const RESOURCES: u8 = 4;
-    /// Stopped by a signal; results so far are kept.
-    pub const INTERRUPTED: u8 = 130;
-}
 
 /// Frictional contact and wear of orthotropic bodies: finite elements and half-spaces on a contact frame.
 #[derive(Debug, Parser)]

@@ -7,16 +7,15 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::accurate::compute_accurately;
 use super::compare::worse;
-use super::compute::{Job, Nobody, nothing};
 use super::max_memory::{MaxMemory, max_memory};
 use super::progress::{Progress, seconds};
-use super::run::{reason, report, units};
+use super::run::{reason, report};
 use super::table::{align, short};
 use super::{STACK, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
+use crate::job::{self, Job, Nobody, nothing};
 use crate::results::output::{OutputDir, failure, write_atomically};
 use crate::results::summary::{Status, Summary};
 use crate::scene;
@@ -210,13 +209,12 @@ impl Work<'_> {
         let mut plan = read.map_err(|mistakes| unkeyed(mistakes.to_error()))?;
         plan.memory = spec.memory;
         plan.cache = self.cache.cloned();
-        *summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
-        summary.warnings.extend(plan.notes.iter().cloned());
+        *summary = job::summary(&plan);
         let output = OutputDir::open(&self.directory.join(&spec.folder)).map_err(unkeyed)?;
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
         let (watch, complete) = (&mut Nobody, &mut nothing);
         let job = Job { frame: None, show, watch, stop: self.stop, checkpoints: None, complete };
-        compute_accurately(&plan, output, summary, job)
+        job::run(&plan, Some(output), summary, job)
     }
 }
 
