@@ -32,6 +32,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracySpec { relative, ..spec }));
     }
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
+    summary.scene = Some(plan.document.json());
     summary.warnings.extend(plan.notes.iter().cloned());
     summary.timings.add("scene", started.elapsed().as_secs_f64());
     let (output, checkpoints) = match begin(&plan, arguments, &directory, &mut summary) {

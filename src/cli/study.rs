@@ -211,6 +211,7 @@ impl Work<'_> {
         plan.memory = spec.memory;
         plan.cache = self.cache.cloned();
         *summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
+        summary.scene = Some(plan.document.json());
         summary.warnings.extend(plan.notes.iter().cloned());
         let output = OutputDir::open(&self.directory.join(&spec.folder)).map_err(unkeyed)?;
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
