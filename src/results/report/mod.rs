@@ -13,6 +13,8 @@ mod tables;
 pub mod vtu;
 mod words;
 
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::Path;
 
 use crate::error::Result;
@@ -51,5 +53,17 @@ impl Report {
     /// Resources, if it cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         write_atomically(path, self.html.as_bytes())
+    }
+}
+
+/// Removes the page in `directory` that was made of results before those that are written there now; a file of that name which is no
+/// page of this program stays.
+pub fn forget_report(directory: &Path) {
+    let path = directory.join(REPORT);
+    let mut head = [0; 512];
+    let read = File::open(&path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+    if String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#) {
+        // What cannot be removed says by its fingerprint of the scene what it is of.
+        let _ = fs::remove_file(path);
     }
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::page::{Page, Table};
 use super::source::{Source, What};
-use super::tables::pictures;
+use super::tables::{figures, pictures};
 use super::words::{Names, flat, spoken};
 use crate::error::Result;
 use crate::results::short::short;
@@ -107,14 +107,12 @@ fn comparison(page: &mut Page, variants: &[Value], names: &Names) {
 
 /// A quantity with its difference in percent.
 fn compared(step: &Value, key: &str) -> String {
-    let value = match &step[key] {
-        Value::Array(items) => {
-            items.iter().filter_map(Value::as_f64).map(short).collect::<Vec<_>>().join(", ")
-        }
-        value if key == "natural_residual" => value.as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}")),
-        value => value.as_f64().map_or("–".to_owned(), short),
+    let value = match step[key].as_f64() {
+        Some(residual) if key == "natural_residual" => format!("{residual:.1e}"),
+        _ => figures(key, step),
     };
     match step["difference"][key].as_f64() {
+        Some(percent) if key == "tangential_force" => format!("{value} ({percent:.1} %)"),
         Some(percent) => format!("{value} ({percent:+.1} %)"),
         None => value,
     }

@@ -190,19 +190,20 @@ fn entries(records: &[Value], rows: &[usize], names: &Names) -> Table {
         let record = &records[i];
         let mut cells =
             vec![(i + 1).to_string(), format!("{}, {}", flat(&record["name"]), record["increment"])];
-        cells.extend(columns.iter().map(|(key, _)| figures(&record[key], record)));
+        cells.extend(columns.iter().map(|(key, _)| figures(key, record)));
         cells.push(if record["converged"] == false { "NO".to_owned() } else { "yes".to_owned() });
         cells
     };
     Table { heads, rows: rows.iter().map(row).collect(), ..Table::default() }
 }
 
-/// A number or some, those that are round-off beside the load as 0.
-fn figures(value: &Value, record: &Value) -> String {
+/// A number or some; forces and moments that are round-off beside the load as 0.
+pub(super) fn figures(key: &str, record: &Value) -> String {
     let load = record["normal_force"].as_f64().unwrap_or(0.0);
-    match value {
+    let least = if ["tangential_force", "moment"].contains(&key) { 1e-7 * load } else { 0.0 };
+    match &record[key] {
         Value::Array(items) => {
-            let part = |x: f64| short(if x.abs() < 1e-12 * load { 0.0 } else { x });
+            let part = |x: f64| short(if x.abs() < least { 0.0 } else { x });
             items.iter().filter_map(Value::as_f64).map(part).collect::<Vec<_>>().join(", ")
         }
         Value::Number(number) if number.is_u64() => number.to_string(),
@@ -285,19 +286,35 @@ fn convergence(records: &[Value]) -> Vec<Picture> {
     ]
 }
 
-/// A list of records as a table, columns in the order of first use after `first`.
+/// A list of records as a table, columns in the order of first use after `first`; of records within them a column for each field.
 pub(super) fn list_table(title: &str, list: &Value, first: &[&str], names: &Names) -> Option<Table> {
-    let list = list.as_array().filter(|list| !list.is_empty())?;
+    let list: Vec<Vec<(String, &Value)>> = list.as_array()?.iter().map(|record| fields("", record)).collect();
     let mut keys: Vec<&str> = first.to_vec();
-    for key in list.iter().filter_map(Value::as_object).flat_map(|fields| fields.keys()) {
+    for (key, _) in list.iter().flatten() {
         if !keys.contains(&key.as_str()) {
             keys.push(key);
         }
     }
-    let heads = keys.iter().map(|key| [spoken(key), names.of_key(key)]).collect();
-    let cell = |record: &Value, key: &str| record.get(key).map_or("–".to_owned(), flat);
-    let rows = list.iter().map(|record| keys.iter().map(|key| cell(record, key)).collect()).collect();
-    Some(Table { title: title.to_owned(), heads, rows, ..Table::default() })
+    let unit = |key: &str| {
+        let mut last = key.rsplit('.').filter(|part| *part != "value");
+        names.of_key(last.next().unwrap_or(""))
+    };
+    let heads = keys.iter().map(|key| [spoken(key).replace('.', " "), unit(key)]).collect();
+    let cell = |record: &Vec<(String, &Value)>, key: &str| {
+        record.iter().find(|(name, _)| name == key).map_or("–".to_owned(), |(_, value)| flat(value))
+    };
+    let rows: Vec<Vec<String>> =
+        list.iter().map(|record| keys.iter().map(|key| cell(record, key)).collect()).collect();
+    (!rows.is_empty()).then(|| Table { title: title.to_owned(), heads, rows, ..Table::default() })
+}
+
+/// Fields of a record and of records within it, by dotted key.
+fn fields<'a>(path: &str, record: &'a Value) -> Vec<(String, &'a Value)> {
+    let field = |(key, value): (&String, &'a Value)| {
+        let key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        if value.is_object() { fields(&key, value) } else { vec![(key, value)] }
+    };
+    record.as_object().into_iter().flatten().flat_map(field).collect()
 }
 
 /// What was done to compute it, and what was not.

@@ -179,7 +179,9 @@ fn array(tag: &str, data: &[u8]) -> Result<Field> {
         "Int64" => eights().map(|b| i64::from_le_bytes(b) as f64).collect(),
         "UInt8" => raw.iter().map(|&b| f64::from(b)).collect(),
         other => {
-            return Err(Error::input(format!("`{name}` has the type {other}, this program writes none such")));
+            return Err(Error::input(format!(
+                "`{name}` has the type {other}, this program writes none such"
+            )));
         }
     };
     if values.iter().any(|value| !value.is_finite()) {

@@ -29,13 +29,15 @@ impl Names {
     pub(super) fn of_key(&self, key: &str) -> String {
         let Self { length, force, stress } = self;
         match key {
-            "approach" | "distance" | "amplitude" | "amplitude2" | "half_width" | "center" | "radius"
-            | "radii" | "semi_axes" | "offset" | "shift" | "max_wear_depth" | "wear_depth_error"
-            | "thickness" | "bottom" | "distance_slid" | "truncated" | "vertices" | "spacing" | "bow"
-            | "depth_error" => length.clone(),
+            "position" | "centre" | "approach" | "distance" | "amplitude" | "amplitude2" | "half_width"
+            | "center" | "radius" | "radii" | "semi_axes" | "offset" | "shift" | "max_wear_depth"
+            | "wear_depth_error" | "thickness" | "bottom" | "distance_slid" | "truncated" | "vertices"
+            | "spacing" | "bow" | "depth_error" => length.clone(),
             "normal_force" | "tangential_force" | "force_amplitude" => force.clone(),
-            "E" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "Xt" | "Xc" | "Yt" | "Yc" | "Zt" | "Zc"
-            | "S12" | "S13" | "S23" | "yield" | "peak_pressure" => stress.clone(),
+            "von_mises" | "sigma_tangential" | "E" | "E1" | "E2" | "E3" | "G12" | "G13" | "G23" | "Xt"
+            | "Xc" | "Yt" | "Yc" | "Zt" | "Zc" | "S12" | "S13" | "S23" | "yield" | "peak_pressure" => {
+                stress.clone()
+            }
             "moment" | "spin_moment" | "dissipation" => format!("{force} {length}"),
             "contact_area" | "stick_area" => format!("{length}²"),
             "worn_volume"
@@ -57,7 +59,11 @@ impl Names {
 /// A number as it was written, where that is short, else with five digits.
 pub(super) fn number(value: &serde_json::Number) -> String {
     let plain = value.to_string();
-    if plain.len() <= 9 { plain } else { value.as_f64().map_or(plain, short) }
+    match value.as_f64() {
+        Some(x) if plain.len() > 9 && x.abs() < 1e-12 => format!("{x:.1e}"),
+        Some(x) if plain.len() > 9 => short(x),
+        _ => plain,
+    }
 }
 
 /// Any value on one line.

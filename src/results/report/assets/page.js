@@ -180,8 +180,7 @@
       if (cursor >= 0) { path(cursor); context.strokeStyle = "#d55e00"; context.lineWidth = 3; context.stroke(); }
       axes();
       colourBar(context, [AREA[0] + AREA[2] + 30, 80, 34, 700], most, field.unit, zones);
-      const notes = ["e1 is not shown here: x and y are the frame's own axes. Tractions act on body 2; on body 1 they are the opposite."];
-      notes[0] = "x and y are the frame's own axes. Tractions act on body 2; on body 1 they are the opposite.";
+      const notes = ["x and y are the frame's own axes. Tractions act on body 2; on body 1 they are the opposite."];
       if (mesh.curved) notes.push("The frame is curved: the map shows its projection, the 3D view its shape.");
       $("map-note").textContent = notes.join(" ");
       $("map-back").disabled = frame === 0; $("map-on").disabled = frame === data.frames.length - 1;

@@ -1,6 +1,7 @@
 // The bodies in space: with WebGL by three.js, without it drawn triangle by triangle on a canvas.
-window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, largest, label, fill, colour, ZONES, colourBar, units }) => {
+window.orthowearView = (page) => {
   "use strict";
+  const { data, meshes, floats, whole, shownFields, valuesOf, largest, label, fill, colour, ZONES, colourBar, units } = page;
   const $ = (id) => document.getElementById(id);
   const box = $("view-box"), GREY = [[0.80, 0.77, 0.68], [0.70, 0.77, 0.84]];
   const surfaces = (data.surfaces || []).map((s) => ({ points: floats(s.points), triangles: whole(s.triangles) }));
@@ -81,7 +82,12 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
     return { positions, colours, opacity: 1, frame: true };
   }
 
-  const START = { turn: -0.75, tilt: 0.55, zoom: 1 };
+  const START = { turn: -0.75, tilt: 0.55, zoom: 1, at: [0, 0, 0] };
+  const frameMiddle = () => {
+    const i = frameOf(Number($("view-entry").value)), points = meshes[data.frames[i < 0 ? 0 : i].mesh].points, sum = [0, 0, 0];
+    for (let j = 0; j < points.length; j++) sum[j % 3] += (3 * points[j]) / points.length;
+    return sum.map(unit);
+  };
   const hasWebGL = (() => { try { const canvas = document.createElement("canvas"); const gl = canvas.getContext("webgl2"); if (gl && gl.getExtension("WEBGL_lose_context")) gl.getExtension("WEBGL_lose_context").loseContext(); return Boolean(gl); } catch { return false; } })();
   const stage = hasWebGL ? webgl() : painter();
 
@@ -99,6 +105,7 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
     controls.addEventListener("change", draw);
     camera.up.set(0, 0, 1);
     const place = (s) => {
+      target.set(...s.at);
       camera.position.set(Math.cos(s.turn) * Math.cos(s.tilt), Math.sin(s.turn) * Math.cos(s.tilt), Math.sin(s.tilt)).multiplyScalar(distance / s.zoom).add(target);
       controls.target.copy(target); controls.update(); draw();
     };
@@ -124,7 +131,7 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
         const [w, h] = [box.clientWidth, box.clientHeight];
         if (!w || !h) return;
         renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1)); renderer.setSize(w, h);
-        camera.aspect = w / h; distance = 2.3 / Math.sin((16 * Math.PI) / 180) / 1.75 * Math.max(1, 1 / camera.aspect);
+        camera.aspect = w / h; distance = (0.85 / Math.sin((16 * Math.PI) / 180)) * Math.max(1, 1 / camera.aspect);
         camera.updateProjectionMatrix(); draw();
       },
       place,
@@ -149,7 +156,7 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
       context.fillStyle = "#fbfcfd"; context.fillRect(0, 0, w, h);
       for (const piece of list) {
         for (let t = 0; t < piece.positions.length; t += 9) {
-          const corners = [0, 3, 6].map((c) => { const [x, y, z] = piece.positions.subarray(t + c, t + c + 3); const along = ct * x + st * y; return [-st * x + ct * y, ce * z - se * along, ce * along + se * z]; });
+          const corners = [0, 3, 6].map((c) => { const [x, y, z] = [0, 1, 2].map((k) => piece.positions[t + c + k] - state.at[k]); const along = ct * x + st * y; return [-st * x + ct * y, ce * z - se * along, ce * along + se * z]; });
           order.push({ corners, depth: corners[0][2] + corners[1][2] + corners[2][2] + (piece.frame ? 0.02 : 0), piece, t });
         }
       }
@@ -162,7 +169,7 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
         context.closePath(); context.fill(); if (piece.opacity === 1) context.stroke();
       }
     };
-    const turn = (turn, tilt, zoom) => { state = { turn: state.turn + turn, tilt: Math.min(1.55, Math.max(-1.55, state.tilt + tilt)), zoom: state.zoom * zoom }; draw(); };
+    const turn = (turn, tilt, zoom) => { state = { ...state, turn: state.turn + turn, tilt: Math.min(1.55, Math.max(-1.55, state.tilt + tilt)), zoom: state.zoom * zoom }; draw(); };
     let held = null;
     canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
     canvas.addEventListener("pointermove", (event) => { if (held) { turn(-0.008 * (event.clientX - held[0]), 0.008 * (event.clientY - held[1]), 1); held = [event.clientX, event.clientY]; } });
@@ -187,6 +194,8 @@ window.orthowearView = ({ data, meshes, floats, whole, shownFields, valuesOf, la
   for (const id of ["view-entry", "view-field", "view-body1", "view-body2", "view-frame"]) $(id).addEventListener("change", refresh);
   for (const id of ["view-lift", "view-scale", "view-relief"]) $(id).addEventListener("input", refresh);
   $("view-reset").addEventListener("click", () => stage.place(START));
+  $("view-near").disabled = !data.frames.length;
+  $("view-near").addEventListener("click", () => stage.place({ ...START, zoom: Math.max(1, (0.6 * bounds.size) / frameSize), at: frameMiddle() }));
   box.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: [0.1, 0, 1], ArrowRight: [-0.1, 0, 1], ArrowUp: [0, 0.1, 1], ArrowDown: [0, -0.1, 1], "+": [0, 0, 1.1], "-": [0, 0, 1 / 1.1] }[event.key];
     if (by) { event.preventDefault(); stage.turn(...by); }
