@@ -49,13 +49,23 @@
   const meshes = (data.meshes || []).map((m) => ({
     plane: floats(m.plane), points: floats(m.points), offsets: whole(m.offsets), connectivity: whole(m.connectivity), curved: m.curved, upright: m.upright,
   }));
+  const known = new Map();
   const valuesOf = (frame, field) => {
+    const name = `${frame} ${field.key}`;
+    if (!known.has(name)) known.set(name, computed(frame, field));
+    return known.get(name);
+  };
+  const computed = (frame, field) => {
     const f = fieldsOf(frame), of = field.of(f);
     // What slips without contact is no slip.
     const mask = field.key === "slip" && f.status ? (i) => f.status[i] > 0 : () => true;
     return Float32Array.from({ length: data.frames[frame].n }, (_, i) => (mask(i) ? of(i) : 0));
   };
-  const largest = (values) => { let most = 0; for (const v of values) if (v > most) most = v; return most; };
+  const peaks = new WeakMap();
+  const largest = (values) => {
+    if (!peaks.has(values)) { let most = 0; for (const v of values) if (v > most) most = v; peaks.set(values, most); }
+    return peaks.get(values);
+  };
   const label = (item) => (item.entry === null ? `field file ${item.file}` : data.entries[item.entry]);
   const fill = (select, options) => {
     select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
@@ -88,6 +98,7 @@
   // Maps.
   const map = $("map-canvas") && (() => {
     const canvas = $("map-canvas"), context = canvas.getContext("2d"), AREA = [110, 40, 900, 900];
+    const still = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
     let frame = data.frames.length - 1, field = shownFields[0], shape, values, cursor = -1;
     fill($("map-entry"), data.frames.map((item, i) => [i, label(item)]));
     fill($("map-field"), shownFields.map((f) => [f.key, f.unit ? `${f.words}, ${f.unit}` : f.words]));
@@ -177,13 +188,20 @@
         const paint = zones ? css(ZONES[values[cell]] || ZONES[0]) : css(colour(most > 0 ? values[cell] / most : 0));
         path(cell); context.fillStyle = paint; context.strokeStyle = paint; context.fill(); context.stroke();
       }
-      if (cursor >= 0) { path(cursor); context.strokeStyle = "#d55e00"; context.lineWidth = 3; context.stroke(); }
       axes();
       colourBar(context, [AREA[0] + AREA[2] + 30, 80, 34, 700], most, field.unit, zones);
       const notes = ["x and y are the frame's own axes. Tractions act on body 2; on body 1 they are the opposite."];
       if (mesh.curved) notes.push("The frame is curved: the map shows its projection, the 3D view its shape.");
       $("map-note").textContent = notes.join(" ");
       $("map-back").disabled = frame === 0; $("map-on").disabled = frame === data.frames.length - 1;
+      still.getContext("2d").drawImage(canvas, 0, 0);
+      mark();
+    }
+
+    // The cell that is pointed at, on the picture as it was drawn.
+    function mark() {
+      context.drawImage(still, 0, 0);
+      if (cursor >= 0) { path(cursor); context.strokeStyle = "#d55e00"; context.lineWidth = 3; context.stroke(); }
       readout();
     }
 
@@ -200,11 +218,11 @@
         const value = valuesOf(frame, item)[cursor];
         row(item.words, item.key === "status" ? ZONE_WORDS[value] || String(value) : `${short(value)} ${item.unit}`, item === field);
       }
-      for (const [key, words, unit] of PARTS) if (f[key]) row(words, `${short(f[key][cursor])} ${unit}`);
+      for (const [key, words, unit] of PARTS) if (f[key] && !(key.startsWith("slip") && f.status && f.status[cursor] === 0)) row(words, `${short(f[key][cursor])} ${unit}`);
       box.replaceChildren(table);
     }
 
-    function select(cell) { if (cell !== cursor) { cursor = cell; draw(); } }
+    function select(cell) { if (cell !== cursor) { cursor = cell; mark(); } }
     function tip(px, py) {
       const box = $("map-tip");
       box.hidden = cursor < 0;

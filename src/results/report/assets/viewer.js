@@ -191,6 +191,11 @@ window.orthowearView = (page) => {
     notes.push("The rigid motion of body 2 is not part of its displacement. Drag to turn, wheel to zoom; or arrow keys, + and −.");
     $("view-note").textContent = notes.join(" ");
   }
+  // Colours on bodies that are hidden would be an empty view.
+  $("view-field").addEventListener("change", (event) => {
+    if (event.target.value.startsWith("body:") && !$("view-body1").checked && !$("view-body2").checked) $("view-body1").checked = true;
+    if (event.target.value.startsWith("frame:")) $("view-frame").checked = true;
+  });
   for (const id of ["view-entry", "view-field", "view-body1", "view-body2", "view-frame"]) $(id).addEventListener("change", refresh);
   for (const id of ["view-lift", "view-scale", "view-relief"]) $(id).addEventListener("input", refresh);
   $("view-reset").addEventListener("click", () => stage.place(START));
