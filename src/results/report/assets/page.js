@@ -92,7 +92,7 @@
       const value = (most * i) / 4 / 10 ** shift;
       context.fillText(value === 0 ? "0" : String(Number(value.toPrecision(3))), x + w + 8, y + h - (h * i) / 4 + 8);
     }
-    if (shift) context.fillText(`× 10^${shift}`.replace("-", "\u2212"), x, y + h + 32);
+    if (shift) context.fillText(`× 10${[...String(shift)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`, x, y + h + 32);
   }
 
   // Maps.
