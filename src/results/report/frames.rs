@@ -103,7 +103,9 @@ pub(super) fn entries(said: &Value, n_files: usize) -> Vec<Option<usize>> {
     let steps = said["steps"].as_array().map_or(&[][..], Vec::as_slice);
     let written = |record: &Value| {
         let monotone = record.get("jump").is_none() && record.get("rolling").is_none();
-        !monotone || record["converged"] == false || record["increment"].as_u64().unwrap_or(0) % every == 0
+        !monotone
+            || record["converged"] == false
+            || record["increment"].as_u64().unwrap_or(0).is_multiple_of(every)
     };
     let list: Vec<usize> = (0..steps.len()).filter(|&i| written(&steps[i])).collect();
     if list.len() == n_files { list.into_iter().map(Some).collect() } else { vec![None; n_files] }
