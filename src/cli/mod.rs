@@ -8,6 +8,7 @@ mod max_memory;
 mod progress;
 mod refine;
 mod render;
+mod report;
 mod resume;
 mod run;
 mod schema;
@@ -49,6 +50,8 @@ enum Command {
     Check(SceneArgs),
     /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
     Refine(refine::RefineArgs),
+    /// Writes one page of HTML that shows the results of a run, a comparison or a study.
+    Report(report::ReportArgs),
     /// Prints the JSON Schema of a scene, or of a study.
     Schema {
         /// That of a study file.
@@ -152,6 +155,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Study(arguments) => stoppable(arguments.threads, || study::study(&arguments)),
         Command::Check(arguments) => in_pool(arguments.threads, || check::check(&arguments)),
         Command::Refine(arguments) => stoppable(arguments.scene.threads, || refine::refine(&arguments)),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });
     ExitCode::from(code.unwrap_or(exit::FAILED))

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::job::{self, Job, Nobody, nothing};
 use crate::results::output::{OutputDir, failure, write_atomically};
+use crate::results::report::forget_report;
 use crate::results::summary::{Status, Summary};
 use crate::scene;
 use crate::study::sweep::plots::pictures;
@@ -224,6 +225,7 @@ fn write(sweep: &Sweep, result: &StudyResult, directory: &Path) -> Result<()> {
     for (name, picture) in pictures(sweep, result) {
         write_atomically(&directory.join(name), picture.as_bytes())?;
     }
+    forget_report(directory);
     write_atomically(&directory.join("study.json"), json.as_bytes())
 }
 

@@ -14,6 +14,7 @@ use crate::scene::Plan;
 /// What a run of `plan` begins to tell of itself.
 pub fn summary(plan: &Plan) -> Summary {
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
+    summary.scene = Some(plan.document.json());
     summary.warnings.extend(plan.notes.iter().cloned());
     summary
 }

@@ -22,6 +22,7 @@ mod near_field_refusals;
 mod outputs;
 mod refine;
 mod repeated;
+mod report;
 mod resume;
 mod run;
 mod study;

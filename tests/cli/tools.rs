@@ -38,6 +38,34 @@ pub fn python(script: &str, argument: &Path) -> bool {
     true
 }
 
+/// Runs a script of tests/browser with one argument in headless Chromium; panics with its message if it fails, `false` if there is no
+/// browser or no Python that speaks to it.
+pub fn browser(script: &str, argument: &Path) -> bool {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program =
+        std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root.join(".venv/bin/python"), PathBuf::from);
+    let python = Command::new(&program).args(["-c", "import meshio, websocket"]).output();
+    let chromium = Command::new("chromium").arg("--version").output();
+    if ![python, chromium].into_iter().all(|tried| tried.is_ok_and(|output| output.status.success())) {
+        let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
+        assert!(
+            !required,
+            "chromium, or Python with meshio and websocket-client, is missing, but ORTHOWEAR_REQUIRE_TOOLS=1 requires it"
+        );
+        eprintln!(
+            "SKIPPED: chromium, or Python with meshio and websocket-client, is missing (scripts/setup installs them)"
+        );
+        return false;
+    }
+    let output = Command::new(program)
+        .arg(root.join("tests/browser").join(script))
+        .arg(argument)
+        .output()
+        .expect("starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    true
+}
+
 /// Runs gmsh; `false` if it is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
