@@ -12,7 +12,6 @@ import argparse
 import json
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from datetime import date
@@ -21,7 +20,9 @@ from pathlib import Path
 import cases
 
 PAGE = cases.ROOT / "docs/accuracy.md"
-LIMIT = 180
+BEGIN, END = "<!-- table: begin -->", "<!-- table: end -->"
+# Seconds after which a run is given up.
+LIMIT = 120
 
 
 def run(program, case, asked, folder):
@@ -62,15 +63,58 @@ def line(row):
             f" {last['cells']} x{last['increments']} code {row['code']} {worst['name']}{flag}")
 
 
+def first_value(path, key):
+    for text in Path(path).read_text(encoding="utf-8").splitlines():
+        if text.startswith(key):
+            return text.split(":", 1)[1].strip()
+    return "unknown"
+
+
+def cells(row):
+    """Rows of the table of one run."""
+    what = ", ".join(row["of"]).replace("_", " ") or "all"
+    if not row["results"]:
+        ended = "given up" if row["code"] == "time" else f"exit code {row['code']}"
+        return [row["case"], what, row["asked"], "", "", "", f"{row['seconds']:.1f}", ended]
+    worst = max(row["results"], key=lambda result: result["error"])
+    last = row["record"]["runs"][-1]
+    times = f", {last['increments']} x increments" if last["increments"] > 1 else ""
+    fine = " x ".join(str(n) for n in last["cells"]) + times
+    error = f"{worst['error']:.1e}" if worst["error"] > row["known"] else f"below {row['known']:.0e}"
+    if worst["error"] > float(row["asked"]):
+        error = f"**{error}**"
+    ended = "" if row["met"] else ", not reached"
+    return [row["case"], what, row["asked"], f"{worst['estimate']:.1e}", error, worst["name"].replace("_", " "), f"{row['seconds']:.1f}", fine + ended]
+
+
+def page(rows, load):
+    """The table, and what it adds up to."""
+    version = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=False).stdout.strip()
+    memory = int(first_value("/proc/meminfo", "MemTotal").split()[0]) / (1 << 20)
+    head = (f"date: {date.today()}  \nmachine: {first_value('/proc/cpuinfo', 'model name')}, {os.cpu_count()} cores, {memory:.0f} GiB, "
+            f"load {load:.0f} to {os.getloadavg()[1]:.0f}; one thread  \nversions: {version}\n")
+    titles = ["case", "of", "asked", "estimate", "true error", "of which result", "seconds", "last run"]
+    lines = [titles, ["---"] * len(titles)] + [cells(row) for row in rows]
+    reached = [row for row in rows if row["results"] and row["met"]]
+    results = [(result["error"], row) for row in reached for result in row["results"]]
+    above = sum(error > float(row["asked"]) for error, row in results)
+    worst = [max(result["error"] for result in row["results"]) / float(row["asked"]) for row in reached]
+    near = sum(share >= 0.1 for share in worst)
+    words = (f"{len(rows)} runs, of which {len(reached)} say that they have reached what was asked for: of their {len(results)} results with a truth {above} "
+             f"are off by more (the largest {max(worst):.2f} times of it). The worst result of a run is off by more than a tenth of what was asked for in "
+             f"{near} of {len(reached)} runs.")
+    sources = sorted({f"{row['case'].split(',')[0]}: {row['source']}" for row in rows})
+    return "\n".join([BEGIN, "", head, *("| " + " | ".join(line) + " |" for line in lines), "", words, "", "Truths: " + "; ".join(sources) + ".", "", END])
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("names", nargs="*")
     parser.add_argument("--asked", nargs="+", default=["1e-2", "3e-3", "1e-3"])
     parser.add_argument("--program", default=str(cases.ROOT / "target/release/orthowear"))
     parser.add_argument("--write", action="store_true")
-    parser.add_argument("--json")
     options = parser.parse_args()
-    rows = []
+    rows, load = [], os.getloadavg()[0]
     for case in cases.every():
         if options.names and not any(case.name.startswith(name) for name in options.names):
             continue
@@ -78,8 +122,11 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 rows.append(run(options.program, case, asked, Path(folder)))
             print(line(rows[-1]), flush=True)
-    if options.json:
-        Path(options.json).write_text(json.dumps(rows))
+    text = page(rows, load)
+    print(text.split("\n\n")[-3])
+    if options.write:
+        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+        PAGE.write_text(before + text + rest.split(END)[1], encoding="utf-8")
 
 
 if __name__ == "__main__":
