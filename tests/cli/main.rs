@@ -1,5 +1,6 @@
 //! Command line: runs, refusals, outputs.
 mod accuracy;
+mod accuracy_cases;
 mod bad_input;
 mod bad_loads;
 mod boundary;

@@ -79,6 +79,44 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     true
 }
 
+/// Bytes of memory that `check` foretells, by what it says.
+pub fn foretold(said: &str) -> f64 {
+    let line = said
+        .lines()
+        .find(|line| line.starts_with("memory"))
+        .unwrap_or_else(|| panic!("no memory in\n{said}"));
+    let words: Vec<&str> = line.split_once("about ").unwrap().1.split_whitespace().collect();
+    assert_eq!(words[1], "MiB", "{line}");
+    words[0].parse::<f64>().unwrap() * f64::from(1 << 20)
+}
+
+/// What a refusal for want of memory says: the bytes needed, those allowed beside the rest of the scene, and those of the rest (to 0.05 MiB; 0 if it
+/// is not mentioned).
+pub fn refusal(said: &str) -> [f64; 3] {
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let exactly = |text: &str| {
+        let number =
+            text.split_once('(').map_or(text, |(_, inside)| inside).split_whitespace().next().unwrap();
+        number.parse::<f64>().unwrap_or_else(|_| panic!("{number} in {said}"))
+    };
+    let after = |words: &str| said.split_once(words).unwrap_or_else(|| panic!("no {words} in {said}")).1;
+    let allowed = after(" allowed by solver.memory_limit is ").split(';').next().unwrap();
+    let rest = allowed
+        .split_once(" beside the ")
+        .map(|(_, rest)| rest)
+        .or_else(|| allowed.split_once("the rest of the scene (").map(|(_, rest)| rest));
+    let rest = rest.map_or(0.0, |rest| {
+        let words: Vec<&str> = rest.split([' ', ')']).collect();
+        let unit = match words[1] {
+            "KiB" => 1024.0,
+            "MiB" => 1024.0 * 1024.0,
+            other => panic!("{other} in {said}"),
+        };
+        words[0].parse::<f64>().unwrap() * unit
+    });
+    [exactly(after(" needs ")), exactly(allowed), rest]
+}
+
 /// A summary without what may differ from run to run.
 pub fn timeless(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
