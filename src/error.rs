@@ -2,6 +2,22 @@
 
 use std::fmt;
 
+/// Exit codes of the program.
+pub mod exit {
+    /// Done, converged.
+    pub const DONE: u8 = 0;
+    /// Unexpected failure.
+    pub const FAILED: u8 = 1;
+    /// The input is wrong.
+    pub const INPUT: u8 = 2;
+    /// Not converged, or the physics was lost; results so far are kept.
+    pub const NOT_CONVERGED: u8 = 3;
+    /// Memory or disk do not suffice.
+    pub const RESOURCES: u8 = 4;
+    /// Stopped by a signal; results so far are kept.
+    pub const INTERRUPTED: u8 = 130;
+}
+
 /// What sort of failure an [`Error`] is; it decides the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -63,6 +79,12 @@ impl Error {
         self
     }
 
+    /// The same error, that came with another one.
+    pub(crate) fn besides(mut self, other: &Error) -> Self {
+        self.message = format!("{}; besides, {other}", self.message);
+        self
+    }
+
     /// Its kind.
     pub fn kind(&self) -> Kind {
         self.kind
@@ -71,11 +93,11 @@ impl Error {
     /// Exit code of the program for this error.
     pub fn exit_code(&self) -> u8 {
         match self.kind {
-            Kind::Input => 2,
-            Kind::Resources => 4,
-            Kind::Numerical => 1,
-            Kind::NotConverged => 3,
-            Kind::Interrupted => 130,
+            Kind::Input => exit::INPUT,
+            Kind::Resources => exit::RESOURCES,
+            Kind::Numerical => exit::FAILED,
+            Kind::NotConverged => exit::NOT_CONVERGED,
+            Kind::Interrupted => exit::INTERRUPTED,
         }
     }
 

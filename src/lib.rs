@@ -33,4 +33,5 @@ pub mod history;
 pub mod results;
 pub mod scene;
 pub mod study;
+pub mod job;
 pub mod cli;

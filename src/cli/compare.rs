@@ -5,17 +5,18 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::compute::{Job, compute, nothing};
 use super::progress::{Progress, seconds};
-use super::run::{reason, report, show_failure, units};
+use super::run::{reason, report, show_failure};
 use super::table::{align, short};
 use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
+use crate::job::{Job, compute, nothing, units};
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output::{OutputDir, failure, write_atomically};
+use crate::results::report::forget_report;
 use crate::results::step_ends::{StepEnds, Variants};
 use crate::results::summary::{Status, Summary};
 use crate::results::vtu::collection;
@@ -210,6 +211,7 @@ fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<(
     write_atomically(&directory.join("compare.csv"), comparison.to_csv().as_bytes())?;
     let picture = ends.profiles_svg(&comparison.units);
     write_atomically(&directory.join("compare.svg"), picture.as_bytes())?;
+    forget_report(directory);
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }
 

@@ -63,6 +63,7 @@ mod tests {
         assert_eq!(max_memory("4 GiB"), Ok(MaxMemory::Bytes(4 << 30)));
         assert_eq!(max_memory(" 1.5kB "), Ok(MaxMemory::Bytes(1500)));
         assert_eq!(max_memory("60000000"), Ok(MaxMemory::Bytes(60_000_000)));
+        assert_eq!(max_memory("1.5e9"), Ok(MaxMemory::Bytes(1_500_000_000)));
         assert_eq!(max_memory("80%"), Ok(MaxMemory::Percent(80.0)));
         assert_eq!(max_memory(" 12.5 % "), Ok(MaxMemory::Percent(12.5)));
         assert_eq!(max_memory("100%"), Ok(MaxMemory::Percent(100.0)));

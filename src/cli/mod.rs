@@ -1,21 +1,20 @@
 //! The command line: one file per subcommand; exit codes are those of docs/command-line.md.
 
-mod accurate;
+mod accuracy;
 mod allocator;
 mod check;
 mod compare;
-mod compute;
 mod max_memory;
 mod progress;
 mod refine;
 mod render;
+mod report;
 mod resume;
 mod run;
 mod schema;
 mod signal;
 mod study;
 mod table;
-mod turn;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -25,26 +24,11 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::DOUBT;
+pub use crate::error::exit;
 use crate::scene::variant::Pair;
 use crate::scene::{self, Mistakes, Plan};
 pub use allocator::Allocator;
 use max_memory::{MaxMemory, max_memory};
-
-/// Exit codes of the program.
-pub mod exit {
-    /// Done, converged.
-    pub const DONE: u8 = 0;
-    /// Unexpected failure.
-    pub const FAILED: u8 = 1;
-    /// The input is wrong.
-    pub const INPUT: u8 = 2;
-    /// Not converged, or the physics was lost; results so far are kept.
-    pub const NOT_CONVERGED: u8 = 3;
-    /// Memory or disk do not suffice.
-    pub const RESOURCES: u8 = 4;
-    /// Stopped by a signal; results so far are kept.
-    pub const INTERRUPTED: u8 = 130;
-}
 
 /// Frictional contact and wear of orthotropic bodies: finite elements and half-spaces on a contact frame.
 #[derive(Debug, Parser)]
@@ -66,6 +50,8 @@ enum Command {
     Check(SceneArgs),
     /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
     Refine(refine::RefineArgs),
+    /// Writes one page of HTML that shows the results of a run, a comparison or a study.
+    Report(report::ReportArgs),
     /// Prints the JSON Schema of a scene, or of a study.
     Schema {
         /// That of a study file.
@@ -169,6 +155,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Study(arguments) => stoppable(arguments.threads, || study::study(&arguments)),
         Command::Check(arguments) => in_pool(arguments.threads, || check::check(&arguments)),
         Command::Refine(arguments) => stoppable(arguments.scene.threads, || refine::refine(&arguments)),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });
     ExitCode::from(code.unwrap_or(exit::FAILED))

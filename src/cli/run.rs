@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::accurate::{self, compute_accurately};
-use super::compute::{Job, Nobody, nothing};
+use super::accuracy::describe;
 use super::progress::{Progress, seconds};
-use super::resume::{self, Checkpoints, Start};
-use super::{RunArgs, exit, refuse, remark, signal, table, to_stderr, to_stdout};
+use super::{RunArgs, exit, refuse, remark, resume, signal, table, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
+use crate::job::resume::{Checkpoints, Start, start};
+use crate::job::{self, Job, Nobody, nothing};
 use crate::results::checkpoint;
 use crate::results::output::{OutputDir, SUMMARY};
 use crate::results::summary::{Status, Summary, Units};
@@ -31,8 +31,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         let wanted = AccuracySpec { relative, of: Quantity::ALL.to_vec(), keep: Vec::new() };
         plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracySpec { relative, ..spec }));
     }
-    let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
-    summary.warnings.extend(plan.notes.iter().cloned());
+    let mut summary = job::summary(&plan);
     summary.timings.add("scene", started.elapsed().as_secs_f64());
     let (output, checkpoints) = match begin(&plan, arguments, &directory, &mut summary) {
         Ok(Some(begun)) => begun,
@@ -55,7 +54,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
     let complete = &mut nothing;
     let job = Job { frame: None, show, watch: &mut nobody, stop, checkpoints: Some(checkpoints), complete };
-    let code = compute_accurately(&plan, output, &mut summary, job);
+    let code = job::run(&plan, Some(output), &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
@@ -95,7 +94,7 @@ fn begin(
                 to_stderr(&format!("{}\n", remark(text)));
             }
         };
-        match resume::start(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
+        match start(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
             Start::Anew => {}
             Start::From(resumed) => checkpoints.from = Some(resumed),
             Start::Done => return Ok(None),
@@ -117,10 +116,6 @@ fn ended(summary: &Summary, directory: &Path) -> String {
 /// `<scene>.out` beside the scene.
 fn beside(scene: &Path) -> PathBuf {
     scene.with_extension("out")
-}
-
-pub(super) fn units(plan: &Plan) -> Units {
-    Units { length: plan.units.length.clone(), force: plan.units.force.clone() }
 }
 
 pub(super) fn report(error: &Error) -> u8 {
@@ -161,7 +156,7 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
     text.push_str(&table::results(summary));
     text.push_str(&table::bodies(summary));
     if let Some(record) = &summary.accuracy {
-        text.push_str(&format!("\n{}", accurate::describe(record)));
+        text.push_str(&format!("\n{}", describe(record)));
     }
     let failed = summary.status == Status::Failed;
     for warning in summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNITS_HINT))) {
@@ -200,7 +195,7 @@ pub(super) fn reason(word: Option<&str>) -> String {
             "the cells that stick through a fretting cycle did not settle (stick-zone): more jumps, another amplitude or more \
              cells may help, more iterations do not"
         }
-        Some(accurate::REASON) => {
+        Some(job::REASON) => {
             "the estimated errors stay above the accuracy (accuracy): raise it, ask for other results (accuracy.of), or see accuracy in \
              summary.json for what does not converge"
         }

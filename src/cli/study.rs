@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::accurate::compute_accurately;
 use super::compare::worse;
-use super::compute::{Job, Nobody, nothing};
 use super::max_memory::{MaxMemory, max_memory};
 use super::progress::{Progress, seconds};
-use super::run::{reason, report, units};
+use super::run::{reason, report};
 use super::table::{align, short};
 use super::{STACK, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
+use crate::job::{self, Job, Nobody, nothing};
 use crate::results::output::{OutputDir, failure, write_atomically};
+use crate::results::report::forget_report;
 use crate::results::summary::{Status, Summary};
 use crate::scene;
 use crate::study::sweep::plots::pictures;
@@ -210,13 +210,12 @@ impl Work<'_> {
         let mut plan = read.map_err(|mistakes| unkeyed(mistakes.to_error()))?;
         plan.memory = spec.memory;
         plan.cache = self.cache.cloned();
-        *summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
-        summary.warnings.extend(plan.notes.iter().cloned());
+        *summary = job::summary(&plan);
         let output = OutputDir::open(&self.directory.join(&spec.folder)).map_err(unkeyed)?;
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
         let (watch, complete) = (&mut Nobody, &mut nothing);
         let job = Job { frame: None, show, watch, stop: self.stop, checkpoints: None, complete };
-        compute_accurately(&plan, output, summary, job)
+        job::run(&plan, Some(output), summary, job)
     }
 }
 
@@ -226,6 +225,7 @@ fn write(sweep: &Sweep, result: &StudyResult, directory: &Path) -> Result<()> {
     for (name, picture) in pictures(sweep, result) {
         write_atomically(&directory.join(name), picture.as_bytes())?;
     }
+    forget_report(directory);
     write_atomically(&directory.join("study.json"), json.as_bytes())
 }
 

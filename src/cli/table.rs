@@ -2,6 +2,7 @@
 
 use crate::history::record::IncrementRecord;
 use crate::results::body_peaks::Peak;
+pub(super) use crate::results::short::short;
 use crate::results::summary::{Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
@@ -129,30 +130,4 @@ fn row(record: &IncrementRecord, optional: Optional) -> Vec<String> {
         cells.insert(1, record.cycles_done.to_string());
     }
     cells
-}
-
-/// A number with five significant digits; round-off is shown as 0.
-pub(super) fn short(x: f64) -> String {
-    if x.abs() < 1e-12 {
-        return "0".to_owned();
-    }
-    let digits = x.abs().log10().floor() as i32;
-    if !(-4..=6).contains(&digits) {
-        return format!("{x:.4e}");
-    }
-    format!("{x:.*}", usize::try_from((4 - digits).max(0)).unwrap_or(0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    /// Truth: five significant digits.
-    #[test]
-    fn numbers_are_short() {
-        assert_eq!(
-            [290.726_11, -0.02, 1.0e-9, 123_456.7, 0.0, 3.3e-17].map(short),
-            ["290.73", "-0.020000", "1.0000e-9", "123457", "0", "0"]
-        );
-    }
 }

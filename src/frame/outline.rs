@@ -1,5 +1,7 @@
 //! Outlines of flat punches: cells whose centre lies outside never touch, and are no part of the frame.
 
+use std::f64::consts::PI;
+
 use super::ContactFrame;
 use crate::error::{Error, Result};
 
@@ -78,6 +80,19 @@ impl Outline {
                 (along[0] / semi_axes[0]).hypot(along[1] / semi_axes[1]) <= 1.0 + ON_THE_LINE
             }
             Self::Polygon { vertices } => in_polygon(vertices, [x, y]),
+        }
+    }
+
+    /// The area inside.
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Circle { radius, .. } => PI * radius * radius,
+            Self::Ellipse { semi_axes: [a, b], .. } => PI * a * b,
+            Self::Polygon { vertices } => {
+                let next = vertices.iter().cycle().skip(1);
+                let twice: f64 = vertices.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+                0.5 * twice.abs()
+            }
         }
     }
 
@@ -232,13 +247,13 @@ mod tests {
     #[test]
     fn cells_fill_the_outline() {
         let circle = Outline::Circle { radius: 1.5, center: [0.2, -0.1] };
-        assert!((area(&circle) / (std::f64::consts::PI * 2.25) - 1.0).abs() < 3e-3);
+        assert!((area(&circle) / (PI * 2.25) - 1.0).abs() < 3e-3 && circle.area() == PI * 2.25);
         let ellipse = Outline::Ellipse { semi_axes: [1.7, 0.6], angle: 0.5, center: [0.0, 0.1] };
-        assert!((area(&ellipse) / (std::f64::consts::PI * 1.7 * 0.6) - 1.0).abs() < 3e-3);
+        assert!((area(&ellipse) / (PI * 1.7 * 0.6) - 1.0).abs() < 3e-3 && ellipse.area() == PI * 1.7 * 0.6);
         // An L, clockwise.
         let vertices = vec![[-1.0, -1.0], [-1.0, 1.5], [0.0, 1.5], [0.0, 0.5], [1.5, 0.5], [1.5, -1.0]];
         let letter = Outline::Polygon { vertices };
-        assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02);
+        assert!((area(&letter) / (1.0 * 2.5 + 1.5 * 1.5) - 1.0).abs() < 0.02 && letter.area() == 4.75);
         assert_eq!(letter.extent(), [[-1.0, 1.5], [-1.0, 1.5]]);
         // The extent of an ellipse is that of the points on it.
         let [x, y] = ellipse.extent();

@@ -24,6 +24,8 @@ pub mod output;
 pub mod pictures;
 pub mod plot;
 pub mod recorder;
+pub mod report;
+pub mod short;
 pub mod step_ends;
 pub mod summary;
 pub mod surface;

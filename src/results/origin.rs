@@ -6,6 +6,9 @@ use serde_json::Value;
 /// Keys that change no number of an entry, and at most whether there are more: a run may go on with others.
 const FREE: [&str; 4] = ["title", "output.checkpoint", "frame.grow", "compare"];
 
+/// A key that decides how bodies are condensed, so that it counts; the option that wins over it does not.
+const LIMIT: &str = "solver.memory_limit";
+
 /// Differences listed at most.
 const LISTED: usize = 20;
 
@@ -80,7 +83,14 @@ fn compare(key: &str, then: Option<&Value>, now: Option<&Value>, found: &mut Vec
                 compare(&element(key, i, a.get(i).or(b.get(i))), a.get(i), b.get(i), found);
             }
         }
-        _ => found.push(format!("{key}: {} then, {} now", shown(then), shown(now))),
+        _ => {
+            let mend = if key == LIMIT {
+                " (leave the key as it was: --max-memory may differ, and wins over it)"
+            } else {
+                ""
+            };
+            found.push(format!("{key}: {} then, {} now{mend}", shown(then), shown(now)));
+        }
     }
 }
 
@@ -113,6 +123,20 @@ mod tests {
 
     fn origin(scene: Value) -> Origin {
         Origin::new(scene, vec![NamedFile { key: "body1.mesh".into(), sha256: "00".into() }])
+    }
+
+    /// Truth: docs/checkpoints.md: another `solver.memory_limit` is refused, and the message says what takes its place.
+    #[test]
+    fn another_memory_limit() {
+        let then = json!({ "solver": { "memory_limit": "1 GB" } });
+        for now in [json!({ "solver": { "memory_limit": 2e9 } }), json!({})] {
+            let found = origin(then.clone()).differences(&origin(now));
+            assert!(
+                found.len() == 1 && found[0].starts_with("solver.memory_limit: \"1 GB\" then"),
+                "{found:?}"
+            );
+            assert!(found[0].contains("--max-memory may differ"), "{found:?}");
+        }
     }
 
     /// Truth: docs/checkpoints.md: every key that differs is named with both values; the title and the times of checkpoints are free.

@@ -14,6 +14,7 @@ use crate::results::checkpoint;
 pub use crate::results::file::write_atomically;
 use crate::results::file::{Hashed, hexadecimal, sha256_of, sync_folder};
 pub(crate) use crate::results::file::{failure, write_failure};
+use crate::results::report::forget_report;
 use crate::results::summary::{Status, Summary};
 
 /// Name of the summary's file.
@@ -230,6 +231,7 @@ impl OutputDir {
         } else {
             self.set_aside()?;
         }
+        forget_report(&self.target);
         if let Err(error) = self.move_to_names() {
             summary.fail(&error);
             summary.files.retain(|name| self.target.join(name).is_file());
@@ -265,6 +267,7 @@ impl OutputDir {
         // What is left of the run that this one goes on with.
         summary.files = earlier_files(&self.target);
         summary.files.retain(|name| self.target.join(name).is_file());
+        forget_report(&self.target);
         let (finite, text) = summary.to_json();
         write_atomically(&self.target.join(SUMMARY), text.as_bytes())?;
         finite

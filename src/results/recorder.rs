@@ -52,11 +52,6 @@ struct Keeping<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Keeps records and writes files into `output`.
-    pub fn into_directory(output: OutputDir) -> Self {
-        Self::writing_to(Some(output))
-    }
-
     /// Keeps records, and writes files into `output` if there is one.
     pub fn writing_to(output: Option<OutputDir>) -> Self {
         Self { output, ..Self::default() }

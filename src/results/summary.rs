@@ -124,6 +124,9 @@ pub struct Summary {
     pub title: String,
     /// SHA-256 of the scene file, hexadecimal; empty if it could not be read.
     pub scene_sha256: String,
+    /// The scene as it was read, overrides included; missing if it could not be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Value>,
     /// Units of all numbers.
     pub units: Units,
     /// How the run ended.
@@ -183,6 +186,7 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION"),
             title: title.to_owned(),
             scene_sha256: scene_sha256.to_owned(),
+            scene: None,
             units,
             status: Status::Failed,
             reason: None,
@@ -298,6 +302,7 @@ mod tests {
         summary.conclude(&Ok(Outcome::NotConverged("gross-sliding")));
         summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
         summary.mesh_moves = Some(1);
+        summary.scene = Some(Value::Object(serde_json::Map::new()));
         let (outcome, text) = summary.to_json();
         outcome.unwrap();
         let value: Value = serde_json::from_str(&text).unwrap();

@@ -89,12 +89,15 @@ impl<'a> Walk<'a> {
             let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
             return self.words(node, &words, key);
         }
-        if schema.get("type").is_some_and(Json::is_array) {
+        if let Some(types) = schema.get("type").and_then(Json::as_array) {
+            let whole = !types.iter().any(|kind| kind == "number");
             return match node.value {
                 // The number is what the schema bounds.
                 Value::Integer(_) => self.number(node, schema, key, true),
+                Value::Float(_) if !whole => self.number(node, schema, key, false),
                 Value::String(_) => {}
-                _ => self.wrong_type(node, key, "a whole number or a text in double quotes"),
+                _ if whole => self.wrong_type(node, key, "a whole number or a text in double quotes"),
+                _ => self.wrong_type(node, key, "a number or a text in double quotes"),
             };
         }
         match schema.get("type").and_then(Json::as_str) {

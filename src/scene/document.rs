@@ -53,6 +53,22 @@ pub enum Value {
     Other(&'static str, String),
 }
 
+impl Value {
+    fn json(&self) -> serde_json::Value {
+        match self {
+            Self::Table(entries) => {
+                entries.iter().map(|entry| (entry.name.clone(), entry.node.value.json())).collect()
+            }
+            Self::Array(items) => items.iter().map(|item| item.value.json()).collect(),
+            Self::String(text) | Self::Other(_, text) => text.clone().into(),
+            Self::Integer(number) => (*number).into(),
+            Self::Float(number) if number.is_finite() => (*number).into(),
+            Self::Float(number) => number.to_string().into(),
+            Self::Boolean(flag) => (*flag).into(),
+        }
+    }
+}
+
 /// A scene file and the overrides laid over it.
 #[derive(Debug, Clone)]
 pub struct Document {
@@ -91,6 +107,11 @@ impl Document {
     /// The value at a dotted key, if there.
     pub fn get(&self, key: &str) -> Option<&Node> {
         segments(key).try_fold(&self.root, |node, segment| node.child(segment).map(|(_, child)| child))
+    }
+
+    /// The scene with its overrides as JSON; numbers that are not finite, dates and numbers too large to hold as text.
+    pub fn json(&self) -> serde_json::Value {
+        self.root.value.json()
     }
 
     /// Takes the entry at a dotted key out of its table.

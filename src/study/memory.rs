@@ -1,15 +1,16 @@
 //! What is taken of the memory that a run may have.
 
 use super::bodies::SIDES;
-use super::settings::cross;
+use super::settings::{cross, options};
 use crate::bem::half_space::compressed::MEND;
 use crate::bem::half_space::{CrossBlocks, Subsurface};
 use crate::body::BodyEquations::{BoundaryElements, FiniteElements};
 use crate::body::half_space::compressed;
 use crate::body::{ElasticBody, HalfSpaceBody, PointState};
-use crate::contact::solver;
+use crate::contact::solver::{self, on_windows};
 use crate::error::Result;
 use crate::frame::ContactFrame;
+use crate::history::step::Tilt;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::inside::InsideRequest;
 use crate::scene::keys::solver::{Coupling, Method};
@@ -41,10 +42,13 @@ const NO_FRICTION: PerCell = PerCell { history: 384, solver: 190, operator: 120,
 const FRICTION: PerCell = PerCell { history: 470, solver: 980, operator: 380, fields: 750 };
 const CYCLES: PerCell = PerCell { history: 783, solver: 2070, operator: 1130, fields: 750 };
 
+/// Bytes per cell that Newton's method takes besides, where moments are prescribed without friction: conjugate gradients know no moments.
+const MOMENTS: usize = 520;
+
 /// Bytes of the tables of an operator of an anisotropic material, or of one that repeats itself.
 const TABLES: usize = 1_800_000;
 
-/// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep.
+/// Bytes per cell, and at most in all, of operators on parts of the grid that cycles keep, where contact is solved on such parts.
 const KEPT: [usize; 2] = [1300, 5_400_000];
 
 /// Bytes of the table of the field inside an anisotropic half-space.
@@ -60,6 +64,12 @@ pub(super) fn left(plan: &Plan, frame: &ContactFrame, held: usize) -> MemoryLimi
 
 /// Bytes of a run with this frame and no bodies, the solver's entries included.
 pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
+    let [lasting, passing] = of_inside(plan, frame);
+    without_inside(plan, frame) + lasting + passing.saturating_sub(of_fields(plan, frame))
+}
+
+/// The same without points inside bodies.
+fn without_inside(plan: &Plan, frame: &ContactFrame) -> usize {
     let n = frame.n_cells();
     let meshed = plan.bodies.iter().any(|body| body.meshed().is_some());
     let entries = match plan.solver.method {
@@ -69,10 +79,17 @@ pub(super) fn of_frame(plan: &Plan, frame: &ContactFrame) -> usize {
         _ => 0,
     };
     let per_cell = per_cell(plan);
-    let fields = if writes(plan) { per_cell.fields } else { 0 };
-    let cells = PER_CELL + per_cell.history + per_cell.solver + fields;
+    let moments =
+        if plan.steps.iter().any(|step| matches!(step.tilt, Some(Tilt::Moment(_)))) { MOMENTS } else { 0 };
+    let moments = if has_tractions_in_the_surface(plan) { 0 } else { moments };
+    let cells = PER_CELL + per_cell.history + per_cell.solver + moments;
     let meshed = if meshed { MESHED } else { 0 };
-    PROGRAM + meshed + cells * n + entries + of_tables(plan, frame) + of_inside(plan, frame)
+    PROGRAM + meshed + cells * n + entries + of_tables(plan, frame) + of_fields(plan, frame)
+}
+
+/// Bytes of fields while they are written.
+fn of_fields(plan: &Plan, frame: &ContactFrame) -> usize {
+    if writes(plan) { per_cell(plan).fields * frame.n_cells() } else { 0 }
 }
 
 /// Whether fields are written.
@@ -122,15 +139,18 @@ fn tables(plan: &Plan, frame: &ContactFrame, bodies: usize) -> usize {
         return 0;
     }
     let of_fields = if writes(plan) { bodies + 1 } else { 0 };
-    let [of_cycles, kept] =
-        if has_cycles(plan) { [1, KEPT[1].min(KEPT[0] * frame.n_cells())] } else { [0, 0] };
+    let windows = on_windows(frame.whole_grid().map(|grid| grid.cells), &options(plan));
+    let [of_cycles, kept] = match has_cycles(plan) {
+        true if windows => [1, KEPT[1].min(KEPT[0] * frame.n_cells())],
+        cycles => [usize::from(cycles), 0],
+    };
     // Without friction one of the three components is transformed, and pressures alone.
     let of_each = if has_tractions_in_the_surface(plan) || has_cycles(plan) { TABLES } else { TABLES / 4 };
     (1 + of_fields + of_cycles) * of_each + kept
 }
 
-/// Bytes of the points inside bodies and of what their computation takes.
-fn of_inside(plan: &Plan, frame: &ContactFrame) -> usize {
+/// Bytes of the points inside bodies: what lasts, and what their computation takes, which is done before fields are written.
+fn of_inside(plan: &Plan, frame: &ContactFrame) -> [usize; 2] {
     let half_space = |request: &InsideRequest| {
         matches!(plan.bodies[usize::from(request.side == SIDES[1])], BodySpec::HalfSpace(_))
     };
@@ -146,7 +166,7 @@ fn of_inside(plan: &Plan, frame: &ContactFrame) -> usize {
     let states: usize =
         plan.inside.iter().map(InsideRequest::n_points).sum::<usize>() * size_of::<PointState>();
     let writing = plan.inside.iter().map(InsideRequest::writing_bytes).max().unwrap_or(0);
-    tables + states + writing.max(cells)
+    [tables + states, writing.max(cells)]
 }
 
 /// Checks that points inside bodies fit.
@@ -154,9 +174,9 @@ fn of_inside(plan: &Plan, frame: &ContactFrame) -> usize {
 /// # Errors
 /// If they do not (kind `Resources`).
 pub(super) fn ensure_inside(plan: &Plan, frame: &ContactFrame) -> Result<()> {
-    let bytes = of_inside(plan, frame);
+    let bytes: usize = of_inside(plan, frame).iter().sum();
     let points: usize = plan.inside.iter().map(InsideRequest::n_points).sum();
-    let without = of_frame(plan, frame) - bytes;
+    let without = without_inside(plan, frame) - of_fields(plan, frame);
     let what = format!("displacement and stress at {points} points inside");
     plan.memory.less(without).ensure(bytes as u128, &what, FEWER_POINTS)
 }

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::tools::refusal;
+
 pub(crate) const BLOCK: &str = r#"
 [materials.cfrp]
 model = "transversely-isotropic"
@@ -246,26 +248,34 @@ fn faces_left_out_of_the_frame() {
 }
 
 /// Truth: docs/scene.md, docs/command-line.md: what does not fit into the memory limit is refused before it begins, with exit
-/// code 4 and the bytes needed and allowed; limits that are none are mistakes in the scene.
+/// code 4 and the bytes needed and allowed, which with the rest of the scene add up to the limit; limits that are none are mistakes in the scene.
 #[test]
 fn memory_is_refused_beforehand() {
-    for (limit, words) in [
-        (
-            "\"34 MiB\"",
-            &["body1", "by conjugate gradients", "is 19.", "of the rest of the scene", "solver.memory_limit"]
-                [..],
-        ),
-        ("1000", &["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"]),
-    ] {
+    let told = |limit: &str| {
         let (_folder, path) = block("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"));
-        for command in ["check", "run"] {
+        let [check, run] = ["check", "run"].map(|command| {
             let (code, _, text) = call(command, &path, &[]);
             assert_eq!(code, Some(4), "{command}: {text}");
-            for word in words {
-                assert!(text.contains(word), "{command} lacks \"{word}\":\n{text}");
-            }
-        }
+            text
+        });
+        assert_eq!(check, run);
+        check
+    };
+    let text = told("1000");
+    for word in ["a frame of 4 x 4", "1000 bytes", "raise solver.memory_limit"] {
+        assert!(text.contains(word), "lacks \"{word}\":\n{text}");
     }
+    // One that holds the frame but no stiffness matrix, and one that holds it and nothing that condenses it.
+    let [frame, ..] = refusal(&text);
+    let [assembling, _, rest] = refusal(&told(&format!("{}", frame + 1.0)));
+    let limit = (assembling + rest).round() + f64::from(1 << 20);
+    let text = told(&format!("{limit}"));
+    for word in ["body1", "by conjugate gradients", "of the rest of the scene", "solver.memory_limit"] {
+        assert!(text.contains(word), "lacks \"{word}\":\n{text}");
+    }
+    let [needed, allowed, rest] = refusal(&text);
+    assert!((allowed + rest - limit).abs() <= 0.051 * f64::from(1 << 20), "{allowed} {rest} {limit}");
+    assert!(needed > allowed, "{needed} {allowed}");
     for limit in ["\"4 G\"", "\"much\"", "0", "-3", "2.5", "true"] {
         refused("fields = []", &format!("fields = []\n[solver]\nmemory_limit = {limit}"), &["memory_limit"]);
     }

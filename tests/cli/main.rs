@@ -1,5 +1,6 @@
 //! Command line: runs, refusals, outputs.
 mod accuracy;
+mod accuracy_cases;
 mod bad_input;
 mod bad_loads;
 mod boundary;
@@ -22,6 +23,7 @@ mod near_field_refusals;
 mod outputs;
 mod refine;
 mod repeated;
+mod report;
 mod resume;
 mod run;
 mod study;

@@ -70,6 +70,9 @@ fn the_option_wins_over_the_key() {
             ["--max-memory (0.00001 % of what is available)", "or raise --max-memory"],
         ),
         ("1000", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
+        ("1e3", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
+        ("\"1e3\"", &[], 4, ["allowed by solver.memory_limit is 1000 bytes", raised]),
+        ("1000", &["--max-memory", "1.5e9"], 0, ["", ""]),
         ("1000", &["--max-memory", "2 GB"], 0, ["", ""]),
         ("1000", &["--max-memory=90%"], 0, ["", ""]),
     ] {
@@ -140,15 +143,14 @@ fn foretold_and_held(path: &Path, sets: &[&str]) -> [f64; 2] {
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).chain(["--threads", "2"]).collect();
     let (code, said) = called(&[&["check", &path], &sets[..]].concat());
     assert_eq!(code, Some(0), "{said}");
-    let line = said.lines().find(|line| line.starts_with("memory")).unwrap();
-    let foretold = line.split_once("about ").unwrap().1.split_whitespace().next().unwrap();
+    let foretold = crate::tools::foretold(&said);
     let (code, said) = called(&[&["run", &path, "--quiet", "--out", &out], &sets[..]].concat());
     assert_eq!(code, Some(0), "{said}");
     let summary: Value =
         serde_json::from_slice(&fs::read(Path::new(&out).join("summary.json")).unwrap()).unwrap();
     let held = summary["peak_memory_bytes"].as_f64().unwrap();
     assert!(held > 5e6, "{held}");
-    [foretold.parse::<f64>().unwrap() * f64::from(1 << 20), held]
+    [foretold, held]
 }
 
 /// Truth: the high water mark of the kernel; docs/memory.md: the estimate is within a fifth of it.

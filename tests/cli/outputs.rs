@@ -25,7 +25,7 @@ fn run_into(
     output
         .write(extra, |file| file.write_all(text.as_bytes()).map_err(|e| Error::resources(e.to_string())))
         .expect("a written file");
-    let mut recorder = Recorder::into_directory(output);
+    let mut recorder = Recorder::writing_to(Some(output));
     for increment in 1..=increments {
         recorder.increment_done(&record(increment), &FrameState::default()).expect("a record");
     }
@@ -88,7 +88,7 @@ fn a_failed_run_leaves_only_its_summary() {
         let output = OutputDir::open(dir.path()).expect("an output directory");
         let mut summary = Summary::new("", "", Units::default());
         summary.fail(&Error::input("body1.mesh: no such file"));
-        Recorder::into_directory(output).finish(&mut summary).expect("a written summary");
+        Recorder::writing_to(Some(output)).finish(&mut summary).expect("a written summary");
     }
     assert_eq!(names(dir.path()), ["previous-1", "summary.json"]);
     assert_eq!(names(&dir.path().join("previous-1")), ["frame.pvd", "history.csv", "summary.json"]);
@@ -138,7 +138,7 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
         assert!(output.adopt(files.clone()).expect("readable files").is_empty(), "a file is missing");
         let mut summary = Summary::new("test", "", Units::default());
         summary.conclude(&Ok(Outcome::Interrupted));
-        Recorder::into_directory(output)
+        Recorder::writing_to(Some(output))
             .with_records(vec![record(1)])
             .finish(&mut summary)
             .expect("a summary");
@@ -179,7 +179,7 @@ fn vanished_files_fail_the_run() {
 #[test]
 fn numbers_that_are_not_finite_are_never_written_silently() {
     let dir = tempfile::tempdir().expect("a temporary folder");
-    let mut recorder = Recorder::into_directory(OutputDir::open(dir.path()).expect("an output directory"));
+    let mut recorder = Recorder::writing_to(Some(OutputDir::open(dir.path()).expect("an output directory")));
     let wrong = IncrementRecord { peak_pressure: f64::NAN, ..record(1) };
     recorder.increment_done(&wrong, &FrameState::default()).expect("a record");
     let mut summary = Summary::new("", "", Units::default());

@@ -87,6 +87,27 @@ fn skips_are_timed_and_named() {
     assert!(text.contains("solver.skip") && text.contains("cold-starts"), "{text}");
 }
 
+/// Truth: a start from the tractions before is no worse than none: where a contact with friction grows, it takes no more iterations (a
+/// fifth for cells that change sides another way).
+#[test]
+fn warm_starts_are_no_longer_than_cold_ones() {
+    let settings = [
+        "frame.cells=[96, 96]",
+        "steps.indent.increments=4",
+        "steps.shift.increments=2",
+        "solver.skip=[\"distant-cells\", \"second-half-space\"]",
+    ];
+    let cold = run(&scene("sphere-on-cfrp-halfspaces.toml"), &settings);
+    let all = ["solver.skip=[\"distant-cells\", \"second-half-space\", \"cold-starts\"]"];
+    let warm = run(&scene("sphere-on-cfrp-halfspaces.toml"), &[&settings[..3], &all].concat());
+    let iterations = |summary: &Value| -> u64 {
+        let steps = summary["steps"].as_array().unwrap();
+        steps.iter().map(|step| step["iterations"].as_u64().unwrap()).sum()
+    };
+    let (warm, cold) = (iterations(&warm), iterations(&cold));
+    assert!(5 * warm <= 6 * cold, "{warm} {cold}");
+}
+
 /// Truth: what is skipped does not change the answer, with friction, wear and cycles neither.
 #[test]
 fn skips_with_friction_and_cycles() {

@@ -38,6 +38,34 @@ pub fn python(script: &str, argument: &Path) -> bool {
     true
 }
 
+/// Runs a script of tests/browser with one argument in headless Chromium; panics with its message if it fails, `false` if there is no
+/// browser or no Python that speaks to it.
+pub fn browser(script: &str, argument: &Path) -> bool {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program =
+        std::env::var_os("ORTHOWEAR_PYTHON").map_or_else(|| root.join(".venv/bin/python"), PathBuf::from);
+    let python = Command::new(&program).args(["-c", "import meshio, websocket"]).output();
+    let chromium = Command::new("chromium").arg("--version").output();
+    if ![python, chromium].into_iter().all(|tried| tried.is_ok_and(|output| output.status.success())) {
+        let required = std::env::var("ORTHOWEAR_REQUIRE_TOOLS").is_ok_and(|value| value == "1");
+        assert!(
+            !required,
+            "chromium, or Python with meshio and websocket-client, is missing, but ORTHOWEAR_REQUIRE_TOOLS=1 requires it"
+        );
+        eprintln!(
+            "SKIPPED: chromium, or Python with meshio and websocket-client, is missing (scripts/setup installs them)"
+        );
+        return false;
+    }
+    let output = Command::new(program)
+        .arg(root.join("tests/browser").join(script))
+        .arg(argument)
+        .output()
+        .expect("starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    true
+}
+
 /// Runs gmsh; `false` if it is absent.
 pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     if Command::new("gmsh").arg("--version").output().is_err() {
@@ -49,6 +77,44 @@ pub fn gmsh(arguments: &[&str], directory: &Path) -> bool {
     let output = Command::new("gmsh").args(arguments).current_dir(directory).output().expect("starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
     true
+}
+
+/// Bytes of memory that `check` foretells, by what it says.
+pub fn foretold(said: &str) -> f64 {
+    let line = said
+        .lines()
+        .find(|line| line.starts_with("memory"))
+        .unwrap_or_else(|| panic!("no memory in\n{said}"));
+    let words: Vec<&str> = line.split_once("about ").unwrap().1.split_whitespace().collect();
+    assert_eq!(words[1], "MiB", "{line}");
+    words[0].parse::<f64>().unwrap() * f64::from(1 << 20)
+}
+
+/// What a refusal for want of memory says: the bytes needed, those allowed beside the rest of the scene, and those of the rest (to 0.05 MiB; 0 if it
+/// is not mentioned).
+pub fn refusal(said: &str) -> [f64; 3] {
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let exactly = |text: &str| {
+        let number =
+            text.split_once('(').map_or(text, |(_, inside)| inside).split_whitespace().next().unwrap();
+        number.parse::<f64>().unwrap_or_else(|_| panic!("{number} in {said}"))
+    };
+    let after = |words: &str| said.split_once(words).unwrap_or_else(|| panic!("no {words} in {said}")).1;
+    let allowed = after(" allowed by solver.memory_limit is ").split(';').next().unwrap();
+    let rest = allowed
+        .split_once(" beside the ")
+        .map(|(_, rest)| rest)
+        .or_else(|| allowed.split_once("the rest of the scene (").map(|(_, rest)| rest));
+    let rest = rest.map_or(0.0, |rest| {
+        let words: Vec<&str> = rest.split([' ', ')']).collect();
+        let unit = match words[1] {
+            "KiB" => 1024.0,
+            "MiB" => 1024.0 * 1024.0,
+            other => panic!("{other} in {said}"),
+        };
+        words[0].parse::<f64>().unwrap() * unit
+    });
+    [exactly(after(" needs ")), exactly(allowed), rest]
 }
 
 /// A summary without what may differ from run to run.

@@ -296,7 +296,7 @@ fn meshio_and_vtk_read_what_was_given() {
 
     let writer = FieldWriter::new(&frame, bodies.clone(), &[FieldKind::Vtu, FieldKind::Volume]);
     let output = OutputDir::open(dir.path()).expect("an output directory");
-    let mut recorder = Recorder::into_directory(output).with_fields(writer);
+    let mut recorder = Recorder::writing_to(Some(output)).with_fields(writer);
     let states = [state(6), FrameState { wear_depth: vec![1e-300; 6], ..state(6) }];
     for (i, state) in states.iter().enumerate() {
         let record = IncrementRecord { name: "indent".into(), increment: i + 1, ..Default::default() };
@@ -384,7 +384,7 @@ fn pictures_are_valid_and_small() {
     let (frame, state) = hertz(256);
     let output = OutputDir::open(dir.path()).expect("an output directory");
     let writer = FieldWriter::new(&frame, Vec::new(), &[FieldKind::Svg]);
-    let mut recorder = Recorder::into_directory(output).with_fields(writer);
+    let mut recorder = Recorder::writing_to(Some(output)).with_fields(writer);
     for (name, cycles) in [("indent <&>", 0), ("shift", 0), ("fretting", 50_000), ("fretting", 100_000)] {
         let record = IncrementRecord {
             name: name.into(),

@@ -60,28 +60,32 @@ impl SkipChoice {
 }
 
 /// An amount of memory.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum MemorySize {
     /// Bytes.
     Bytes(u64),
+    /// Bytes written with an exponent.
+    Number(f64),
     /// A number with its unit.
     Text(String),
 }
 
 fn memory_size(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-    schemars::json_schema!({ "type": ["string", "integer"], "minimum": 1 })
+    schemars::json_schema!({ "type": ["string", "number"], "minimum": 1 })
 }
 
 impl MemorySize {
-    /// Bytes; `None` if it is no positive number with a unit of bytes.
+    /// Bytes; `None` if it is neither a whole positive number of them nor one with a unit.
     pub fn bytes(&self) -> Option<u64> {
         let text = match self {
             Self::Bytes(bytes) => return Some(*bytes).filter(|&bytes| bytes > 0),
+            Self::Number(bytes) => return whole(*bytes),
             Self::Text(text) => text.trim(),
         };
-        let split = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
-        let factor = match text[split..].to_ascii_lowercase().as_str() {
+        let number = text.trim_end_matches(char::is_alphabetic);
+        let factor = match text[number.len()..].to_ascii_lowercase().as_str() {
+            "" => return whole(number.parse().ok()?),
             "b" | "bytes" => 1.0,
             "kb" => 1e3,
             "mb" => 1e6,
@@ -93,9 +97,14 @@ impl MemorySize {
             "tib" => 1024f64.powi(4),
             _ => return None,
         };
-        let bytes = text[..split].trim().parse::<f64>().ok()? * factor;
+        let bytes = number.trim().parse::<f64>().ok()? * factor;
         (bytes.is_finite() && bytes >= 1.0).then_some(bytes as u64)
     }
+}
+
+/// A whole number above 0.
+fn whole(number: f64) -> Option<u64> {
+    (number >= 1.0 && number.is_finite() && number.fract() == 0.0).then_some(number as u64)
 }
 
 impl Default for Solver {
@@ -234,9 +243,18 @@ mod tests {
         assert_eq!(bytes("1.5kB"), Some(1500));
         assert_eq!(bytes(" 20 mib "), Some(20 << 20));
         assert_eq!(MemorySize::Bytes(7).bytes(), Some(7));
-        for wrong in ["", "4", "GiB", "4 G", "-1 GB", "nan GB", "inf MB", "0 B", "1e400 B", "4 GiB/s"] {
+        assert_eq!(
+            (bytes("1e9"), bytes("1.5e9"), bytes("1.5e3 MB")),
+            (Some(1_000_000_000), Some(1_500_000_000), Some(1_500_000_000))
+        );
+        assert_eq!(MemorySize::Number(1.5e9).bytes(), Some(1_500_000_000));
+        for wrong in [
+            "", "2.5", "1e-3", "1e400", "e9", "nan", "inf", "GiB", "4 G", "-1 GB", "nan GB", "inf MB", "0 B",
+            "1e400 B", "4 GiB/s",
+        ] {
             assert_eq!(bytes(wrong), None, "{wrong}");
         }
-        assert_eq!(MemorySize::Bytes(0).bytes(), None);
+        let none = [0.0, -1.0, 2.5, f64::NAN, f64::INFINITY].map(|number| MemorySize::Number(number).bytes());
+        assert_eq!((MemorySize::Bytes(0).bytes(), none), (None, [None; 5]));
     }
 }

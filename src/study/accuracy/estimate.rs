@@ -14,6 +14,9 @@ const ASSUMED: f64 = 1.0;
 const FITTED: usize = 4;
 const LARGEST_OF: usize = 3;
 
+/// Differences from which on an order is fitted.
+const ENOUGH: usize = 3;
+
 /// Difference of the orders of two pairs of differences up to which a limit is extrapolated.
 const SAME_ORDER: f64 = 0.3;
 
@@ -21,16 +24,29 @@ const SAME_ORDER: f64 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     order: f64,
-    /// Whether the power is that of the values, and no limit.
-    seen: bool,
+    /// The power that the values show.
+    seen: Option<f64>,
     constant: f64,
 }
 
 impl Convergence {
-    /// Of values at sizes that get smaller; at least two of them. The order is that of the last differences, between 1/2 and 2 where they fall
-    /// steadily and between 1 and 2 elsewhere; the constant is the largest that explains one of the last three differences: contacts end between the
-    /// cells, so that single ones are small by chance.
+    /// Of values at sizes that get smaller; at least two of them. What the values show, unless those before showed a larger error: no order
+    /// above 2 is believed, so that an estimate that falls faster from one value to the next is small by chance.
     pub fn of(sizes: &[f64], values: &[f64]) -> Self {
+        let n = values.len();
+        let found = Self::shown(sizes, values);
+        if n < ENOUGH + 2 {
+            return found;
+        }
+        let before = Self::of(&sizes[..n - 1], &values[..n - 1]);
+        let least = before.error(sizes[n - 2]) * (sizes[n - 1] / sizes[n - 2]).powf(ORDERS[1]);
+        Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
+    }
+
+    /// The order is that of the last differences, between 1/2 and 2 where they fall steadily; elsewhere it is taken by its standard error lower,
+    /// between 1 and 2. The constant is the largest that explains one of the last three differences: contacts end between the cells, so that single
+    /// ones are small by chance.
+    fn shown(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
         let first = differences.len().saturating_sub(FITTED);
         let seen: Vec<[f64; 2]> = (first..differences.len())
@@ -40,17 +56,23 @@ impl Convergence {
         let last = differences.len().saturating_sub(LARGEST_OF);
         let steady =
             differences[last..].windows(2).all(|pair| (STEADY[0]..=STEADY[1]).contains(&(pair[1] / pair[0])));
-        let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
-        let order = if seen.len() < 3 { ASSUMED } else { slope(&seen).clamp(least, ORDERS[1]) };
+        let fitted = (seen.len() >= ENOUGH).then(|| slope(&seen));
+        let order = match fitted {
+            None => ASSUMED,
+            Some([slope, _]) if steady => slope.clamp(ORDERS[0], ORDERS[1]),
+            Some([slope, error]) => (slope - error).clamp(LEAST_OF_NOISE, ORDERS[1]),
+        };
         let constant = (last..differences.len())
             .map(|i| differences[i].abs() / (sizes[i].powf(order) - sizes[i + 1].powf(order)))
             .fold(0.0, f64::max);
-        Self { order, seen: seen.len() >= 3 && order > least && order < ORDERS[1], constant }
+        let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
+        let seen = fitted.map(|[slope, _]| slope).filter(|slope| *slope > least && *slope < ORDERS[1]);
+        Self { order, seen, constant }
     }
 
     /// The power p, if the values show it.
     pub fn order(&self) -> Option<f64> {
-        self.seen.then_some(self.order)
+        self.seen
     }
 
     /// The error at `size`.
@@ -95,12 +117,14 @@ fn differences(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
-/// Slope of the line with the least squares.
-fn slope(points: &[[f64; 2]]) -> f64 {
+/// Slope of the line with the least squares through three points or more, and its standard error.
+fn slope(points: &[[f64; 2]]) -> [f64; 2] {
     let n = points.len() as f64;
     let mean = [0, 1].map(|c| points.iter().map(|point| point[c]).sum::<f64>() / n);
     let product = |c: usize| -> f64 { points.iter().map(|p| (p[0] - mean[0]) * (p[c] - mean[c])).sum() };
-    product(1) / product(0)
+    let slope = product(1) / product(0);
+    let off = |p: &[f64; 2]| (p[1] - mean[1] - slope * (p[0] - mean[0])).powi(2);
+    [slope, (points.iter().map(off).sum::<f64>() / (n - 2.0) / product(0)).sqrt()]
 }
 
 #[cfg(test)]
@@ -138,6 +162,37 @@ mod tests {
             let h = sizes()[n - 1];
             assert!(found.error(h) > 0.1 * h * h, "{n}: {found:?}");
         }
+    }
+
+    /// Truth: formula: errors h (1 + a cos t) with t at random, as of a stick zone that ends between the cells. Nine of ten estimates cover them,
+    /// most of those that do not are of few values that are close by chance; a fitted order, not lowered, leaves three of ten below.
+    #[test]
+    fn first_order_with_noise() {
+        let sizes = [12.0, 18.0, 26.0, 40.0, 60.0, 90.0, 136.0, 200.0, 300.0, 450.0].map(|n: f64| 1.0 / n);
+        for amplitude in [0.3, 0.5, 0.8] {
+            let mut covered = 0;
+            for phase in 0..100 {
+                let off = |k: usize| {
+                    let t = 0.02 * std::f64::consts::PI * f64::from(phase)
+                        + 1.7 * k as f64
+                        + 2.4 * (k * k) as f64;
+                    sizes[k] * (1.0 + amplitude * t.cos())
+                };
+                let values: Vec<f64> = (0..sizes.len()).map(|k| 1.0 + off(k)).collect();
+                let of = |k: usize| Convergence::of(&sizes[..=k], &values[..=k]).error(sizes[k]);
+                covered += (2..sizes.len()).filter(|&k| of(k) >= off(k)).count();
+            }
+            assert!(covered >= 700, "{amplitude}: {covered} of 800");
+        }
+    }
+
+    /// Truth: formula: what three values showed at h does not fall below its part (h'/h)^2 when a fourth lies close by chance.
+    #[test]
+    fn no_faster_than_second_order() {
+        let values = [1.1, 1.06, 1.02, 1.01, 1.01];
+        let [before, last] =
+            [4, 5].map(|n| Convergence::of(&sizes()[..n], &values[..n]).error(sizes()[n - 1]));
+        assert!(last >= before * (40.0f64 / 60.0).powi(2) * (1.0 - 1e-12), "{last} {before}");
     }
 
     /// Truth: definition: values that do not change have no error, and those that grow without bound have a large one.

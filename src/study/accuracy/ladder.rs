@@ -163,6 +163,31 @@ impl Ladder {
         }
     }
 
+    /// What the cells within an outline lack of its area, or have too much, over it; `None` without an outline, or of one that the frame cuts.
+    pub fn cut(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
+        let FrameSpec::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
+        let reaches =
+            outline.extent().iter().zip(half_width).any(|([low, high], half)| -low > *half || high > half);
+        if reaches || !self.chosen[0] {
+            return None;
+        }
+        let [nx, ny] = self.cells(levels.cells);
+        let center = |i: usize, n: usize, half: f64| half * ((2 * i + 1) as f64 / n as f64 - 1.0);
+        let inside = (0..nx * ny)
+            .filter(|i| {
+                outline.contains([center(i / ny, nx, half_width[0]), center(i % ny, ny, half_width[1])])
+            })
+            .count();
+        let cell = 4.0 * half_width[0] * half_width[1] / (nx * ny) as f64;
+        Some(inside as f64 * cell / outline.area() - 1.0)
+    }
+
+    /// Area of the cells within an outline of which they have `cut` too much.
+    pub fn punch(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
+        let FrameSpec::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
+        cut.map(|cut| (1.0 + cut) * outline.area())
+    }
+
     /// The plan with these levels.
     pub fn plan(&self, plan: &Plan, levels: &Levels) -> Plan {
         let [cells, increments, jumps] = self.chosen;

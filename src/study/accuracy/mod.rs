@@ -31,8 +31,13 @@ const SAME: f64 = 0.05;
 struct Sample {
     levels: Levels,
     values: Vec<Value>,
+    /// [`Ladder::cut`].
+    cut: Option<f64>,
     seconds: f64,
 }
+
+/// Relative error of a length by that of the area: what the stairs along an outline cost the load of a punch.
+const OF_AREA: f64 = 0.5;
 
 /// A run writes files if the errors foreseen for it are at most so many times what is allowed: files that finer runs replace cost less than
 /// another run for the files alone.
@@ -106,7 +111,9 @@ impl<'p> Search<'p> {
     /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
     pub fn take(&mut self, levels: Levels, records: &[IncrementRecord], (cell, seconds): (Option<f64>, f64)) {
         let cells = cell.map_or(usize::MAX, |cell| fewest_cells(self.plan, records, cell));
-        self.samples.push(Sample { levels, values: values(self.plan, records), seconds });
+        let cut = self.ladder.cut(self.plan, &levels);
+        let punch = self.ladder.punch(self.plan, cut);
+        self.samples.push(Sample { levels, values: values(self.plan, records, punch), cut, seconds });
         let number = self.samples.len() - 1;
         if self.turns.is_empty() {
             let coarse = self.knobs.contains(&Knob::Cells) && !self.ladder.resolves(cells);
@@ -214,19 +221,21 @@ impl<'p> Search<'p> {
             return None;
         }
         let size = self.ladder.size(knob, levels);
+        let last = &self.samples[*turn.last()?];
+        let stairs = if knob == Knob::Cells { OF_AREA * last.cut.unwrap_or(0.0).abs() } else { 0.0 };
         let relative = |(value, wanted): (usize, &Value)| {
             let (sizes, values) = self.course(turn, knob, value);
             let error = Convergence::of(&sizes, &values).error(size);
-            if wanted.scale > 0.0 { error / wanted.scale } else { 0.0 }
+            if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };
-        Some(self.samples[*turn.last()?].values.iter().enumerate().map(relative).collect())
+        Some(last.values.iter().enumerate().map(relative).collect())
     }
 
-    /// Sizes and values of a turn.
+    /// Sizes and values of a turn, values of a punch without what its outline's cells have too much or too little.
     fn course(&self, turn: &[usize], knob: Knob, value: usize) -> (Vec<f64>, Vec<f64>) {
         let of = |&number: &usize| {
             let sample = &self.samples[number];
-            (self.ladder.size(knob, &sample.levels), sample.values[value].value)
+            (self.ladder.size(knob, &sample.levels), sample.values[value].uncut(sample.cut))
         };
         turn.iter().map(of).unzip()
     }

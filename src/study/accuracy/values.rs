@@ -23,7 +23,23 @@ pub(super) struct Value {
     pub value: f64,
     /// What its error is relative to; 0 if there is nothing.
     pub scale: f64,
+    /// The power of the area within the outline of a punch that it follows, 0 where none is known.
+    pub power: f64,
 }
+
+impl Value {
+    /// What it would be if the cells had the area of the outline, of which they have `cut` too much.
+    pub fn uncut(&self, cut: Option<f64>) -> f64 {
+        self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.power)
+    }
+}
+
+/// The power of the area that the load of a flat punch follows at a given motion, and the inverse of the motion under a given load: that of its
+/// length.
+///
+/// # Source
+/// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
+const OF_LENGTH: f64 = 0.5;
 
 /// What holds in a step: whether force is prescribed along the normal, and along the surface.
 #[derive(Clone, Copy)]
@@ -61,8 +77,8 @@ pub(super) fn fewest_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) 
     fewest
 }
 
-/// The values at the ends of the steps.
-pub(super) fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
+/// The values at the ends of the steps; `punch`: area of the cells within an outline.
+pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<Value> {
     let wanted = plan.accuracy.as_ref().map_or(&Quantity::ALL[..], |spec| &spec.of);
     let mut held = Held::NOTHING;
     let mut found: Vec<Value> = Vec::new();
@@ -71,9 +87,18 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord]) -> Vec<Value> {
         // Of load points and steps of one name the last.
         found.retain(|value| value.step != step.name);
         let Some(record) = records.iter().rev().find(|record| record.name == step.name) else { continue };
+        // All of the punch touches, so that its outline is the edge of the contact.
+        let flat = punch.is_some_and(|area| record.contact_area > (1.0 - 1e-9) * area);
         let mut push = |name: &'static str, value: f64, scale: f64| {
             let step = step.name.clone();
-            found.push(Value { step, name, value, scale: if scale.is_finite() { scale } else { 0.0 } });
+            let power = match name {
+                _ if !flat => 0.0,
+                "approach" | "shift x" | "shift y" => -OF_LENGTH,
+                "normal_force" | "tangential_force x" | "tangential_force y" => OF_LENGTH,
+                _ => 0.0,
+            };
+            let scale = if scale.is_finite() { scale } else { 0.0 };
+            found.push(Value { step, name, value, scale, power });
         };
         if wanted.contains(&Quantity::Load) {
             let [qx, qy] = record.tangential_force;

@@ -2,8 +2,8 @@
 //! smaller ones of its own kind.
 //!
 //! A cold start is solved on coarse cells first, then on ever finer ones over the rectangle that the coarser solution is in
-//! contact in; a warm one over the rectangle of the contact before. The state on the window is judged on the whole frame: where
-//! bodies overlap outside the window, it grows.
+//! contact in; a warm one over the rectangle of the contact before, after coarse cells if it is far from the answer. The state on
+//! the window is judged on the whole frame: where bodies overlap outside the window, it grows.
 
 mod surface;
 
@@ -30,6 +30,9 @@ const TRIALS: usize = 6;
 
 /// Iterations on coarser cells, and on a window that may yet grow, at most: what takes more is a matter of the whole frame.
 const MOST_ITERATIONS: usize = 500;
+
+/// Natural residual above which a warm start is far from the answer: Newton's method would not begin from it.
+const FAR: f64 = 0.5;
 
 /// Natural residual above which rolling is not yet steady.
 const UNSTEADY: f64 = 0.1;
@@ -87,9 +90,16 @@ impl<'p> Nested<'_, 'p, '_> {
         let mut rectangle = match contact(it, self.frame) {
             // Where the contact was is not where moments are in equilibrium now.
             Some(_) if balanced => return None,
-            // That of a body that does not roll yet says little.
-            Some(_) if self.begins_to_roll(self.problem, it, self.all()) => self.coarse(it, watch)?,
-            Some(rectangle) => grown(rectangle, MARGIN, self.frame),
+            // That of a body that does not roll yet, or has moved far, says little.
+            Some(rectangle) => {
+                let limit = if self.rolls() { UNSTEADY } else { FAR };
+                let is_far = self.is_beyond(limit, self.problem, it, self.all());
+                let found = if is_far { self.coarse(it, watch) } else { None };
+                if is_far && found.is_none() {
+                    start.restore(it);
+                }
+                found.unwrap_or_else(|| grown(rectangle, MARGIN, self.frame))
+            }
             None => self.coarse(it, watch)?,
         };
         for _ in 0..TRIALS {
@@ -125,14 +135,14 @@ impl<'p> Nested<'_, 'p, '_> {
         self.problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
     }
 
-    /// Whether it does, and `problem` is still so far from steady that coarser cells have to find the way.
-    fn begins_to_roll(&mut self, problem: &Increment, it: &mut Iterate, rectangle: Rectangle) -> bool {
-        if !self.rolls() || self.coarsest(rectangle) == 1 {
+    /// Whether `problem` is further than `limit` from its answer, and coarser cells may find the way.
+    fn is_beyond(&mut self, limit: f64, problem: &Increment, it: &mut Iterate, rectangle: Rectangle) -> bool {
+        if self.coarsest(rectangle) == 1 {
             return false;
         }
         problem.evaluate(it);
         self.report.applications += problem.applications();
-        problem.natural_residual(it) > UNSTEADY
+        problem.natural_residual(it) > limit
     }
 
     /// How many times as long the sides of the coarsest cells are on which a rectangle is still seen.
@@ -238,8 +248,10 @@ impl Start {
         Self { hatted: it.hatted.clone(), rigid: it.rigid.clone(), floating: it.floating.clone() }
     }
 
-    fn restore(self, it: &mut Iterate) {
-        (it.hatted, it.rigid, it.floating) = (self.hatted, self.rigid, self.floating);
+    fn restore(&self, it: &mut Iterate) {
+        it.hatted.clone_from(&self.hatted);
+        it.rigid.clone_from(&self.rigid);
+        it.floating.clone_from(&self.floating);
     }
 }
 

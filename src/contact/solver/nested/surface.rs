@@ -9,7 +9,7 @@
 use super::super::super::Iterate;
 use super::super::super::window::{Part, Window};
 use super::super::{SolverOptions, Watch};
-use super::{MARGIN, MOST_ITERATIONS, Nested, Rectangle, contact, grown};
+use super::{MARGIN, MOST_ITERATIONS, Nested, Rectangle, UNSTEADY, contact, grown};
 
 /// Natural residual on coarser cells.
 const TOLERANCE: f64 = 1e-3;
@@ -23,8 +23,8 @@ impl Nested<'_, '_, '_> {
         let part = Part::new(self.problem, window, operator)?;
         let mut state = part.state(it);
         // What coarser cells lack of slips from cell to cell is not in their gaps: they only serve as a start.
-        let rolls_on =
-            self.rolls() && !self.begins_to_roll(&part.problem(self.problem), &mut state, rectangle);
+        let problem = part.problem(self.problem);
+        let rolls_on = self.rolls() && !self.is_beyond(UNSTEADY, &problem, &mut state, rectangle);
         let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
         while factor > 1 {
             self.correct((&part, &mut state), (rectangle, factor), it, watch)?;

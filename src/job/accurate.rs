@@ -4,10 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::compute::{Job, compute, refused};
-use super::exit;
-use super::table::{align, short};
+use crate::error::exit;
 use crate::history::record::IncrementRecord;
-use crate::results::accuracy::{AccuracyRecord, Estimated};
 use crate::results::output::OutputDir;
 use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
@@ -16,24 +14,21 @@ use crate::study::Failure;
 use crate::study::accuracy::{Levels, Next, Search};
 
 /// Why a run of which the estimates stay above the accuracy did not converge.
-pub(super) const REASON: &str = "accuracy";
+pub const REASON: &str = "accuracy";
 
-/// Results with estimates below this share of the accuracy are left out of the table.
-const NOTHING: f64 = 1e-4;
-
-/// Runs the plan into `output` and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
-pub(super) fn compute_accurately(
+/// Runs the plan into `output`, if there is one, and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
+pub fn run(
     plan: &Plan,
-    output: OutputDir,
+    output: Option<OutputDir>,
     summary: &mut Summary,
     job: Job<'_>,
 ) -> Result<u8, Failure> {
     match Search::new(plan) {
-        Ok(None) => compute(plan, Some(output), summary, job),
+        Ok(None) => compute(plan, output, summary, job),
         Ok(Some(search)) => {
-            let directory = output.path().to_owned();
+            let directory = output.as_ref().map(|output| output.path().to_owned());
             let base = summary.clone();
-            let mut way = Way { search, base, output: Some(output), directory, summary, job, written: None };
+            let mut way = Way { search, base, output, directory, summary, job, written: None };
             way.go()
         }
         Err(failure) => refused(output, summary, failure),
@@ -53,7 +48,7 @@ struct Way<'a, 'j, 'p> {
     search: Search<'p>,
     base: Summary,
     output: Option<OutputDir>,
-    directory: PathBuf,
+    directory: Option<PathBuf>,
     summary: &'a mut Summary,
     job: Job<'j>,
     /// Levels of the run whose files are there.
@@ -132,11 +127,12 @@ impl Way<'_, '_, '_> {
     /// A run whose files are the results, unless finer ones follow.
     fn with_files(&mut self, levels: Levels) -> Result<u8, Failure> {
         let plan = self.search.plan(&levels);
-        let output = match self.output.take() {
-            Some(output) => output,
-            None => {
-                OutputDir::open(&self.directory).map_err(|error| Failure { error, key: String::new() })?
+        let output = match (self.output.take(), &self.directory) {
+            (None, Some(directory)) => {
+                let again = OutputDir::open(directory);
+                Some(again.map_err(|error| Failure { error, key: String::new() })?)
             }
+            (output, _) => output,
         };
         let again = self.search.last() == Some(levels);
         *self.summary = self.base.clone();
@@ -172,7 +168,7 @@ impl Way<'_, '_, '_> {
             checkpoints: None,
             complete: &mut complete,
         };
-        let code = compute(&plan, Some(output), self.summary, job);
+        let code = compute(&plan, output, self.summary, job);
         self.written = written.then_some(levels);
         code
     }
@@ -183,46 +179,4 @@ fn cell_area(summary: &Summary) -> Option<f64> {
     let frame = summary.frame.as_ref()?;
     let side = |k: usize| 2.0 * frame.half_width[k] / frame.cells[k] as f64;
     Some(side(0) * side(1))
-}
-
-/// The accuracy as a person reads it.
-pub(super) fn describe(record: &AccuracyRecord) -> String {
-    let mut rows =
-        vec![["step", "result", "value", "+-", "relative", "extrapolated"].map(str::to_owned).to_vec()];
-    let matters =
-        |result: &&Estimated| result.relative.is_none_or(|relative| relative > NOTHING * record.requested);
-    for result in record.results.iter().filter(matters) {
-        let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
-        rows.push(vec![
-            result.step.clone(),
-            result.name.to_owned(),
-            digits(result.value, result),
-            number(result.estimate),
-            number(result.relative),
-            result.extrapolated.map_or_else(String::new, |limit| digits(limit, result)),
-        ]);
-    }
-    let last = record.runs.last();
-    let cells =
-        last.and_then(|run| run.cells).map(|[x, y]| format!(" with {x} x {y} cells")).unwrap_or_default();
-    let times = last.filter(|run| run.increments > 1);
-    let times = times.map(|run| format!(", {} times the increments", run.increments)).unwrap_or_default();
-    let reached = if record.met { "reached" } else { "NOT REACHED, the last run that converged is one" };
-    let n = record.runs.len();
-    let plural = if n == 1 { "run" } else { "runs" };
-    let of = record.of.join(", ");
-    format!(
-        "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}\n{}",
-        record.requested,
-        align(&rows)
-    )
-}
-
-/// A value with a digit more than are estimated to be right.
-fn digits(value: f64, result: &Estimated) -> String {
-    let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
-        return short(value);
-    };
-    let places = (1.0 - estimate.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.places$}")
 }

@@ -6,11 +6,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::exit;
 use super::resume::Checkpoints;
-use super::run::report;
 use super::turn::{Maker, Stage, Way};
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, Kind, Result, exit};
 use crate::frame::ContactFrame;
 use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
 use crate::history::{RunResult, Snapshot};
@@ -26,7 +24,7 @@ use crate::study::saved::{self, Spent};
 use crate::study::{Failure, Study};
 
 /// How a plan is run.
-pub(super) struct Job<'a> {
+pub struct Job<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.
@@ -48,12 +46,12 @@ impl Job<'_> {
 }
 
 /// Completes nothing.
-pub(super) fn nothing(_: &[IncrementRecord], _: &mut Summary) -> bool {
+pub fn nothing(_: &[IncrementRecord], _: &mut Summary) -> bool {
     true
 }
 
 /// Hears nothing.
-pub(super) struct Nobody;
+pub struct Nobody;
 
 impl Observer for Nobody {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
@@ -114,7 +112,7 @@ struct Leg {
 
 /// Runs the plan into `output`, if there is one, and completes `summary`; the exit code, or the failure that ended it, which is in the
 /// summary too.
-pub(super) fn compute(
+pub fn compute(
     plan: &Plan,
     output: Option<OutputDir>,
     summary: &mut Summary,
@@ -131,19 +129,9 @@ pub(super) fn compute(
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
-            return Ok(finish(early(output), summary, exit::INTERRUPTED));
+            return early(output).finish(summary).map(|()| exit::INTERRUPTED).map_err(unkeyed);
         }
-        Err(failure) => {
-            summary.fail(&failure.error);
-            let code = failure.error.exit_code();
-            if code == exit::INTERRUPTED {
-                return Ok(finish(early(output), summary, code));
-            }
-            return match finish(early(output), summary, code) {
-                written if written == code => Err(failure),
-                other => Ok(other),
-            };
-        }
+        Err(failure) => return failed(early(output), summary, failure),
     };
     let keeper =
         job.checkpoints.take().map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
@@ -158,16 +146,30 @@ pub(super) fn compute(
 
 /// Leaves a summary of what stood in the way before anything was computed.
 pub(super) fn refused(
-    output: OutputDir,
+    output: Option<OutputDir>,
+    summary: &mut Summary,
+    failure: Failure,
+) -> std::result::Result<u8, Failure> {
+    failed(Recorder::writing_to(output), summary, failure)
+}
+
+/// Writes what there is of a run that a failure ended before anything was computed.
+fn failed(
+    recorder: Recorder<'_>,
     summary: &mut Summary,
     failure: Failure,
 ) -> std::result::Result<u8, Failure> {
     summary.fail(&failure.error);
-    let code = failure.error.exit_code();
-    match finish(Recorder::into_directory(output), summary, code) {
-        written if written == code => Err(failure),
-        other => Ok(other),
+    recorder.finish(summary).map_err(|error| unkeyed(error.besides(&failure.error)))?;
+    match failure.error.exit_code() {
+        exit::INTERRUPTED => Ok(exit::INTERRUPTED),
+        _ => Err(failure),
     }
+}
+
+/// An error that concerns no key of the scene.
+fn unkeyed(error: Error) -> Failure {
+    Failure { error, key: String::new() }
 }
 
 /// A panic as a failure.
@@ -175,8 +177,7 @@ fn safely<T>(
     plan: &Plan,
     work: impl FnOnce() -> std::result::Result<T, Failure>,
 ) -> std::result::Result<T, Failure> {
-    catch_unwind(AssertUnwindSafe(work))
-        .unwrap_or_else(|panic| Err(Failure { error: internal(plan, &*panic), key: String::new() }))
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(unkeyed(internal(plan, &*panic))))
 }
 
 /// Runs the plan to its end, from frame to frame.
@@ -314,18 +315,11 @@ fn conclude(
     let doubted = code == exit::DONE && summary.status == Status::NotConverged;
     let code = if doubted { exit::NOT_CONVERGED } else { code };
     let ended = if kept { recorder.finish(summary) } else { recorder.discard(summary) };
-    let code = ended.map_or_else(|error| report(&error), |()| code);
-    match outcome {
-        Err(error) if error.kind() != Kind::Interrupted => Err(Failure { error, key: String::new() }),
+    match (outcome, ended) {
+        (Err(error), Err(written)) => Err(unkeyed(written.besides(&error))),
+        (_, Err(written)) => Err(unkeyed(written)),
+        (Err(error), Ok(())) if error.kind() != Kind::Interrupted => Err(unkeyed(error)),
         _ => Ok(code),
-    }
-}
-
-/// Writes what there is; the exit code, that of a failure to write before any other.
-fn finish(recorder: Recorder<'_>, summary: &mut Summary, code: u8) -> u8 {
-    match recorder.finish(summary) {
-        Ok(()) => code,
-        Err(error) => report(&error),
     }
 }
 
@@ -349,7 +343,6 @@ fn internal(plan: &Plan, panic: &(dyn Any + Send)) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::run::units;
     use crate::results::checkpoint;
     use crate::results::summary::Status;
     use crate::scene;
@@ -401,7 +394,7 @@ checkpoint = { seconds = 1e-9 }
         std::fs::write(&path, SCENE).unwrap();
         let plan = scene::read(&path, &[]).unwrap();
         let out = folder.path().join("out");
-        let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(&plan));
+        let mut summary = super::super::summary(&plan);
         let (stop, checkpoints) = (AtomicBool::new(false), Checkpoints::of(&plan).unwrap());
         let job = Job {
             frame: None,

@@ -1,0 +1,49 @@
+//! Results with the estimates of their errors, as a person reads them.
+
+use super::table::{align, short};
+use crate::results::accuracy::{AccuracyRecord, Estimated};
+
+/// Results with estimates below this share of the accuracy are left out of the table.
+const NOTHING: f64 = 1e-4;
+
+/// The accuracy as a person reads it.
+pub(super) fn describe(record: &AccuracyRecord) -> String {
+    let mut rows =
+        vec![["step", "result", "value", "+-", "relative", "extrapolated"].map(str::to_owned).to_vec()];
+    let matters =
+        |result: &&Estimated| result.relative.is_none_or(|relative| relative > NOTHING * record.requested);
+    for result in record.results.iter().filter(matters) {
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
+        rows.push(vec![
+            result.step.clone(),
+            result.name.to_owned(),
+            digits(result.value, result),
+            number(result.estimate),
+            number(result.relative),
+            result.extrapolated.map_or_else(String::new, |limit| digits(limit, result)),
+        ]);
+    }
+    let last = record.runs.last();
+    let cells =
+        last.and_then(|run| run.cells).map(|[x, y]| format!(" with {x} x {y} cells")).unwrap_or_default();
+    let times = last.filter(|run| run.increments > 1);
+    let times = times.map(|run| format!(", {} times the increments", run.increments)).unwrap_or_default();
+    let reached = if record.met { "reached" } else { "NOT REACHED, the last run that converged is one" };
+    let n = record.runs.len();
+    let plural = if n == 1 { "run" } else { "runs" };
+    let of = record.of.join(", ");
+    format!(
+        "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}\n{}",
+        record.requested,
+        align(&rows)
+    )
+}
+
+/// A value with a digit more than are estimated to be right.
+fn digits(value: f64, result: &Estimated) -> String {
+    let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
+        return short(value);
+    };
+    let places = (1.0 - estimate.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.places$}")
+}

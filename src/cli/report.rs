@@ -1,0 +1,38 @@
+//! `orthowear report`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::run::report as refuse;
+use super::{exit, to_stderr, to_stdout};
+use crate::error::{Error, Result};
+use crate::results::report::{REPORT, Report};
+
+#[derive(Debug, Args)]
+pub(super) struct ReportArgs {
+    /// Directory with the results of run, compare or study.
+    directory: PathBuf,
+    /// File of the page; default report.html in the directory.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Writes the page of a directory of results; the exit code.
+pub(super) fn report(arguments: &ReportArgs) -> u8 {
+    written(arguments).unwrap_or_else(|error| refuse(&error))
+}
+
+fn written(arguments: &ReportArgs) -> Result<u8> {
+    let path = arguments.out.clone().unwrap_or_else(|| arguments.directory.join(REPORT));
+    if path.is_dir() {
+        return Err(Error::input(format!("{} is a directory; name a file with --out", path.display())));
+    }
+    let report = Report::of(&arguments.directory)?;
+    report.write(&path)?;
+    for problem in &report.problems {
+        to_stderr(&format!("note: {problem}\n"));
+    }
+    to_stdout(&format!("report: {}\n", path.display()));
+    Ok(exit::DONE)
+}

@@ -1,0 +1,25 @@
+//! A run from its plan to its results: on frames that grow and meshes that move, once or from coarse to fine, into a directory or not.
+
+mod accurate;
+mod compute;
+pub mod resume;
+mod turn;
+
+pub use accurate::{REASON, run};
+pub use compute::{Job, Nobody, compute, nothing};
+
+use crate::results::summary::{Summary, Units};
+use crate::scene::Plan;
+
+/// What a run of `plan` begins to tell of itself.
+pub fn summary(plan: &Plan) -> Summary {
+    let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
+    summary.scene = Some(plan.document.json());
+    summary.warnings.extend(plan.notes.iter().cloned());
+    summary
+}
+
+/// Units of the scene.
+pub fn units(plan: &Plan) -> Units {
+    Units { length: plan.units.length.clone(), force: plan.units.force.clone() }
+}

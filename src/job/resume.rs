@@ -1,0 +1,134 @@
+//! Whether a run goes on, and from where.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::history::Snapshot;
+use crate::results::checkpoint;
+use crate::results::file::{failure, sha256_of};
+use crate::results::keeper::{Interval, Keeper, Kept, Progress};
+use crate::results::origin::{NamedFile, Origin};
+use crate::results::output::{OutputDir, SUMMARY, read_json};
+use crate::results::summary::Summary;
+use crate::scene::Plan;
+
+/// Missing files listed at most.
+const LISTED: usize = 6;
+
+/// How a run begins.
+pub enum Start {
+    /// At the start.
+    Anew,
+    /// With the state of a checkpoint.
+    From(Box<Resumed>),
+    /// Not at all: it has ended.
+    Done,
+}
+
+/// A checkpoint that a run goes on from.
+pub struct Resumed {
+    /// Number of the checkpoint.
+    pub number: u64,
+    /// What it keeps.
+    pub kept: Kept<Snapshot>,
+}
+
+impl Resumed {
+    /// The keeper that goes on after this checkpoint.
+    pub fn keeper(&self, keeper: Keeper) -> Keeper {
+        keeper.after(self.number, Progress::of(self.kept.snapshot.records()))
+    }
+}
+
+/// The checkpoints of a run: what they say of its origin, how often, and the one it goes on from.
+pub struct Checkpoints {
+    /// Scene and files that the run is of.
+    pub origin: Origin,
+    /// How often they are written.
+    pub interval: Interval,
+    /// The one that the run goes on from.
+    pub from: Option<Box<Resumed>>,
+}
+
+impl Checkpoints {
+    /// Those of a run of `plan` that begins at the start.
+    ///
+    /// # Errors
+    /// Resources, if a file that the scene names cannot be read any more.
+    pub fn of(plan: &Plan) -> Result<Self> {
+        let mut known: BTreeMap<&PathBuf, String> = BTreeMap::new();
+        let mut files = Vec::with_capacity(plan.files.len());
+        for (key, path) in &plan.files {
+            let sha256 = match known.get(path) {
+                Some(sha256) => sha256.clone(),
+                None => sha256_of(path).map_err(|e| failure("cannot read", path, &e))?,
+            };
+            known.insert(path, sha256.clone());
+            files.push(NamedFile { key: key.clone(), sha256 });
+        }
+        let interval = &plan.output.checkpoint;
+        Ok(Self {
+            origin: Origin::new(plan.document.root.to_json(), files),
+            interval: Interval { seconds: interval.seconds, cycles: interval.cycles },
+            from: None,
+        })
+    }
+}
+
+/// How the run of `plan` into `output` begins; says on the way what the user should know.
+///
+/// # Errors
+/// Input, if the checkpoint there is of another run or damaged; resources, if files cannot be read or moved.
+pub fn start(
+    plan: &Plan,
+    origin: &Origin,
+    (output, summary): (&mut OutputDir, &mut Summary),
+    say: &mut dyn FnMut(&str),
+) -> Result<Start> {
+    if has_ended(plan, output.path()) {
+        return Ok(Start::Done);
+    }
+    let Some(found) = checkpoint::read(output.path())? else {
+        say(&format!("no checkpoint in {}: beginning at the start", output.path().display()));
+        return Ok(Start::Anew);
+    };
+    found.notes.iter().for_each(|note| say(note));
+    let differences = found.origin.differences(origin);
+    if !differences.is_empty() {
+        return Err(Error::input(format!(
+            "the checkpoint in {} is of another run:\n  {}\nrun with what it was made with, or without --resume to begin anew",
+            output.path().display(),
+            differences.join("\n  ")
+        )));
+    }
+    let mut kept: Kept<Snapshot> = found.state()?;
+    let mut missing = output.adopt(std::mem::take(&mut kept.files))?;
+    if !missing.is_empty() {
+        kept.written.forget(&missing);
+        let more = missing.len().saturating_sub(LISTED);
+        let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
+        missing.truncate(LISTED);
+        summary.warnings.push(format!(
+            "files of the run before --resume are missing, and left out of the collections: {}{rest}",
+            missing.join(", ")
+        ));
+    }
+    if let Some(last) = kept.snapshot.records().last() {
+        say(&format!("going on after step \"{}\" ({})", last.name, last.increment));
+    }
+    Ok(Start::From(Box::new(Resumed { number: found.number, kept })))
+}
+
+/// Whether the results in `directory` are those of `plan`: converged, of the same scene and version, and not older than the files that
+/// the scene names.
+fn has_ended(plan: &Plan, directory: &Path) -> bool {
+    let path = directory.join(SUMMARY);
+    let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
+    let Some(written) = changed(&path) else { return false };
+    let Some(summary) = read_json(&path) else { return false };
+    summary["status"] == "converged"
+        && summary["scene_sha256"] == plan.document.sha256.as_str()
+        && summary["version"] == env!("CARGO_PKG_VERSION")
+        && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written))
+}

@@ -1,0 +1,69 @@
+//! The report: one page of HTML that shows what lies in a directory of results, with everything that it needs inside.
+//!
+//! Files are read back as they were written, whatever is damaged is named on the page. The same directory gives the same bytes.
+
+mod bodies;
+mod drawing;
+mod frames;
+mod overview;
+mod pack;
+mod page;
+mod source;
+mod tables;
+pub mod vtu;
+mod words;
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::Result;
+use crate::results::output::write_atomically;
+use source::{Source, What};
+
+/// Name of the page in the directory.
+pub const REPORT: &str = "report.html";
+
+/// A page.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The text of the file.
+    pub html: String,
+    /// What it lacks, and why.
+    pub problems: Vec<String>,
+}
+
+impl Report {
+    /// The page of the results in `directory`: of a run, a comparison or a study.
+    ///
+    /// # Errors
+    /// Input, if there are none.
+    pub fn of(directory: &Path) -> Result<Self> {
+        let mut source = Source::open(directory)?;
+        let html = match source.what {
+            What::Run => tables::run(&mut source),
+            What::Comparison | What::Study => overview::overview(&mut source),
+        }?;
+        Ok(Self { html, problems: source.problems })
+    }
+
+    /// Writes it to `path`, or leaves what was there unchanged.
+    ///
+    /// # Errors
+    /// Resources, if it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_atomically(path, self.html.as_bytes())
+    }
+}
+
+/// Removes the page in `directory` that was made of results before those that are written there now; a file of that name which is no
+/// page of this program stays.
+pub fn forget_report(directory: &Path) {
+    let path = directory.join(REPORT);
+    let mut head = [0; 512];
+    let read = File::open(&path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+    if String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#) {
+        // What cannot be removed says by its fingerprint of the scene what it is of.
+        let _ = fs::remove_file(path);
+    }
+}

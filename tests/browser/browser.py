@@ -1,0 +1,120 @@
+"""Headless Chromium through its DevTools protocol: opens a page, tells what it logs and asks for, clicks, moves, prints."""
+
+import base64
+import json
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import websocket
+
+FLAGS = [
+    "--headless", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--disable-extensions", "--disable-default-apps", "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-port=0",
+    "--remote-allow-origins=*",
+]
+# Software rendering, so that WebGL draws without a graphics card; and none, as where WebGL is not available.
+WITH_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+WITHOUT_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
+
+
+class Browser:
+    """A browser with one page."""
+
+    def __init__(self, flags):
+        self.folder = tempfile.TemporaryDirectory(prefix="orthowear-browser-", ignore_cleanup_errors=True)
+        self.process = subprocess.Popen(
+            ["chromium", *FLAGS, *flags, f"--user-data-dir={self.folder.name}", "about:blank"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )
+        port_file = Path(self.folder.name) / "DevToolsActivePort"
+        deadline = time.monotonic() + 30
+        while not (port_file.exists() and port_file.read_text().count("\n") >= 1):
+            if time.monotonic() > deadline or self.process.poll() is not None:
+                raise RuntimeError("chromium does not start")
+            time.sleep(0.05)
+        port, path = port_file.read_text().split("\n")[:2]
+        self.socket = websocket.create_connection(f"ws://127.0.0.1:{port}{path}", timeout=40, max_size=None)
+        self.number, self.session, self.logged, self.asked = 0, None, [], []
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ["Page", "Runtime", "Log", "Network"]:
+            self.call(f"{domain}.enable")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+        self.process.terminate()
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+        self.folder.cleanup()
+
+    def call(self, method, **parameters):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": parameters}
+        if self.session:
+            message["sessionId"] = self.session
+        self.socket.send(json.dumps(message))
+        while True:
+            answer = json.loads(self.socket.recv())
+            if answer.get("id") == self.number:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                return answer["result"]
+            self.note(answer)
+
+    def note(self, event):
+        """Keeps what the page logs and asks for."""
+        what, said = event.get("method"), event.get("params", {})
+        if what == "Runtime.consoleAPICalled" and said["type"] in ("error", "warning", "assert"):
+            self.logged.append(f"{said['type']}: " + " ".join(str(a.get("value", a.get("description"))) for a in said["args"]))
+        elif what == "Runtime.exceptionThrown":
+            details = said["exceptionDetails"]
+            self.logged.append("exception: " + details.get("exception", {}).get("description", details["text"]))
+        elif what == "Log.entryAdded" and said["entry"]["level"] in ("error", "warning"):
+            self.logged.append(f"{said['entry']['level']}: {said['entry']['text']}")
+        elif what == "Network.requestWillBeSent":
+            self.asked.append(said["request"]["url"])
+
+    def size(self, width, height):
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def open(self, path):
+        """Opens a file and waits for it; nothing is left of what was noted before."""
+        self.logged, self.asked = [], []
+        self.call("Page.navigate", url=Path(path).resolve().as_uri())
+        deadline = time.monotonic() + 30
+        while not self.value("document.readyState === 'complete' && location.protocol === 'file:'"):
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"{path} does not load")
+            time.sleep(0.03)
+
+    def value(self, expression):
+        """The value of an expression in the page."""
+        result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in result:
+            raise RuntimeError(f"{expression}: {result['exceptionDetails']['exception'].get('description')}")
+        return result["result"].get("value")
+
+    def move(self, x, y):
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+
+    def key(self, name, code):
+        for kind in ["rawKeyDown", "keyUp"]:
+            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=code)
+
+    def picture(self, path, whole=False):
+        """A screenshot as PNG."""
+        options = {"captureBeyondViewport": True} if whole else {}
+        if whole:
+            size = self.call("Page.getLayoutMetrics")["cssContentSize"]
+            options["clip"] = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
+        Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png", **options)["data"]))
+
+    def pdf(self):
+        return base64.b64decode(self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"])
