@@ -37,8 +37,16 @@ fn told(run: &RunResult) -> Vec<&str> {
     run.skipped.iter().map(|entry| entry.what.as_str()).filter(|what| what.starts_with("half of")).collect()
 }
 
-/// Compares a run on halves with one on all cells, 1e-9 of the largest at residuals of 1e-11.
+/// Residuals of 1e-11, and what they leave open of the largest force.
+const SOLVED: f64 = 1e-9;
+
+/// As [`compare`] to what the residuals leave open.
 fn same(model: &Model, steps: &[Step], across: usize) {
+    compare(model, steps, across, SOLVED);
+}
+
+/// Compares a run on halves with one on all cells, to a share of the largest.
+fn compare(model: &Model, steps: &[Step], across: usize, share: f64) {
     let [half, whole] =
         [Skips::ALL, Skips::ALL.without(Skip::MirrorHalf)].map(|skip| solve(model, steps, skip));
     assert_eq!([told(&half).len(), told(&whole).len()], [1, 0]);
@@ -48,17 +56,21 @@ fn same(model: &Model, steps: &[Step], across: usize) {
         (last.normal_force.abs(), whole.state.wear_depth.iter().fold(0.0f64, |most, w| most.max(*w)));
     for (a, b) in half.records.iter().zip(&whole.records) {
         assert!(a.certificate.natural_residual <= 1e-11, "{}", a.certificate.natural_residual);
-        assert!((a.normal_force - b.normal_force).abs() < 1e-9 * force, "{}", a.name);
+        assert!((a.normal_force - b.normal_force).abs() < share * force, "{}", a.name);
         for axis in 0..2 {
-            assert!((a.tangential_force[axis] - b.tangential_force[axis]).abs() < 1e-9 * force, "{}", a.name);
+            assert!(
+                (a.tangential_force[axis] - b.tangential_force[axis]).abs() < share * force,
+                "{}",
+                a.name
+            );
         }
         assert_eq!((a.contact_area, a.stick_area), (b.contact_area, b.stick_area), "{}", a.name);
     }
     for (a, b) in half.state.tractions.iter().zip(&whole.state.tractions) {
-        assert!((a - b).abs() < 1e-9 * last.peak_pressure, "{a} {b}");
+        assert!((a - b).abs() < share * last.peak_pressure, "{a} {b}");
     }
     for (a, b) in half.state.wear_depth.iter().zip(&whole.state.wear_depth) {
-        assert!((a - b).abs() <= 1e-9 * depth, "{a} {b}");
+        assert!((a - b).abs() <= share * depth, "{a} {b}");
     }
 }
 
@@ -94,13 +106,14 @@ fn tilted_fibres() {
     }
 }
 
-/// Truth: as above, for worn depths of cycles in gross and in partial slip.
+/// Truth: as above, for worn depths of cycles in gross and in partial slip. Where cells stick through partial slip is found by strokes
+/// of residuals of 1e-6 only (src/history/ring.rs).
 #[test]
 fn wear() {
     let mut model = sphere_on_frp(30.0, 1.4, 24);
     model.wear = frp_wear(30.0);
-    for amplitude in [0.05, 0.004] {
-        same(&model, &[indent(0.02), fretting(1000, amplitude, 3, Integrator::Sdirk2)], 1);
+    for (amplitude, share) in [(0.05, SOLVED), (0.004, 1e-6)] {
+        compare(&model, &[indent(0.02), fretting(1000, amplitude, 3, Integrator::Sdirk2)], 1, share);
     }
 }
 

@@ -141,6 +141,18 @@ impl Halves {
             && self.starts(problem, it)
     }
 
+    /// Makes pressures their own image on this mirror too: their means with it.
+    fn even_out(&self, it: &mut Iterate) {
+        let n = self.grid[0] * self.grid[1];
+        for planes in it.hatted.chunks_exact_mut(3 * n) {
+            let pressures = &mut planes[2 * n..];
+            for [cell, image] in self.pairs() {
+                let mean = 0.5 * (pressures[cell] + pressures[image]);
+                (pressures[cell], pressures[image]) = (mean, mean);
+            }
+        }
+    }
+
     /// Whether an end is moved, or pulled, along the mirror, and its slip measured from what is its own image.
     fn suit_along(&self, end: &End, rigid: [f64; 3]) -> bool {
         let along = match end.tangential {
@@ -232,7 +244,10 @@ pub(super) fn solve(
         return None;
     }
     let halves = [1, 0].into_iter().filter(|&across| problem.flexibility.mirrors(across));
-    let halves = halves.map(|across| Halves { grid, across }).find(|halves| halves.suit(problem, it))?;
+    let mut suiting = halves.map(|across| Halves { grid, across }).filter(|halves| halves.suit(problem, it));
+    let halves = suiting.next()?;
+    // What follows from pressures alone may be its own image on the other mirror.
+    let other = if problem.normal_only() && problem.wear.is_none() { suiting.next() } else { None };
     let operator = Operator::Own(problem.flexibility.mirrored(halves.across)?);
     let part = Part::new(problem, halves.window(), operator)?;
     let mut half = part.problem(problem);
@@ -242,6 +257,9 @@ pub(super) fn solve(
     let tolerance = SHARE * options.tolerance;
     let report = inner(&half, &mut state, &SolverOptions { tolerance, ..*options }, watch);
     halves.put_together(problem, &state, it);
+    if let Some(other) = other {
+        other.even_out(it);
+    }
     problem.evaluate(it);
     let applications = report.applications + problem.applications();
     Some(SolveReport { applications, residual: problem.natural_residual(it), ..report })
