@@ -7,7 +7,7 @@ use clap::Args;
 use super::run::report as refuse;
 use super::{exit, to_stderr, to_stdout};
 use crate::error::{Error, Result};
-use crate::results::report::{REPORT, Report};
+use crate::results::report::{REPORT, Report, is_report};
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
@@ -27,6 +27,12 @@ fn written(arguments: &ReportArgs) -> Result<u8> {
     let path = arguments.out.clone().unwrap_or_else(|| arguments.directory.join(REPORT));
     if path.is_dir() {
         return Err(Error::input(format!("{} is a directory; name a file with --out", path.display())));
+    }
+    if path.symlink_metadata().is_ok() && !is_report(&path) {
+        return Err(Error::input(format!(
+            "{} is there and is no page of this program; name another file with --out",
+            path.display()
+        )));
     }
     let report = Report::of(&arguments.directory)?;
     report.write(&path)?;

@@ -193,3 +193,18 @@ fn closed_forms_lie_within_what_is_asked_for() {
     println!("{} values, above: {above:?}", shares.len());
     assert!(20 * above.len() <= shares.len() && above.iter().all(|(_, share)| *share < 2.0), "{above:?}");
 }
+
+/// Truth: an outline that the contact does not reach (its radius is 0.32) changes no contact: the same cells do, and nothing is made of a force that
+/// vanishes by symmetry.
+#[test]
+fn outlines_that_are_not_reached() {
+    let outline = "frame.outline={shape=\"circle\", radius=0.39}";
+    let [without, within] = [&["accuracy=1e-2"][..], &["accuracy=1e-2", outline]]
+        .map(|settings| crate::scenes::run(&crate::scenes::scene("hertz.toml"), settings));
+    let cells =
+        |summary: &Value| summary["accuracy"]["runs"].as_array().unwrap().last().unwrap()["cells"].clone();
+    assert_eq!(cells(&without), cells(&within));
+    let across = within["accuracy"]["results"].as_array().unwrap();
+    let across = across.iter().find(|result| result["name"] == "tangential_force x");
+    assert!(across.is_none_or(|result| result["estimate"] == 0.0), "{across:?}");
+}

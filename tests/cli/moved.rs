@@ -194,7 +194,7 @@ fn worn_layers_under_their_weight() {
 /// Everything of a summary but what depends on time and on whether meshes may move.
 fn unmoved(summary: &Value) -> Value {
     let mut summary = timeless(summary.clone());
-    for name in ["scene_sha256", "mesh_moves", "near_fields", "skipped"] {
+    for name in ["scene", "scene_sha256", "mesh_moves", "near_fields", "skipped"] {
         summary.as_object_mut().unwrap().remove(name);
     }
     summary

@@ -77,6 +77,14 @@ fn places_that_cannot_be_written_are_named() {
         assert_eq!(found, code, "{said}");
         assert!(said.contains(words) && said.contains(out), "{said}");
     }
+    // Results, files of the user and devices are not written over; a page is.
+    let before = fs::read(folder.path().join("run/summary.json")).unwrap();
+    for out in ["run/summary.json", "/dev/full"] {
+        let (code, said) = report(folder.path(), &["run", "--out", out]);
+        assert!(code == 2 && said.contains("is no page of this program") && said.contains(out), "{said}");
+    }
+    assert_eq!(fs::read(folder.path().join("run/summary.json")).unwrap(), before);
+    assert_eq!(report(folder.path(), &["run", "--out", "page.html"]).0, 0);
     let (code, said) = report(folder.path(), &["run", "--out", "page.html"]);
     assert_eq!(code, 0, "{said}");
     assert!(folder.path().join("page.html").is_file() && !folder.path().join("run/report.html").exists());

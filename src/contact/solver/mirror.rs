@@ -131,7 +131,8 @@ impl Halves {
         laws.iter().flatten().all(Axes::mirror)
             && even(problem.areas)
             && gap(problem.initial_gap)
-            && even(problem.worn)
+            // Worn depths only ever count beside the gap.
+            && self.are_alike([(&problem.initial_gap[2 * n..], 1.0), (problem.worn, 1.0)], EXACT)
             && problem.path_factors.is_none_or(even)
             && problem.floating.iter().enumerate().all(turns)
             && problem.ends.iter().enumerate().all(|(k, end)| {

@@ -56,13 +56,22 @@ impl Report {
     }
 }
 
+/// Whether the file at `path` is a page of this program.
+pub fn is_report(path: &Path) -> bool {
+    // Pipes and devices would be waited for.
+    if !path.is_file() {
+        return false;
+    }
+    let mut head = [0; 512];
+    let read = File::open(path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+    String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#)
+}
+
 /// Removes the page in `directory` that was made of results before those that are written there now; a file of that name which is no
 /// page of this program stays.
 pub fn forget_report(directory: &Path) {
     let path = directory.join(REPORT);
-    let mut head = [0; 512];
-    let read = File::open(&path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
-    if String::from_utf8_lossy(&head[..read]).contains(r#"<meta name="generator" content="orthowear">"#) {
+    if is_report(&path) {
         // What cannot be removed says by its fingerprint of the scene what it is of.
         let _ = fs::remove_file(path);
     }

@@ -226,6 +226,8 @@ impl<'p> Search<'p> {
         let relative = |(value, wanted): (usize, &Value)| {
             let (sizes, values) = self.course(turn, knob, value);
             let error = Convergence::of(&sizes, &values).error(size);
+            // What is nothing by symmetry is so on any cells.
+            let stairs = if wanted.fills && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };
         Some(last.values.iter().enumerate().map(relative).collect())

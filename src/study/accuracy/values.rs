@@ -25,6 +25,8 @@ pub(super) struct Value {
     pub scale: f64,
     /// The power of the area within the outline of a punch that it follows, 0 where none is known.
     pub power: f64,
+    /// Whether the contact is all that lies within an outline, so that the outline's cells matter.
+    pub fills: bool,
 }
 
 impl Value {
@@ -98,7 +100,7 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
                 _ => 0.0,
             };
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            found.push(Value { step, name, value, scale, power });
+            found.push(Value { step, name, value, scale, power, fills: flat });
         };
         if wanted.contains(&Quantity::Load) {
             let [qx, qy] = record.tangential_force;
