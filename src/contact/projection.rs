@@ -196,6 +196,9 @@ fn lift_for_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     lift - highest
 }
 
+/// Share of a potential that its rounding may be.
+const ROUNDING: f64 = 1e-12;
+
 /// A prescribed tangential force, hatted: f̂ = M⁻¹ Rᵀ f.
 struct Pull {
     wanted: [f64; 2],
@@ -285,7 +288,11 @@ fn shift_for_force(
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let [first, second] = pull.counted([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
             let next_error = first.hypot(second);
-            let accepted = next_value <= value - 1e-4 * damping * slope || next_error < 0.5 * error;
+            // Where the potential cannot be told from that before, the error decides; by itself it would take ever longer steps across the
+            // root of tractions that are far beyond their limits, all one way.
+            let level = next_value <= value + ROUNDING * value.abs();
+            let falls = next_value <= value - 1e-4 * damping * slope;
+            let accepted = falls || (level && next_error < 0.5 * error);
             if accepted || damping < 1e-9 {
                 y = trial;
                 current = next;
