@@ -15,6 +15,7 @@ use super::table::{align, short};
 use super::{STACK, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
+use crate::job::resume::{Checkpoints, Start, recall, start};
 use crate::job::{self, Job, Nobody, nothing};
 use crate::results::output::{OutputDir, failure, write_atomically};
 use crate::results::report::forget_report;
@@ -46,6 +47,9 @@ pub(super) struct StudyArgs {
     /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
     #[arg(long)]
     no_cache: bool,
+    /// Leaves runs that have converged as they are, and goes on with unfinished ones from their last checkpoints.
+    #[arg(long)]
+    resume: bool,
     /// Prints nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -77,7 +81,14 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     let needed = forecast(&sweep.first).ok().map(|forecast| forecast.memory_bytes);
     let free = sweep.runs.first().and_then(|run| run.memory.remaining());
     let shared = share(sweep.runs.len(), threads, needed, free);
-    let work = Work { sweep: &sweep, directory: &directory, cache: cache.as_ref(), stop };
+    let work = Work {
+        sweep: &sweep,
+        directory: &directory,
+        cache: cache.as_ref(),
+        stop,
+        resume: arguments.resume,
+        kept: AtomicUsize::new(0),
+    };
     let mut progress = Progress::new(arguments.quiet);
     let (runs, worst) = work.all(shared, &mut progress);
     progress.end();
@@ -96,8 +107,20 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
             (k, 1) => format!("{k} at a time"),
             (k, each) => format!("{k} at a time with {each} threads each"),
         };
+        let left_out = match result.left_out {
+            0 => String::new(),
+            1 => ", 1 combination left out".to_owned(),
+            more => format!(", {more} combinations left out"),
+        };
+        let kept = match work.kept.load(Ordering::Relaxed) {
+            0 => String::new(),
+            kept => format!(", {kept} as they were"),
+        };
         let text = describe(&sweep, &result);
-        to_stdout(&format!("{text}\n{n} runs, {aside}, in {total}\nresults: {}\n", place.display()));
+        to_stdout(&format!(
+            "{text}\n{n} runs{left_out}{kept}, {aside}, in {total}\nresults: {}\n",
+            place.display()
+        ));
     }
     worst
 }
@@ -127,6 +150,10 @@ struct Work<'a> {
     directory: &'a Path,
     cache: Option<&'a FlexibilityCache>,
     stop: &'a AtomicBool,
+    /// Whether to leave what has converged, and to go on with what is unfinished.
+    resume: bool,
+    /// Number of runs left as they were.
+    kept: AtomicUsize,
 }
 
 /// A run that ended.
@@ -191,18 +218,26 @@ impl Work<'_> {
         let spec = &self.sweep.runs[number];
         let mut result = RunResult::new(self.sweep, number);
         let mut summary = Summary::new(&self.sweep.title, "", self.sweep.units.clone());
-        let code = self.compute(number, &mut summary).unwrap_or_else(|failed| {
+        let mut kept = false;
+        let code = self.compute(number, &mut summary, &mut kept).unwrap_or_else(|failed| {
             if summary.error.is_none() {
                 summary.fail(&failed.error);
             }
             failed.error.exit_code()
         });
-        result.take(self.sweep, &summary, started.elapsed().as_secs_f64());
+        let before: f64 = summary.timings.iter().map(|(_, seconds)| seconds).sum();
+        let seconds = if kept { before } else { started.elapsed().as_secs_f64() };
+        result.take(self.sweep, &summary, seconds);
         debug_assert_eq!(result.folder, spec.folder);
         Ended { number, result, code }
     }
 
-    fn compute(&self, number: usize, summary: &mut Summary) -> std::result::Result<u8, Failure> {
+    fn compute(
+        &self,
+        number: usize,
+        summary: &mut Summary,
+        kept: &mut bool,
+    ) -> std::result::Result<u8, Failure> {
         let spec = &self.sweep.runs[number];
         let unkeyed = |error: Error| Failure { error, key: String::new() };
         // It was read before; what changed since then is the file's.
@@ -211,10 +246,23 @@ impl Work<'_> {
         plan.memory = spec.memory;
         plan.cache = self.cache.cloned();
         *summary = job::summary(&plan);
-        let output = OutputDir::open(&self.directory.join(&spec.folder)).map_err(unkeyed)?;
+        let directory = self.directory.join(&spec.folder);
+        if self.resume && recall(&plan, &directory, summary) {
+            *kept = true;
+            self.kept.fetch_add(1, Ordering::Relaxed);
+            return Ok(exit::DONE);
+        }
+        let mut output = OutputDir::open(&directory).map_err(unkeyed)?;
+        let mut checkpoints = Checkpoints::of(&plan).map_err(unkeyed)?;
+        if self.resume && plan.accuracy.is_none() {
+            let begun = start(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
+            if let Start::From(resumed) = begun.map_err(unkeyed)? {
+                checkpoints.from = Some(resumed);
+            }
+        }
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
         let (watch, complete) = (&mut Nobody, &mut nothing);
-        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints: None, complete };
+        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints: Some(checkpoints), complete };
         job::run(&plan, Some(output), summary, job)
     }
 }

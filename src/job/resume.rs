@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use crate::error::{Error, Result};
 use crate::history::Snapshot;
+use crate::history::record::IncrementRecord;
 use crate::results::checkpoint;
 use crate::results::file::{failure, sha256_of};
 use crate::results::keeper::{Interval, Keeper, Kept, Progress};
 use crate::results::origin::{NamedFile, Origin};
 use crate::results::output::{OutputDir, SUMMARY, read_json};
-use crate::results::summary::Summary;
+use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
 
 /// Missing files listed at most.
@@ -120,15 +123,36 @@ pub fn start(
     Ok(Start::From(Box::new(Resumed { number: found.number, kept })))
 }
 
-/// Whether the results in `directory` are those of `plan`: converged, of the same scene and version, and not older than the files that
-/// the scene names.
+/// Takes over from the summary in `directory` what a table needs, entries, warnings and times, where the results there are those of
+/// `plan`; whether they are.
+pub fn recall(plan: &Plan, directory: &Path, summary: &mut Summary) -> bool {
+    let Some(mut found) = converged(plan, directory) else { return false };
+    let Ok(steps) = serde_json::from_value::<Vec<IncrementRecord>>(found["steps"].take()) else {
+        return false;
+    };
+    let Ok(warnings) = serde_json::from_value(found["warnings"].take()) else { return false };
+    (summary.status, summary.steps, summary.warnings) = (Status::Converged, steps, warnings);
+    for (stage, seconds) in found["timings"].as_object().into_iter().flatten() {
+        summary.timings.add(stage, seconds.as_f64().unwrap_or(0.0));
+    }
+    true
+}
+
+/// Whether the results in `directory` are those of `plan`.
 fn has_ended(plan: &Plan, directory: &Path) -> bool {
+    converged(plan, directory).is_some()
+}
+
+/// The summary in `directory` if it is that of `plan`: converged, of the same scene and version, and not older than the files that
+/// the scene names.
+fn converged(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
-    let Some(written) = changed(&path) else { return false };
-    let Some(summary) = read_json(&path) else { return false };
-    summary["status"] == "converged"
+    let written = changed(&path)?;
+    let summary = read_json(&path)?;
+    let is_of_plan = summary["status"] == "converged"
         && summary["scene_sha256"] == plan.document.sha256.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION")
-        && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written))
+        && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written));
+    is_of_plan.then_some(summary)
 }

@@ -12,7 +12,7 @@ pub mod parse;
 pub mod plan;
 mod resolve;
 pub mod schema;
-mod suggest;
+pub(crate) mod suggest;
 pub mod surface;
 mod units;
 pub mod variant;

@@ -1,7 +1,7 @@
 //! The word that a user most likely meant.
 
 /// The candidate nearest to `word` in edits, if near enough to be meant.
-pub(super) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = normal(word);
     let most = (plain.chars().count() / 3).max(1);
     candidates
@@ -13,7 +13,7 @@ pub(super) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str>
 }
 
 /// Words in quotes, separated by commas.
-pub(super) fn list(words: &[&str], quote: &str) -> String {
+pub(crate) fn list(words: &[&str], quote: &str) -> String {
     if words.is_empty() {
         return "none".to_owned();
     }

@@ -120,6 +120,121 @@ fn neither_threads_nor_order_change_the_table() {
     assert_eq!(sorted("a"), sorted("c"));
 }
 
+/// Truth: the combinations that a person writes down for the same words: ranges are the decimals that are meant, zipped axes go
+/// together, what is not required is left out and counted. Runs are those of a study of lists, to the last bit.
+#[test]
+fn ranges_zips_and_requirements_make_the_runs_that_are_meant() {
+    let study = r#"
+[study]
+scene = "scene.toml"
+require = ["tilt + 'sliding angle' <= 75", "approach > 0.01"]
+[[axes]]
+keys = ["body1.fibre.tilt"]
+range = { from = 0, to = 60, step = 30 }
+[[axes]]
+zip = "depth"
+keys = ["steps.indent.approach"]
+range = { from = 0.01, to = 0.02, count = 3 }
+[[axes]]
+name = "sliding angle"
+keys = ["steps.fretting.cycles.angle"]
+range = { from = 0, to = 45, count = 3 }
+[[axes]]
+zip = "depth"
+keys = ["gap.radius"]
+values = [60.0, 50, 40.0]
+[output]
+collect = ["fretting.worn_volume"]
+"#;
+    let folder = folder(study);
+    let (code, text, errors) = orthowear(folder.path(), &["study", "study.toml"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("14 runs, 13 combinations left out"), "{text}");
+    let (heads, rows) = csv(&folder.path().join("study.study/study.csv"));
+    let keys = ["body1.fibre.tilt", "steps.indent.approach", "gap.radius", "steps.fretting.cycles.angle"];
+    assert_eq!(heads[..4], keys);
+    let mut wanted = Vec::new();
+    for tilt in ["0", "30", "60"] {
+        for (approach, radius) in [("0.015", "50"), ("0.02", "40.0")] {
+            for angle in ["0.0", "22.5", "45.0"] {
+                if !(tilt == "60" && angle != "0.0") {
+                    wanted.push([tilt, approach, radius, angle]);
+                }
+            }
+        }
+    }
+    let found: Vec<&[String]> = rows.iter().map(|row| &row[..4]).collect();
+    assert_eq!(found, wanted);
+    assert_eq!(json(&folder.path().join("study.study/study.json"))["left_out"], 13);
+    let lists = format!(
+        "[study]\nscene = \"scene.toml\"\n[[axes]]\nname = \"all\"\nkeys = {keys:?}\nvalues = {}\n[output]\n\
+         collect = [\"fretting.worn_volume\"]\n",
+        format!("{wanted:?}").replace('"', "")
+    );
+    fs::write(folder.path().join("lists.toml"), lists).unwrap();
+    assert_eq!(orthowear(folder.path(), &["study", "lists.toml", "--quiet"]).0, Some(0));
+    let (_, listed) = csv(&folder.path().join("lists.study/study.csv"));
+    let worn = |rows: &[Vec<String>]| rows.iter().map(|row| row.last().unwrap().clone()).collect::<Vec<_>>();
+    assert_eq!(worn(&rows), worn(&listed));
+}
+
+/// Truth: the study that was not interrupted, bit by bit, after SIGKILL with some runs done, one begun and others not; runs that were
+/// done are left as they are, and the one that was begun goes on from its checkpoint.
+#[test]
+#[cfg(unix)]
+fn killed_studies_go_on() {
+    let folder = folder(&TWO_AXES.replace("[0, 30.0]", "[0, 15, 30.0]"));
+    let arguments = |out: &'static str| {
+        let set = ["--set", "steps.fretting.cycles.jumps=40", "--set", "output.checkpoint.seconds=1e-9"];
+        [&["study", "study.toml", "--threads", "1", "--out", out][..], &set].concat()
+    };
+    let (code, _, errors) = orthowear(folder.path(), &arguments("whole"));
+    assert_eq!(code, Some(0), "{errors}");
+    let names: Vec<String> = json(&folder.path().join("whole/study.json"))["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|run| run["folder"].as_str().unwrap().to_owned())
+        .collect();
+    let out = folder.path().join("killed");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    command.current_dir(folder.path()).args(arguments("killed")).arg("--quiet");
+    let mut child = command.spawn().unwrap();
+    let started = std::time::Instant::now();
+    while !out.join(&names[2]).join("checkpoint-2.bin").exists() {
+        assert!(started.elapsed().as_secs() < 120, "the third run has no checkpoint");
+        std::thread::sleep(std::time::Duration::from_micros(200));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let summary = |name: &String| fs::read(out.join(name).join("summary.json")).ok();
+    let before: Vec<Option<Vec<u8>>> = names.iter().map(summary).collect();
+    let done = before.iter().flatten().count();
+    assert!((2..names.len()).contains(&done) && !out.join("study.csv").exists(), "{done} runs were done");
+    let resumed = [arguments("killed"), vec!["--resume"]].concat();
+    for kept in [done, names.len()] {
+        let (code, text, errors) = orthowear(folder.path(), &resumed);
+        assert_eq!(code, Some(0), "{errors}");
+        assert!(text.contains(&format!("6 runs, {kept} as they were")), "{text}");
+        for (name, before) in names.iter().zip(&before).filter(|(_, before)| before.is_some()) {
+            assert_eq!(&summary(name), before, "{name} was computed again");
+        }
+        let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
+        assert_eq!(table("whole"), table("killed"));
+    }
+    let curves = |out: &str| {
+        let study = json(&folder.path().join(out).join("study.json"));
+        study["runs"].as_array().unwrap().iter().map(|run| run["curves"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(curves("whole"), curves("killed"));
+    let other = [resumed, vec!["--set", "gap.center=[0.0, 0.0]"]].concat();
+    let (code, text, errors) = orthowear(folder.path(), &other);
+    assert!(
+        code == Some(0) && !text.contains("as they were"),
+        "runs of another scene are no results: {text}{errors}"
+    );
+}
+
 /// Truth: symmetry. The fibres' plane is a mirror, so that sliding at an angle wears as much as at the opposite one. Fibres
 /// along the normal of a transversely isotropic material leave a quarter turn of a square frame as it was. Both to the
 /// tolerance of the solutions.
@@ -254,6 +369,23 @@ colect = []
     let (code, _, errors) = orthowear(folder.path(), &["run", "study.toml"]);
     assert!(code == Some(2) && errors.contains("this is a study, not a scene"), "{errors}");
     told(SOUND, &[], &["this is a scene, not a study"]);
+    let range =
+        |range: &str| one(&format!("[[axes]]\nkeys = [\"body1.fibre.tilt\"]\nrange = {{ {range} }}\n"));
+    told(&range("from = 0, to = 90"), &[], &["study.toml:5", "`count` or `step`"]);
+    told(&range("from = 0, to = 90, step = 20"), &[], &["axes.0.range.step", "let it end at 80 or 100"]);
+    told(&range("from = 0, to = 90, count = 3, spacing = \"log\""), &[], &["has no even ratios"]);
+    told(&range("from = 0, to = 90, cuont = 3"), &[], &["did you mean `count`"]);
+    told(&range("from = 0, to = 180, step = 90"), &[], &["study.toml:5", "`tilt` is 180"]);
+    told(&(range("from = 0, to = 90, count = 3") + "values = [0]\n"), &[], &["`values` and a `range`"]);
+    told(&one("[[axes]]\nkeys = [\"gap.radius\"]\n"), &[], &["the axis has no values"]);
+    let zip = tilt.clone() + "zip = \"both\"\n" + &axis("[\"gap.radius\"]", "[4, 5, 6]") + "zip = \"both\"\n";
+    told(&one(&zip), &[], &["study.toml:10", "`radius` has 3 values, `tilt` has 2"]);
+    let require = |text: &str| one(&tilt).replace("\n[[", &format!("\nrequire = [\"{text}\"]\n[["));
+    told(&require("tlit <= 30"), &[], &["study.require.0: no axis is called `tlit`", "did you mean `tilt`"]);
+    told(&require("3 <= 30"), &[], &["study.toml:3", "names no axis", "`tilt`, `body1.fibre.tilt`"]);
+    told(&require("tilt + 30"), &[], &["has the end where a comparison"]);
+    told(&require("tilt <= (30"), &[], &["has the end where `)` is expected"]);
+    told(&require("tilt > 30"), &[], &["none of the 2 combinations meets"]);
     let lost = one(&tilt) + "[output]\ncollect = [\"rub.worn_volume\"]\n";
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();

@@ -3,56 +3,24 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use super::axes::{Axis, axes};
 use super::collect::Quantity;
 use super::keys::StudyFile;
+use super::require::{Requirement, combinations};
 use super::scenes::Reader;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::summary::Units;
-use crate::scene::document::{Document, Node, Value, segments};
+use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
 use crate::scene::{Mistake, Mistakes, check, parse};
 
 /// Most runs of a study.
-const MOST_RUNS: usize = 10_000;
+pub(super) const MOST_RUNS: usize = 10_000;
+/// Most combinations of values of which some are left out.
+const MOST_COMBINATIONS: usize = 1_000_000;
 /// Longest name of a folder.
 const LONGEST: usize = 80;
-
-/// An axis: keys of the scene and the values that they take together.
-#[derive(Debug, Clone)]
-pub struct Axis {
-    /// Name in tables and plots.
-    pub name: String,
-    /// Keys of the scene.
-    pub keys: Vec<String>,
-    /// By value, one node per key.
-    pub values: Vec<Vec<Node>>,
-}
-
-impl Axis {
-    /// A value as a person reads it.
-    pub fn label(&self, value: usize) -> String {
-        let word = |node: &Node| match &node.value {
-            Value::String(text) => text.clone(),
-            _ => node.to_toml(),
-        };
-        self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
-    }
-
-    /// A value as a number, where the axis sets one key to numbers.
-    pub fn number(&self, value: usize) -> Option<f64> {
-        match self.values[value].as_slice() {
-            [Node { value: Value::Integer(number), .. }] => Some(*number as f64),
-            [Node { value: Value::Float(number), .. }] => Some(*number),
-            _ => None,
-        }
-    }
-
-    /// Whether all its values are numbers.
-    pub fn is_numeric(&self) -> bool {
-        (0..self.values.len()).all(|value| self.number(value).is_some())
-    }
-}
 
 /// A run of the study.
 #[derive(Debug, Clone)]
@@ -84,7 +52,9 @@ pub struct Sweep {
     pub collect: Vec<Quantity>,
     /// What is collected of all entries.
     pub curves: Vec<Quantity>,
-    /// The runs: all combinations, the last axis fastest.
+    /// Number of combinations that `require` leaves out.
+    pub left_out: usize,
+    /// The runs: all other combinations, the last axis fastest.
     pub runs: Vec<RunSpec>,
     /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
     pub jumping: BTreeMap<String, &'static str>,
@@ -118,6 +88,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
         }
     };
     let axes = axes(&document, &keys, overrides, &mut mistakes);
+    let choices = choices(&document, &keys, &axes, &mut mistakes);
     let mut quantities = |list: &[String], key: &str| -> Vec<Quantity> {
         let parse = |(i, path): (usize, &String)| match Quantity::parse(path) {
             Ok(quantity) => Some(quantity),
@@ -140,8 +111,10 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
     if !mistakes.is_empty() {
         return Err(vec![of_study(Mistakes::new(&document, mistakes))]);
     }
+    let all: usize = axes.iter().map(|axis| axis.values.len()).product();
+    let left_out = all - choices.len();
     let mut reader = Reader::new(&document, &scene);
-    let runs = runs(&axes, overrides, |choice, own| reader.run(&axes, choice, own));
+    let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let Reader { of_study: mistakes, of_scene, first, jumping, .. } = reader;
     let (Some(first), true) = (first, mistakes.is_empty() && of_scene.is_none()) else {
@@ -151,7 +124,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
     let collect = if collect.is_empty() { usual(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    Ok(Sweep { document, title, scene, units, axes, collect, curves, runs, jumping, first })
+    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, jumping, first })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.
@@ -166,92 +139,57 @@ fn of_study(mut mistakes: Mistakes) -> Mistakes {
     mistakes
 }
 
-/// The axes of a study; what is wrong with them is added to `mistakes`.
-fn axes(
+/// The combinations of values that meet what the study requires; what is wrong with that is added to `mistakes`.
+fn choices(
     document: &Document,
     keys: &StudyFile,
-    overrides: &[String],
+    axes: &[Axis],
     mistakes: &mut Vec<Mistake>,
-) -> Vec<Axis> {
-    let mut taken: BTreeSet<String> = BTreeSet::new();
-    let by_option: BTreeSet<&str> =
-        overrides.iter().filter_map(|line| line.split_once('=')).map(|(key, _)| key.trim()).collect();
-    let mut axes: Vec<Axis> = Vec::new();
-    for (i, axis) in keys.axes.iter().enumerate() {
-        let mut wrong = |key: String, message: String, mend: &str| {
-            mistakes.push(Mistake::at(document, &format!("axes.{i}.{key}"), message).mend(mend));
-        };
-        for (k, key) in axis.keys.iter().enumerate() {
-            if key.contains('=') || segments(key).next().is_none() {
-                wrong(format!("keys.{k}"), format!("`{key}` is not a key"), "as in \"body1.fibre.tilt\"");
-            } else if !taken.insert(key.clone()) {
-                wrong(format!("keys.{k}"), format!("`{key}` is varied twice"), "name each key once");
-            } else if by_option.contains(key.as_str()) {
-                let message = format!("`{key}` varies, but --set gives it one value");
-                wrong(format!("keys.{k}"), message, "leave out the option or the axis");
+) -> Vec<Vec<usize>> {
+    let mut requirements = Vec::new();
+    for (i, text) in keys.study.require.iter().enumerate() {
+        match Requirement::parse(text, axes) {
+            Ok(requirement) => requirements.push(requirement),
+            Err((message, mend)) => {
+                mistakes.push(Mistake::at(document, &format!("study.require.{i}"), message).mend(mend));
             }
         }
-        let Some(Node { value: Value::Array(items), .. }) = document.get(&format!("axes.{i}.values")) else {
-            continue;
-        };
-        let mut values: Vec<Vec<Node>> = Vec::new();
-        for (v, item) in items.iter().enumerate() {
-            let n = axis.keys.len();
-            let value = match &item.value {
-                _ if n == 1 => vec![item.clone()],
-                Value::Array(parts) if parts.len() == n => parts.clone(),
-                _ => {
-                    let message = format!("{} for {n} keys", item.describe());
-                    wrong(format!("values.{v}"), message, "give a list with one value for each key");
-                    continue;
-                }
-            };
-            let text = |value: &[Node]| value.iter().map(Node::to_toml).collect::<Vec<_>>();
-            if values.iter().any(|known| text(known) == text(&value)) {
-                let message = format!("the value {} is there twice", item.to_toml());
-                wrong(format!("values.{v}"), message, "give each value once");
-            }
-            values.push(value);
-        }
-        axes.push(Axis { name: axis.name.clone(), keys: axis.keys.clone(), values });
     }
-    name(&mut axes);
     let count = axes.iter().fold(1_usize, |n, axis| n.saturating_mul(axis.values.len()));
-    if count > MOST_RUNS {
-        let message = format!("the axes make {count} runs (at most {MOST_RUNS})");
-        mistakes.push(Mistake::at(document, "axes", message).mend("give fewer values, or split the study"));
+    let (most, what) = match requirements.is_empty() {
+        true => (MOST_RUNS, "runs"),
+        false => (MOST_COMBINATIONS, "combinations"),
+    };
+    let mut refuse = |place: &str, message: String, mend: &str| {
+        mistakes.push(Mistake::at(document, place, message).mend(mend));
+        Vec::new()
+    };
+    if count > most {
+        let message = format!("the axes make {count} {what} (at most {most})");
+        return refuse("axes", message, "give fewer values, or split the study");
     }
-    axes
+    let choices = combinations(axes, &requirements);
+    if choices.is_empty() && count > 0 {
+        let message = format!("none of the {count} combinations meets all of `require`");
+        return refuse("study.require", message, "relax what is required, or give the axes other values");
+    }
+    if choices.len() > MOST_RUNS {
+        let message = format!("the axes make {} runs (at most {MOST_RUNS})", choices.len());
+        return refuse("axes", message, "give fewer values, or split the study");
+    }
+    choices
 }
 
-/// Names the axes that have no name: by the last part of their first key, or by all of it where that is taken.
-fn name(axes: &mut [Axis]) {
-    for i in 0..axes.len() {
-        if !axes[i].name.is_empty() {
-            continue;
-        }
-        let Some(key) = axes[i].keys.first().cloned() else { continue };
-        let short = segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
-        let is_taken = axes.iter().any(|axis| axis.name == short);
-        axes[i].name = if is_taken { key } else { short.to_owned() };
-    }
-}
-
-/// All combinations, the last axis fastest; `memory` hears of each and says what it may take.
+/// The runs of all combinations; `memory` hears of each and says what it may take.
 fn runs(
     axes: &[Axis],
+    choices: Vec<Vec<usize>>,
     overrides: &[String],
     mut memory: impl FnMut(&[usize], &[String]) -> Option<MemoryLimit>,
 ) -> Vec<RunSpec> {
-    let count: usize = axes.iter().map(|axis| axis.values.len()).product();
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
-    for number in 0..count {
-        let mut rest = number;
-        let mut choice = vec![0; axes.len()];
-        for (i, axis) in axes.iter().enumerate().rev() {
-            (choice[i], rest) = (rest % axis.values.len(), rest / axis.values.len());
-        }
+    for (number, choice) in choices.into_iter().enumerate() {
         let mut own = overrides.to_vec();
         for (axis, &value) in axes.iter().zip(&choice) {
             let lines = axis.keys.iter().zip(&axis.values[value]);

@@ -9,7 +9,7 @@ use serde::Deserialize;
 pub struct StudyFile {
     /// What is studied.
     pub study: Study,
-    /// The values that vary; every value of one axis is combined with every value of the others.
+    /// The values that vary; every value of one axis is combined with every value of the others, where `require` leaves out none.
     #[schemars(length(min = 1))]
     pub axes: Vec<AxisKeys>,
     /// What is collected from the runs.
@@ -26,6 +26,9 @@ pub struct Study {
     pub title: String,
     /// Scene file, relative to the study file.
     pub scene: String,
+    /// Comparisons that each run has to meet, of names of axes and numbers: "tilt + 'sliding angle' <= 120"; others are left out.
+    #[serde(default)]
+    pub require: Vec<String>,
 }
 
 /// An axis of the study.
@@ -39,8 +42,48 @@ pub struct AxisKeys {
     #[schemars(length(min = 1))]
     pub keys: Vec<String>,
     /// The values; with several keys each value is a list of one for each key.
+    #[serde(default)]
     #[schemars(length(min = 1))]
     pub values: Vec<serde_json::Value>,
+    /// Evenly spaced numbers in place of values.
+    #[serde(default)]
+    #[schemars(with = "Range")]
+    pub range: Option<Range>,
+    /// Axes with the same word here go together, value by value, and are one axis of that name.
+    #[serde(default)]
+    pub zip: String,
+}
+
+/// Evenly spaced numbers, both ends included; by their number or by the step.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// First number.
+    pub from: f64,
+    /// Last number.
+    pub to: f64,
+    /// How many numbers.
+    #[serde(default)]
+    #[schemars(with = "usize", range(min = 2, max = 10_000))]
+    pub count: Option<usize>,
+    /// Difference from one to the next.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub step: Option<f64>,
+    /// Even differences, or even ratios.
+    #[serde(default)]
+    pub spacing: Spacing,
+}
+
+/// How the numbers of a range are spaced.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spacing {
+    /// Even differences.
+    #[default]
+    Linear,
+    /// Even ratios.
+    Log,
 }
 
 /// What is collected from the runs.

@@ -1,14 +1,19 @@
 //! Studies: a scene run for all combinations of some of its values.
 //!
-//! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included;
+//! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
+//! `range`s and what is zipped, `require` leaves out combinations;
 //! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
 
+pub mod axes;
 pub mod collect;
 pub mod file;
 pub mod keys;
 pub mod plots;
+mod range;
+mod require;
 mod scenes;
 pub mod share;
 pub mod table;
 
-pub use file::{Axis, RunSpec, Sweep, read};
+pub use axes::Axis;
+pub use file::{RunSpec, Sweep, read};

@@ -1,7 +1,8 @@
 //! The pictures of a study: families of curves over the cycles, and results over one axis with another as family.
 
+use super::axes::Axis;
 use super::collect::Quantity;
-use super::file::{Axis, Sweep};
+use super::file::Sweep;
 use super::table::{RunResult, StudyResult};
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use super::axes::Axis;
 use super::collect::Quantity;
-use super::file::Axis;
 use crate::history::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
 use crate::scene::mistake::Place;
@@ -127,15 +127,11 @@ impl<'a> Reader<'a> {
     fn cause(&self, mistake: &Mistake, axes: &[Axis], choice: &[usize]) -> Option<String> {
         let Place::Option(option) = &mistake.place else { return None };
         let (key, _) = option.split_once('=')?;
-        for (i, (axis, value)) in axes.iter().zip(choice).enumerate() {
+        for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
             // Where the key is wrong, none of its values can be right.
             let of_key = mistake.label == "unknown key" || mistake.label.is_empty();
-            return Some(match (of_key, axis.keys.len()) {
-                (true, _) => format!("axes.{i}.keys.{k}"),
-                (false, 1) => format!("axes.{i}.values.{value}"),
-                (false, _) => format!("axes.{i}.values.{value}.{k}"),
-            });
+            return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
         }
         None
     }

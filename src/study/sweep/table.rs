@@ -3,7 +3,8 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::file::{Axis, Sweep};
+use super::axes::Axis;
+use super::file::Sweep;
 use crate::error::{Error, Result};
 use crate::results::summary::{Status, Summary, Units};
 
@@ -26,7 +27,9 @@ pub struct StudyResult {
     pub collect: Vec<String>,
     /// Paths of what is collected of all entries.
     pub curves: Vec<String>,
-    /// The runs: all combinations of values, the last axis fastest.
+    /// Number of combinations of values that `require` leaves out.
+    pub left_out: usize,
+    /// The runs: all other combinations, the last axis fastest.
     pub runs: Vec<RunResult>,
 }
 
@@ -147,6 +150,7 @@ impl StudyResult {
             axes: sweep.axes.iter().map(AxisResult::new).collect(),
             collect: paths(&sweep.collect),
             curves: paths(&sweep.curves),
+            left_out: sweep.left_out,
             runs,
         }
     }

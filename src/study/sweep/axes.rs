@@ -1,0 +1,225 @@
+//! The axes of a study: lists or ranges of values, crossed or zipped.
+
+use std::collections::BTreeSet;
+
+use super::file::MOST_RUNS;
+use super::keys::{AxisKeys, StudyFile};
+use super::range;
+use crate::scene::Mistake;
+use crate::scene::document::{Document, Node, Value, segments};
+
+/// An axis: keys of the scene and the values that they take together.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// Name in tables and plots.
+    pub name: String,
+    /// Keys of the scene.
+    pub keys: Vec<String>,
+    /// By key, where it stands in the file.
+    pub(super) written: Vec<Written>,
+    /// By value, one node per key.
+    pub values: Vec<Vec<Node>>,
+}
+
+/// Where the study file has a key and its values.
+#[derive(Debug, Clone)]
+pub(super) struct Written {
+    /// Number of the axis.
+    axis: usize,
+    /// Name of that axis.
+    pub name: String,
+    /// Number of the key in it.
+    key: usize,
+    /// Number of its keys.
+    pub of: usize,
+    is_range: bool,
+}
+
+impl Axis {
+    /// A value as a person reads it.
+    pub fn label(&self, value: usize) -> String {
+        let word = |node: &Node| match &node.value {
+            Value::String(text) => text.clone(),
+            _ => node.to_toml(),
+        };
+        self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
+    }
+
+    /// A value as a number, where the axis sets one key to numbers.
+    pub fn number(&self, value: usize) -> Option<f64> {
+        (self.keys.len() == 1).then(|| self.part(value, 0)).flatten()
+    }
+
+    /// The number that a value gives to one of the keys.
+    pub(super) fn part(&self, value: usize, key: usize) -> Option<f64> {
+        match self.values.get(value)?.get(key)?.value {
+            Value::Integer(number) => Some(number as f64),
+            Value::Float(number) => Some(number),
+            _ => None,
+        }
+    }
+
+    /// Whether all its values are numbers.
+    pub fn is_numeric(&self) -> bool {
+        (0..self.values.len()).all(|value| self.number(value).is_some())
+    }
+
+    /// Where the study file has key `k`.
+    pub(super) fn place_of_key(&self, k: usize) -> String {
+        let Written { axis, key, .. } = &self.written[k];
+        format!("axes.{axis}.keys.{key}")
+    }
+
+    /// Where the study file has what `value` gives to key `k`.
+    pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
+        match &self.written[k] {
+            Written { axis, is_range: true, .. } => format!("axes.{axis}.range"),
+            Written { axis, of: 1, .. } => format!("axes.{axis}.values.{value}"),
+            Written { axis, key, .. } => format!("axes.{axis}.values.{value}.{key}"),
+        }
+    }
+}
+
+/// The axes of a study; what is wrong with them is added to `mistakes`.
+pub(super) fn axes(
+    document: &Document,
+    keys: &StudyFile,
+    overrides: &[String],
+    mistakes: &mut Vec<Mistake>,
+) -> Vec<Axis> {
+    check_keys(document, keys, overrides, mistakes);
+    let mut axes: Vec<Axis> = Vec::new();
+    for (i, own) in keys.axes.iter().enumerate() {
+        let mut wrong = |key: String, message: String, mend: &str| {
+            mistakes.push(Mistake::at(document, &format!("axes.{i}.{key}"), message).mend(mend));
+        };
+        let values = match (document.get(&format!("axes.{i}.values")), &own.range) {
+            (Some(_), Some(_)) => {
+                wrong("range".into(), "the axis has `values` and a `range`".into(), "leave out one of them");
+                continue;
+            }
+            (None, None) => {
+                wrong("keys".into(), "the axis has no values".into(), "give `values` or a `range`");
+                continue;
+            }
+            (Some(list), None) => listed(own, list, &mut wrong),
+            (None, Some(_)) if own.keys.len() > 1 => {
+                let mend = "give each key an axis of its own with the same `zip`";
+                wrong("range".into(), format!("a range for {} keys", own.keys.len()), mend);
+                continue;
+            }
+            (None, Some(range)) => {
+                match range::values(range, document, &format!("axes.{i}.range"), MOST_RUNS) {
+                    Ok(nodes) => nodes.into_iter().map(|node| vec![node]).collect(),
+                    Err(mistake) => {
+                        mistakes.push(*mistake);
+                        continue;
+                    }
+                }
+            }
+        };
+        let n = own.keys.len();
+        let written =
+            |key| Written { axis: i, name: String::new(), key, of: n, is_range: own.range.is_some() };
+        let written = (0..n).map(written).collect();
+        axes.push(Axis { name: own.name.clone(), keys: own.keys.clone(), written, values });
+    }
+    name(&mut axes);
+    zipped(document, keys, axes, mistakes)
+}
+
+/// Keys that are none, that vary twice, or that an option sets.
+fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Mistake>) {
+    let mut taken: BTreeSet<&str> = BTreeSet::new();
+    let by_option: BTreeSet<&str> =
+        overrides.iter().filter_map(|line| line.split_once('=')).map(|(key, _)| key.trim()).collect();
+    let all =
+        keys.axes.iter().enumerate().flat_map(|(i, axis)| axis.keys.iter().enumerate().map(move |k| (i, k)));
+    for (i, (k, key)) in all {
+        let (message, mend) = if key.contains('=') || segments(key).next().is_none() {
+            (format!("`{key}` is not a key"), "as in \"body1.fibre.tilt\"")
+        } else if !taken.insert(key) {
+            (format!("`{key}` is varied twice"), "name each key once")
+        } else if by_option.contains(key.as_str()) {
+            (format!("`{key}` varies, but --set gives it one value"), "leave out the option or the axis")
+        } else {
+            continue;
+        };
+        mistakes.push(Mistake::at(document, &format!("axes.{i}.keys.{k}"), message).mend(mend));
+    }
+}
+
+/// The values of a list, one node for each key.
+fn listed(axis: &AxisKeys, list: &Node, wrong: &mut impl FnMut(String, String, &str)) -> Vec<Vec<Node>> {
+    let Value::Array(items) = &list.value else { return Vec::new() };
+    let mut values: Vec<Vec<Node>> = Vec::new();
+    let mut known = BTreeSet::new();
+    for (v, item) in items.iter().enumerate() {
+        let n = axis.keys.len();
+        let value = match &item.value {
+            _ if n == 1 => vec![item.clone()],
+            Value::Array(parts) if parts.len() == n => parts.clone(),
+            _ => {
+                let message = format!("{} for {n} keys", item.describe());
+                wrong(format!("values.{v}"), message, "give a list with one value for each key");
+                continue;
+            }
+        };
+        // Axes that are zipped may stay where they are from one run to the next.
+        let is_new = known.insert(value.iter().map(Node::to_toml).collect::<Vec<_>>());
+        if !is_new && axis.zip.is_empty() {
+            let message = format!("the value {} is there twice", item.to_toml());
+            wrong(format!("values.{v}"), message, "give each value once");
+        }
+        values.push(value);
+    }
+    values
+}
+
+/// Names the axes that have no name: by the last part of their first key, or by all of it where that is taken.
+fn name(axes: &mut [Axis]) {
+    for i in 0..axes.len() {
+        if axes[i].name.is_empty() {
+            let Some(key) = axes[i].keys.first().cloned() else { continue };
+            let short = segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
+            let is_taken = axes.iter().any(|axis| axis.name == short);
+            axes[i].name = if is_taken { key } else { short.to_owned() };
+        }
+        let name = axes[i].name.clone();
+        axes[i].written.iter_mut().for_each(|written| written.name.clone_from(&name));
+    }
+}
+
+/// The axes with those that have the same `zip` as one, where the first of them stands.
+fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut Vec<Mistake>) -> Vec<Axis> {
+    let mut together: Vec<(&str, Axis)> = Vec::new();
+    for axis in axes {
+        let Some(number) = axis.written.first().map(|written| written.axis) else { continue };
+        let zip = keys.axes[number].zip.as_str();
+        let Some((_, first)) = together.iter_mut().find(|(word, _)| !word.is_empty() && *word == zip) else {
+            together.push((zip, axis));
+            continue;
+        };
+        let (found, wanted) = (axis.values.len(), first.values.len());
+        if found != wanted {
+            let message = format!("`{}` has {found} values, `{}` has {wanted}", axis.name, first.name);
+            let mend = format!("axes that are zipped as \"{zip}\" have as many values");
+            mistakes.push(Mistake::at(document, &format!("axes.{number}.zip"), message).mend(mend));
+            continue;
+        }
+        zip.clone_into(&mut first.name);
+        first.keys.extend(axis.keys);
+        first.written.extend(axis.written);
+        first.values.iter_mut().zip(axis.values).for_each(|(value, more)| value.extend(more));
+    }
+    for (zip, axis) in together.iter().filter(|(zip, _)| !zip.is_empty()) {
+        let mut known = BTreeSet::new();
+        let text = |value: &Vec<Node>| value.iter().map(Node::to_toml).collect::<Vec<_>>();
+        if let Some(v) = axis.values.iter().position(|value| !known.insert(text(value))) {
+            let message = format!("\"{zip}\" has the values {} twice", axis.label(v));
+            let place = axis.place_of_value(0, v);
+            mistakes.push(Mistake::at(document, &place, message).mend("give each pair of values once"));
+        }
+    }
+    together.into_iter().map(|(_, axis)| axis).collect()
+}

@@ -1,0 +1,248 @@
+//! What combinations of values have to meet: `tilt + 'sliding angle' <= 120`.
+
+use super::axes::Axis;
+use crate::scene::suggest::{closest, list};
+
+/// Numbers that agree to this share of the terms they come from are equal: 0.1 + 0.2 is 0.3.
+const SAME: f64 = 1e-12;
+/// Longest text.
+const LONGEST: usize = 500;
+/// Signs of comparison, those first that others begin.
+const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
+
+const EXAMPLE: &str = "write a comparison of names of axes and numbers, as in \"tilt + angle <= 120\"";
+
+/// A message, and how to mend it.
+type Refused = (String, String);
+
+/// A comparison, or several in a chain: `0 <= tilt - angle <= 30`.
+#[derive(Debug)]
+pub(super) struct Requirement {
+    sides: Vec<Sum>,
+    signs: Vec<&'static str>,
+}
+
+/// Arithmetic of the values of axes.
+#[derive(Debug)]
+enum Sum {
+    Number(f64),
+    /// An axis and one of its keys.
+    Of(usize, usize),
+    Negative(Box<Sum>),
+    Two(Box<[Sum; 2]>, char),
+}
+
+/// The combinations that meet all requirements, the last axis fastest.
+pub(super) fn combinations(axes: &[Axis], requirements: &[Requirement]) -> Vec<Vec<usize>> {
+    let count: usize = axes.iter().map(|axis| axis.values.len()).product();
+    let choice = |mut rest: usize| {
+        let mut choice = vec![0; axes.len()];
+        for (i, axis) in axes.iter().enumerate().rev() {
+            (choice[i], rest) = (rest % axis.values.len(), rest / axis.values.len());
+        }
+        choice
+    };
+    let fits = |choice: &Vec<usize>| requirements.iter().all(|one| one.is_met(axes, choice));
+    (0..count).map(choice).filter(fits).collect()
+}
+
+impl Requirement {
+    /// The requirement that a text is.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, Refused> {
+        if text.len() > LONGEST {
+            let message = format!("`require` has {} bytes (at most {LONGEST})", text.len());
+            return Err((message, "split it into several".to_owned()));
+        }
+        let mut parser = Parser { text, rest: text, axes, named: false };
+        let (mut sides, mut signs) = (vec![parser.sum(0)?], Vec::new());
+        while let Some(sign) = COMPARISONS.into_iter().find(|sign| parser.takes(sign)) {
+            signs.push(sign);
+            sides.push(parser.sum(0)?);
+        }
+        if !parser.rest.trim().is_empty() || signs.is_empty() {
+            return Err(parser.unexpected("a comparison (<=, <, ==, !=, >, >=)"));
+        }
+        if !parser.named {
+            return Err((format!("`{text}` names no axis"), format!("there is {}", parser.names())));
+        }
+        Ok(Self { sides, signs })
+    }
+
+    fn is_met(&self, axes: &[Axis], choice: &[usize]) -> bool {
+        let values: Vec<[f64; 2]> = self.sides.iter().map(|side| side.value(axes, choice)).collect();
+        values.windows(2).zip(&self.signs).all(|(pair, sign)| {
+            let [[a, size_a], [b, size_b]] = [pair[0], pair[1]];
+            let same = (a - b).abs() <= SAME * size_a.max(size_b);
+            let is_less = a < b && !same;
+            let is_more = a > b && !same;
+            match *sign {
+                "<=" => is_less || same,
+                ">=" => is_more || same,
+                "<" => is_less,
+                ">" => is_more,
+                "==" => same,
+                _ => is_less || is_more,
+            }
+        })
+    }
+}
+
+impl Sum {
+    /// Its value, and the size of what it comes from, which says how far rounding may have moved it.
+    fn value(&self, axes: &[Axis], choice: &[usize]) -> [f64; 2] {
+        match self {
+            Self::Number(number) => [*number, number.abs()],
+            Self::Of(axis, key) => {
+                let number = axes[*axis].part(choice[*axis], *key).unwrap_or(f64::NAN);
+                [number, number.abs()]
+            }
+            Self::Negative(of) => {
+                let [number, size] = of.value(axes, choice);
+                [-number, size]
+            }
+            Self::Two(pair, sign) => {
+                let [[a, size_a], [b, size_b]] = [&pair[0], &pair[1]].map(|one| one.value(axes, choice));
+                match sign {
+                    '+' => [a + b, size_a.max(size_b)],
+                    '-' => [a - b, size_a.max(size_b)],
+                    '*' => [a * b, size_a * size_b],
+                    _ => [a / b, size_a * size_b / (b * b)],
+                }
+            }
+        }
+    }
+}
+
+/// Deepest nesting of brackets.
+const DEEPEST: usize = 40;
+
+struct Parser<'a> {
+    text: &'a str,
+    rest: &'a str,
+    axes: &'a [Axis],
+    /// Whether it has met the name of an axis.
+    named: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn takes(&mut self, word: &str) -> bool {
+        let after = self.rest.trim_start().strip_prefix(word);
+        self.rest = after.unwrap_or(self.rest);
+        after.is_some()
+    }
+
+    fn unexpected(&self, wanted: &str) -> Refused {
+        let found = match self.rest.trim() {
+            "" => "the end".to_owned(),
+            rest => format!("`{rest}`"),
+        };
+        (format!("`{}` has {found} where {wanted} is expected", self.text), EXAMPLE.to_owned())
+    }
+
+    /// Terms that are added or subtracted.
+    fn sum(&mut self, depth: usize) -> Result<Sum, Refused> {
+        let mut sum = self.product(depth)?;
+        while let Some(sign) = ['+', '-'].into_iter().find(|sign| self.takes(&sign.to_string())) {
+            sum = Sum::Two(Box::new([sum, self.product(depth)?]), sign);
+        }
+        Ok(sum)
+    }
+
+    /// Factors that are multiplied or divided.
+    fn product(&mut self, depth: usize) -> Result<Sum, Refused> {
+        let mut product = self.factor(depth)?;
+        while let Some(sign) = ['*', '/'].into_iter().find(|sign| self.takes(&sign.to_string())) {
+            product = Sum::Two(Box::new([product, self.factor(depth)?]), sign);
+        }
+        Ok(product)
+    }
+
+    /// A number, a name, or something in brackets.
+    fn factor(&mut self, depth: usize) -> Result<Sum, Refused> {
+        if depth > DEEPEST {
+            return Err((format!("`{}` is nested too deeply", self.text), EXAMPLE.to_owned()));
+        }
+        if self.takes("-") {
+            return Ok(Sum::Negative(Box::new(self.factor(depth + 1)?)));
+        }
+        if self.takes("(") {
+            let inner = self.sum(depth + 1)?;
+            return if self.takes(")") { Ok(inner) } else { Err(self.unexpected("`)`")) };
+        }
+        self.rest = self.rest.trim_start();
+        if let Some(quoted) = self.rest.strip_prefix('\'') {
+            let Some((name, after)) = quoted.split_once('\'') else { return Err(self.unexpected("`'`")) };
+            self.rest = after;
+            return self.axis(name);
+        }
+        if self.rest.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+            return self.number();
+        }
+        let end = self.rest.find(|c: char| !(c.is_alphanumeric() || "_.".contains(c)));
+        let (name, after) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        if name.is_empty() {
+            return Err(self.unexpected("a number or the name of an axis"));
+        }
+        self.rest = after;
+        self.axis(name)
+    }
+
+    fn number(&mut self) -> Result<Sum, Refused> {
+        let digits =
+            |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
+        let mut end = digits(self.rest);
+        let power = self.rest[end..].strip_prefix(['e', 'E']);
+        if let Some(power) = power.map(|text| text.strip_prefix(['+', '-']).unwrap_or(text)) {
+            let start = self.rest.len() - power.len();
+            end = if digits(power) > 0 { start + digits(power) } else { end };
+        }
+        match self.rest[..end].parse::<f64>() {
+            Ok(number) if number.is_finite() => {
+                self.rest = &self.rest[end..];
+                Ok(Sum::Number(number))
+            }
+            _ => Err(self.unexpected("a number")),
+        }
+    }
+
+    /// Names and keys that can stand in a requirement, with the axis and the key they mean.
+    fn known(&self) -> Vec<(&'a str, usize, usize)> {
+        let mut known = Vec::new();
+        for (i, axis) in self.axes.iter().enumerate() {
+            for (k, (key, written)) in axis.keys.iter().zip(&axis.written).enumerate() {
+                if written.of == 1 {
+                    known.push((written.name.as_str(), i, k));
+                }
+                known.push((key.as_str(), i, k));
+            }
+        }
+        known
+    }
+
+    fn names(&self) -> String {
+        let mut names: Vec<&str> = self.known().iter().map(|(name, ..)| *name).collect();
+        let mut seen = std::collections::BTreeSet::new();
+        names.retain(|name| seen.insert(*name));
+        list(&names, "`")
+    }
+
+    /// The axis of a name.
+    fn axis(&mut self, name: &str) -> Result<Sum, Refused> {
+        let known = self.known();
+        let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
+            let names: Vec<&str> = known.iter().map(|(name, ..)| *name).collect();
+            let near = closest(name, &names).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            let mend = format!("{near}There is {}; names with spaces in single quotes", self.names());
+            return Err((format!("no axis is called `{name}`"), mend));
+        };
+        if (0..self.axes[i].values.len()).any(|value| self.axes[i].part(value, k).is_none()) {
+            let mend = "name axes whose values are all numbers".to_owned();
+            return Err((format!("`{name}` has values that are no numbers"), mend));
+        }
+        self.named = true;
+        Ok(Sum::Of(i, k))
+    }
+}
