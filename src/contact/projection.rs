@@ -367,11 +367,12 @@ mod tests {
     fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
         let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
         let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];
+        let (power, across) = ((3.0 * (numbers.next() + 0.5)) as i32, 10.0f64.powf(6.0 * numbers.next()));
         let first: Vec<f64> = pressures
             .iter()
-            .map(|p| 4.0 * numbers.next() * p + size * way * (numbers.next() + 0.5))
+            .map(|p| 4.0 * numbers.next() * p + size * way * (numbers.next() + 0.5).powi(power))
             .collect();
-        let second: Vec<f64> = pressures.iter().map(|p| 4.0 * numbers.next() * p).collect();
+        let second: Vec<f64> = pressures.iter().map(|p| 4.0 * numbers.next() * p * across).collect();
         [first, second, pressures].concat()
     }
 
@@ -381,7 +382,7 @@ mod tests {
     fn shifts_carry_their_forces() {
         let hat = Hat::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });
         let mut numbers = Numbers(0);
-        for trial in 0..400 {
+        for trial in 0..4000 {
             let n = 3 + trial % 57;
             let areas = vec![1e-3; n];
             let size = 10.0f64.powf(14.0 * (numbers.next() + 0.5) - 2.0);
