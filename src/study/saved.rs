@@ -8,14 +8,14 @@ use crate::scene::plan::Plan;
 use crate::skip::{Basis, Saved, Skip, Skipped, Work};
 
 /// Time of contact problems without the skip over that with it: medians over the scenes of docs/skips.md.
-const TANGENTIAL_UNKNOWNS: f64 = 1.7;
+const TANGENTIAL_UNKNOWNS: f64 = 1.9;
 const SLIDING_FRICTION: f64 = 1.1;
 const NORMAL_COMPONENTS: f64 = 1.4;
 const TANGENTIAL_GAP: f64 = 1.4;
-const SECOND_HALF_SPACE: f64 = 1.65;
-const VANISHING_BLOCKS: f64 = 1.5;
+const SECOND_HALF_SPACE: f64 = 2.3;
+const VANISHING_BLOCKS: f64 = 1.4;
 const COLD_STARTS: f64 = 1.1;
-const MIRROR_HALF: f64 = 1.4;
+const MIRROR_HALF: f64 = 1.15;
 
 /// Of cells away from the contact: power of the share of the frame in contact, which fits those scenes to a factor of 1.5.
 const DISTANT_CELLS: f64 = -0.5;
