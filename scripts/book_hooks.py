@@ -1,6 +1,10 @@
-"""What MkDocs does differently from a forge, made the same: anchors of headings, links to files outside of docs/, lists after a line."""
+"""What MkDocs does differently from a forge, made the same: anchors of headings, links to files outside of docs/, lists after a line; and the search from a folder."""
 
+import json
 import re
+from pathlib import Path
+
+from mkdocs.exceptions import PluginError
 
 LINK = re.compile(r"\[([^\]]+)\]\((\.\./[^)\s]+)\)")
 ITEM = re.compile(r"(\* |\d+\. )")
@@ -34,3 +38,30 @@ def on_page_markdown(markdown, **_):
                 lines.append("")
         lines.append(line)
     return "\n".join(lines)
+
+
+# The search of MkDocs reads its index by a request, which browsers refuse to pages opened from a folder. The page of the search therefore
+# gets the worker, lunr and the index as one script; the other pages only have the form that leads there.
+WORKER = 'new Worker(joinUrl(base_url, "search/worker.js"))'
+FROM_SCRIPT = "new Worker(URL.createObjectURL(new Blob([book_search])))"
+NO_REQUESTS = "loadScripts = function (urls, callback) { callback(); };\ninit = function () { onJSONLoaded.call({ responseText: %s }); };\n"
+MAIN = '<script src="./search/main.js"></script>'
+
+
+def once(text, old, new, where):
+    """Replaces a part that stands in a text once."""
+    if text.count(old) != 1:
+        raise PluginError(f"{where}: {old} stands there {text.count(old)} times instead of once: another version of MkDocs?")
+    return text.replace(old, new)
+
+
+def on_post_build(config):
+    folder = Path(config.site_dir) / "search"
+    lunr, worker, index = ((folder / name).read_text(encoding="utf-8") for name in ("lunr.js", "worker.js", "search_index.json"))
+    source = json.dumps("\n".join([lunr, worker, NO_REQUESTS % json.dumps(index)]))
+    (folder / "book.js").write_text(f"var book_search = {source};\n", encoding="utf-8")
+    main = once((folder / "main.js").read_text(encoding="utf-8"), WORKER, FROM_SCRIPT, "main.js")
+    (folder / "main.js").write_text(f'if (typeof book_search === "string") (function () {{\n{main}\n}})();\n', encoding="utf-8")
+    page = folder.parent / "search.html"
+    text = once(page.read_text(encoding="utf-8"), MAIN, f'<script src="./search/book.js"></script>\n      {MAIN}', "search.html")
+    page.write_text(text, encoding="utf-8")

@@ -57,7 +57,8 @@ fn the_index_names_every_page() {
 fn the_book_has_every_page() {
     let contents = fs::read_to_string(root().join("mkdocs.yml")).expect("a list of contents");
     let listed = |name: &str| contents.lines().filter(|line| line.ends_with(&format!(" {name}"))).count();
-    for path in documents().iter().filter(|path| path.parent().is_some_and(|folder| folder.ends_with("docs"))) {
+    for path in documents().iter().filter(|path| path.parent().is_some_and(|folder| folder.ends_with("docs")))
+    {
         let name = path.file_name().and_then(|name| name.to_str()).expect("UTF-8");
         assert_eq!(listed(name), 1, "mkdocs.yml: {name}");
     }
@@ -67,7 +68,8 @@ fn the_book_has_every_page() {
 fn script(name: &str, arguments: &[PathBuf]) {
     let program = assert_cmd::cargo::cargo_bin("orthowear");
     let script = root().join("scripts").join(name);
-    let output = Command::new("python3").arg(script).arg(program).args(arguments).output().expect("python3 starts");
+    let output =
+        Command::new("python3").arg(script).arg(program).args(arguments).output().expect("python3 starts");
     let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     assert!(output.status.success(), "{}", printed.concat());
     print!("{}", printed.concat());
@@ -123,7 +125,12 @@ fn every_field_of_a_summary_is_explained() {
     for run in runs {
         let out = folder.path().join(run[0]);
         let mut command = Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
-        command.arg("run").arg(root().join(format!("scenes/{}.toml", run[0]))).arg("--quiet").arg("--out").arg(&out);
+        command
+            .arg("run")
+            .arg(root().join(format!("scenes/{}.toml", run[0])))
+            .arg("--quiet")
+            .arg("--out")
+            .arg(&out);
         run[1..].iter().for_each(|value| drop(command.args(["--set", value])));
         assert!(command.env("ORTHOWEAR_CACHE_LIMIT", "0").status().expect("starts").success(), "{run:?}");
         let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
