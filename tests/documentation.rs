@@ -131,7 +131,7 @@ fn every_field_of_a_summary_is_explained() {
             .arg("--quiet")
             .arg("--out")
             .arg(&out);
-        run[1..].iter().for_each(|value| drop(command.args(["--set", value])));
+        command.args(run[1..].iter().flat_map(|value| ["--set", value]));
         assert!(command.env("ORTHOWEAR_CACHE_LIMIT", "0").status().expect("starts").success(), "{run:?}");
         let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
         members(&serde_json::from_str(&text).expect("JSON"), &mut names);
