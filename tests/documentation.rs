@@ -109,8 +109,8 @@ fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<Str
     }
 }
 
-/// Truth: the summaries of runs with friction, wear over cycles, error estimates, an interior and an accuracy: docs/results.md names every
-/// field that they have, in code type.
+/// Truth: the summaries of a run with friction, wear over cycles, loops and estimated errors, of one that rolls and of one with an accuracy:
+/// docs/results.md names every field that they have, as code.
 #[test]
 fn every_field_of_a_summary_is_explained() {
     let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
