@@ -102,7 +102,7 @@ def test_grids(scene):
     result = scene.with_(**{"frame.cells": [16, 8]}).run()
     pressure = result.to_grid(result.pressure)
     assert pressure.shape == (16, 8)
-    assert np.array_equal(result.to_grid(result.xy)[:, 0, 0], (np.arange(16) + 0.5) * 0.05 - 0.4)
+    assert np.allclose(result.to_grid(result.xy)[:, 0, 0], (np.arange(16) + 0.5) * 0.05 - 0.4, rtol=0, atol=1e-15)
     assert pressure[8, 4] == result.pressure[8 * 8 + 4]
 
 
