@@ -1,6 +1,7 @@
 //! A wish to stop, which long computations hear between their parts: between elements, fronts, columns.
 //!
-//! It is one for the process, as the signal is that it comes from, and is never taken back.
+//! It is one for the process, as the signal is that it comes from. The program never takes it back; a process that goes on to
+//! compute other things does, when nothing is computed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,6 +12,11 @@ static WISHED: AtomicBool = AtomicBool::new(false);
 /// The flag that a signal sets.
 pub fn flag() -> &'static AtomicBool {
     &WISHED
+}
+
+/// Takes the wish back. Only when nothing is computed: what was computed since the wish may be wrong, and no longer knows that it is.
+pub fn forget() {
+    WISHED.store(false, Ordering::Relaxed);
 }
 
 /// Whether to stop. What is computed after that is thrown away, and may be wrong.

@@ -1,7 +1,8 @@
-//! The documents: links lead somewhere, the index is complete.
+//! The documents: links lead somewhere, the index is complete, examples do what they say, references are current.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -49,6 +50,94 @@ fn the_index_names_every_page() {
             assert!(listed.contains(&name), "docs/README.md does not list {name}");
         }
     }
+}
+
+/// Truth: the folder's list of files: the contents of the book name each page once.
+#[test]
+fn the_book_has_every_page() {
+    let contents = fs::read_to_string(root().join("mkdocs.yml")).expect("a list of contents");
+    let listed = |name: &str| contents.lines().filter(|line| line.ends_with(&format!(" {name}"))).count();
+    for path in documents().iter().filter(|path| path.parent().is_some_and(|folder| folder.ends_with("docs")))
+    {
+        let name = path.file_name().and_then(|name| name.to_str()).expect("UTF-8");
+        assert_eq!(listed(name), 1, "mkdocs.yml: {name}");
+    }
+}
+
+/// Runs a script of scripts/ with the program as its first argument; panics with what it prints if it fails.
+fn script(name: &str, arguments: &[PathBuf]) {
+    let program = assert_cmd::cargo::cargo_bin("orthowear");
+    let script = root().join("scripts").join(name);
+    let output =
+        Command::new("python3").arg(script).arg(program).args(arguments).output().expect("python3 starts");
+    let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    assert!(output.status.success(), "{}", printed.concat());
+    print!("{}", printed.concat());
+}
+
+/// Truth: the schemas that the program prints, which are made of the types that scenes and studies are read into.
+#[test]
+fn the_reference_of_keys_is_current() {
+    script("keys", &[PathBuf::from("--check")]);
+}
+
+/// Truth: the program: commands of the pages of first steps and tasks end with the exit code that the page says, and print what it shows.
+#[test]
+fn examples_do_what_the_pages_say() {
+    let told = ["install", "first-run", "tutorial", "conventions", "faq"];
+    let name = |path: &Path| path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("").to_owned();
+    let mut pages = documents();
+    pages.retain(|path| told.contains(&name(path).as_str()) || name(path).starts_with("task-"));
+    pages.sort();
+    assert!(pages.len() >= 11, "{pages:?}");
+    script("examples", &pages);
+}
+
+/// Members of every object of a value, by name.
+fn members(value: &serde_json::Value, names: &mut std::collections::BTreeSet<String>) {
+    match value {
+        serde_json::Value::Object(object) => {
+            for (name, inner) in object {
+                names.insert(name.clone());
+                if name != "scene" && name != "timings" {
+                    members(inner, names);
+                }
+            }
+        }
+        serde_json::Value::Array(values) => values.iter().for_each(|inner| members(inner, names)),
+        _ => {}
+    }
+}
+
+/// Truth: the summaries of a run with friction, wear over cycles, loops and estimated errors, of one that rolls and of one with an accuracy:
+/// docs/results.md names every field that they have, as code.
+#[test]
+fn every_field_of_a_summary_is_explained() {
+    let page = fs::read_to_string(root().join("docs/results.md")).expect("a document");
+    let explained: Vec<&str> = page.split('`').skip(1).step_by(2).collect();
+    let runs: [&[&str]; 3] = [
+        &["sphere-on-cfrp-block", "frame.cells=[16, 16]", "output.fields=[\"error\", \"loops\", \"stress\"]"],
+        &["rolling-cylinders"],
+        &["hertz", "frame.cells=[16, 16]", "accuracy=0.05"],
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut names = std::collections::BTreeSet::new();
+    for run in runs {
+        let out = folder.path().join(run[0]);
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+        command
+            .arg("run")
+            .arg(root().join(format!("scenes/{}.toml", run[0])))
+            .arg("--quiet")
+            .arg("--out")
+            .arg(&out);
+        command.args(run[1..].iter().flat_map(|value| ["--set", value]));
+        assert!(command.env("ORTHOWEAR_CACHE_LIMIT", "0").status().expect("starts").success(), "{run:?}");
+        let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
+        members(&serde_json::from_str(&text).expect("JSON"), &mut names);
+    }
+    let missing: Vec<&String> = names.iter().filter(|name| !explained.contains(&name.as_str())).collect();
+    assert!(missing.is_empty(), "docs/results.md does not name {missing:?}");
 }
 
 /// Truth: Cargo.toml: every dependency has a line that says why, its licence, and how it would be replaced.

@@ -5,7 +5,7 @@ use crate::scene::keys::solver::MemorySize;
 
 /// Memory that a run may take, as the command line gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum MaxMemory {
+pub enum MaxMemory {
     /// Bytes.
     Bytes(u64),
     /// Percent of what is available when the run starts.
@@ -36,7 +36,7 @@ impl std::fmt::Display for MaxMemory {
 ///
 /// # Errors
 /// What is allowed, if it is neither.
-pub(super) fn max_memory(text: &str) -> Result<MaxMemory, String> {
+pub fn max_memory(text: &str) -> Result<MaxMemory, String> {
     let text = text.trim();
     let percent = |number: &str| {
         let percent = number.trim_end().parse::<f64>().ok();

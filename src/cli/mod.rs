@@ -28,7 +28,8 @@ pub use crate::error::exit;
 use crate::scene::variant::Pair;
 use crate::scene::{self, Mistakes, Plan};
 pub use allocator::Allocator;
-use max_memory::{MaxMemory, max_memory};
+pub use max_memory::{MaxMemory, max_memory};
+pub use render::render;
 
 /// Frictional contact and wear of orthotropic bodies: finite elements and half-spaces on a contact frame.
 #[derive(Debug, Parser)]
@@ -80,14 +81,7 @@ impl SceneArgs {
     /// The plan of the scene with what the options replace in it.
     fn plan(&self) -> Result<Plan, Mistakes> {
         let mut plan = scene::read(&self.scene, &self.overrides)?;
-        if let Some(limit) = self.max_memory {
-            plan.memory = limit.limit();
-        }
-        if plan.memory.is_beyond_machine() {
-            let note =
-                "more memory is allowed than is available: what does not fit is not refused before it begins";
-            plan.notes.push(note.to_owned());
-        }
+        plan.allow(self.max_memory.map(MaxMemory::limit));
         Ok(plan)
     }
 }

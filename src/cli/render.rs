@@ -12,7 +12,7 @@ use crate::scene::{Mistake, Mistakes};
 const MOST: usize = 40;
 
 /// All mistakes with excerpts, and their number at the end.
-pub(super) fn render(mistakes: &Mistakes) -> String {
+pub fn render(mistakes: &Mistakes) -> String {
     let terminal = std::io::stderr().is_terminal();
     // A wide page keeps messages on one line where a program reads them.
     let (theme, width) =

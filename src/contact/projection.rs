@@ -288,8 +288,8 @@ fn shift_for_force(
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
             let [first, second] = pull.counted([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
             let next_error = first.hypot(second);
-            // Where the potential cannot be told from that before, the error decides; by itself it would take ever longer steps across the
-            // root of tractions that are far beyond their limits, all one way.
+            // Where the potential cannot be told from that before, the error decides; by itself it would take ever
+            // longer steps across the root of tractions that are far beyond their limits, all one way.
             let level = next_value <= value + ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
@@ -346,4 +346,76 @@ fn clipped_sum(planes: &[f64], areas: &[f64], y: [f64; 2]) -> ClippedSum {
         }
     }
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::FrictionEllipse;
+
+    /// Numbers from -0.5 to 0.5, of a golden section.
+    struct Numbers(usize);
+
+    impl Numbers {
+        fn next(&mut self) -> f64 {
+            self.0 += 1;
+            ((self.0 as f64) * 0.618_033_988_75).fract() - 0.5
+        }
+    }
+
+    /// Hatted planes of pressures of a bowl, and tractions in the surface that go beyond them, some by far and all one way.
+    fn planes(numbers: &mut Numbers, n: usize, size: f64) -> Vec<f64> {
+        let pressures: Vec<f64> = (0..n).map(|_| 500.0 * (numbers.next() + 0.5).sqrt()).collect();
+        let way = [1.0, -1.0, 0.0][(3.0 * (numbers.next() + 0.5)) as usize];
+        let (power, across) = ((3.0 * (numbers.next() + 0.5)) as i32, 10.0f64.powf(6.0 * numbers.next()));
+        let first: Vec<f64> = pressures
+            .iter()
+            .map(|p| 4.0 * numbers.next() * p + size * way * (numbers.next() + 0.5).powi(power))
+            .collect();
+        let second: Vec<f64> = pressures.iter().map(|p| 4.0 * numbers.next() * p * across).collect();
+        [first, second, pressures].concat()
+    }
+
+    /// Truth: what the shift leaves, cut at friction, carries the force: along both axes, or along the one that it is prescribed for, which
+    /// alone it moves. To the rounding of tractions of their size.
+    #[test]
+    fn shifts_carry_their_forces() {
+        let hat = Hat::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });
+        let mut numbers = Numbers(0);
+        for trial in 0..4000 {
+            let n = 3 + trial % 57;
+            let areas = vec![1e-3; n];
+            let size = 10.0f64.powf(14.0 * (numbers.next() + 0.5) - 2.0);
+            let planes = planes(&mut numbers, n, size);
+            let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
+            let (share, turn) = (1.98 * numbers.next(), 6.0 * numbers.next());
+            let along_x = hat.slip([1.0, 0.0]);
+            // A force that friction carries along x whatever acts along y, and one in any direction.
+            let one =
+                TangentialControl::Along { axis: 0, force: share * capacity * along_x[0].hypot(along_x[1]) };
+            let both = TangentialControl::Force(
+                hat.traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity),
+            );
+            for control in [one, both] {
+                let pull = Pull::of(control, &hat).expect("a force");
+                let (held, shift) = shift_for_force(&planes, &areas, &hat, &pull, 2.0);
+                assert_eq!(held, Equilibrium::Held, "{trial} {control:?}");
+                let hatted = hat.slip(shift).map(|part| 2.0 * part);
+                let sum = hat.traction(clipped_sum(&planes, &areas, hatted).sum);
+                let rounding = 1e-15 * planes.iter().fold(0.0f64, |most, q| most.max(q.abs())) / 500.0;
+                let defects = match control {
+                    TangentialControl::Along { axis, force } => {
+                        assert!(shift[1].abs() <= 1e-12 * shift[0].abs(), "{trial} {shift:?}");
+                        vec![sum[axis] - force]
+                    }
+                    TangentialControl::Force(force) => vec![sum[0] - force[0], sum[1] - force[1]],
+                    TangentialControl::Shift => unreachable!("a force"),
+                };
+                for defect in defects {
+                    let bound = (1e-12 + 10.0 * rounding) * capacity;
+                    assert!(defect.abs() <= bound, "{trial} {control:?} {size:e}: {}", defect / capacity);
+                }
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Snapshot;
+use crate::frame::ContactFrame;
 
 /// What the steady state of an entry belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
@@ -213,6 +214,9 @@ pub enum Moment {
 pub trait Observer {
     /// Called while a stage works: its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>);
+
+    /// Called before increments, with the frame that they are on: at the start, and where it changes.
+    fn on_frame(&mut self, _frame: &ContactFrame) {}
 
     /// Called after every increment or cycle jump.
     ///

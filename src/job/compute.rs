@@ -218,6 +218,7 @@ fn legs<'p>(
             Ok(room) => room,
             Err(error) => return conclude(recorder, &mut *job.complete, Err(error), (summary, ledger)),
         };
+        job.watch.on_frame(&study.model().frame);
         let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
@@ -372,6 +373,49 @@ increments = 4
 fields = []
 checkpoint = { seconds = 1e-9 }
 "#;
+
+    /// Counts the frames it hears of, and the cells of the last one at each entry.
+    #[derive(Default)]
+    struct Frames {
+        heard: Vec<usize>,
+        at_entries: Vec<[usize; 2]>,
+    }
+
+    impl Observer for Frames {
+        fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
+
+        fn on_frame(&mut self, frame: &ContactFrame) {
+            self.heard.push(frame.n_cells());
+        }
+
+        fn increment_done(&mut self, _record: &IncrementRecord, state: &FrameState) -> Result<()> {
+            let last = self.heard.last().copied().unwrap_or_default();
+            self.at_entries.push([last, state.wear_depth.len()]);
+            Ok(())
+        }
+    }
+
+    /// Truth: the frame of the scene has 16 cells and does not grow; a scene from text is the one from the file.
+    #[test]
+    fn who_watches_hears_of_the_frame_first() {
+        let plan = scene::read_text(std::path::Path::new("scene.toml"), SCENE.to_owned(), &[]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        assert_eq!(plan.document.sha256, scene::read(&path, &[]).unwrap().document.sha256);
+        let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
+        let job = Job {
+            frame: None,
+            show: &mut |_, _, _| {},
+            watch: &mut frames,
+            stop: &stop,
+            checkpoints: None,
+            complete: &mut nothing,
+        };
+        let mut summary = super::super::summary(&plan);
+        assert_eq!(compute(&plan, None, &mut summary, job).unwrap(), exit::DONE);
+        assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
+    }
 
     /// Breaks down at an entry.
     struct Breaks(usize);

@@ -36,10 +36,23 @@ fn unexplained(document: &Document) -> Mistake {
 /// # Errors
 /// Everything wrong with the scene, all at once.
 pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
-    let mut document = parse::read_document(path, overrides)?;
+    plan(parse::read_document(path, overrides)?)
+}
+
+/// As [`read`], of a scene whose text is given; `path` is its name in messages, in whose folder relative paths begin.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan, Mistakes> {
+    let bytes = text.clone().into_bytes();
+    plan(parse::document(path, (text, &bytes), overrides)?)
+}
+
+/// The plan of a document.
+fn plan(mut document: Document) -> Result<Plan, Mistakes> {
     if document.get("study").is_some() && document.get("axes").is_some() {
         let mistake = Mistake::at(&document, "study", "this is a study, not a scene").label("a study");
-        let mend = format!("run it with `orthowear study {}`", path.display());
+        let mend = format!("run it with `orthowear study {}`", document.file);
         return Err(Mistakes::new(&document, vec![mistake.mend(mend)]));
     }
     let (mut mistakes, unknown) = check::check(&document, &schema::json_schema());

@@ -31,7 +31,19 @@ pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Mist
             ));
         }
     };
-    let mut document = Document::new(path, text, &bytes, overrides);
+    document(path, (text, &bytes), overrides)
+}
+
+/// The document of a scene's text, which are the `bytes` of the file at `path`.
+///
+/// # Errors
+/// As [`read_document`].
+pub(super) fn document(
+    path: &Path,
+    (text, bytes): (String, &[u8]),
+    overrides: &[String],
+) -> Result<Document, Mistakes> {
+    let mut document = Document::new(path, text, bytes, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
     let mut mistakes: Vec<Mistake> =
         errors.iter().map(|error| syntax_mistake(&document.text, error.message(), error.span())).collect();

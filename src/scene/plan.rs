@@ -79,6 +79,18 @@ pub struct Plan {
     pub document: Document,
 }
 
+impl Plan {
+    /// Lets a run take memory up to `limit`, where one is given in place of the scene's own.
+    pub fn allow(&mut self, limit: Option<MemoryLimit>) {
+        self.memory = limit.unwrap_or(self.memory);
+        if self.memory.is_beyond_machine() {
+            let note =
+                "more memory is allowed than is available: what does not fit is not refused before it begins";
+            self.notes.push(note.to_owned());
+        }
+    }
+}
+
 /// How accurate results shall be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AccuracySpec {

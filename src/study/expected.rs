@@ -27,8 +27,8 @@ const ON_GRID: f64 = 10.0;
 const WINDOW: f64 = 0.5;
 const PRESSURES: f64 = 0.3;
 
-/// Product on half of the cells, the others being its mirror image, over that on all.
-const HALF: f64 = 0.7;
+/// Contact problems on half of the cells, the others being its mirror image, over those on all: docs/skips.md.
+const HALF: f64 = 0.87;
 
 /// What the steps of a plan are expected to take, with the work left out that `ledger` says.
 pub(super) fn steps(

@@ -334,6 +334,11 @@ impl Study<'_> {
         &self.model
     }
 
+    /// The same, without the bodies and the plan.
+    pub fn into_model(self) -> Model {
+        self.model
+    }
+
     /// Axes, fibres and wear of the surface under the frame; a body whose fibres vary has those that the friction law takes.
     pub fn surface(&self) -> Surface {
         let plan = self.plan;

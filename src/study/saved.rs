@@ -4,18 +4,19 @@ use super::forecast::{FLOPS, matrix_seconds};
 use crate::frame::ContactFrame;
 use crate::history::record::IncrementRecord;
 use crate::history::step::{CycleMotion, Step};
-use crate::scene::plan::Plan;
+use crate::scene::plan::{BodySpec, Plan};
 use crate::skip::{Basis, Saved, Skip, Skipped, Work};
 
 /// Time of contact problems without the skip over that with it: medians over the scenes of docs/skips.md.
-const TANGENTIAL_UNKNOWNS: f64 = 1.7;
+const TANGENTIAL_UNKNOWNS: f64 = 1.9;
 const SLIDING_FRICTION: f64 = 1.1;
 const NORMAL_COMPONENTS: f64 = 1.4;
 const TANGENTIAL_GAP: f64 = 1.4;
-const SECOND_HALF_SPACE: f64 = 1.65;
-const VANISHING_BLOCKS: f64 = 1.5;
+const SECOND_HALF_SPACE: f64 = 2.3;
+const SECOND_NEAR_FIELD: f64 = 1.3;
+const VANISHING_BLOCKS: f64 = 1.4;
 const COLD_STARTS: f64 = 1.1;
-const MIRROR_HALF: f64 = 1.4;
+const MIRROR_HALF: f64 = 1.15;
 
 /// Of cells away from the contact: power of the share of the frame in contact, which fits those scenes to a factor of 1.5.
 const DISTANT_CELLS: f64 = -0.5;
@@ -101,7 +102,10 @@ fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: Skip) -> f64 
             more(NORMAL_COMPONENTS, &|step| rubs(step) && !wears(step) && step.cycles.is_none())
         }
         Skip::TangentialGap => more(TANGENTIAL_GAP, &|_| true),
-        Skip::SecondHalfSpace => more(SECOND_HALF_SPACE, &|_| true),
+        Skip::SecondHalfSpace => {
+            let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
+            more(if half_spaces { SECOND_HALF_SPACE } else { SECOND_NEAR_FIELD }, &|_| true)
+        }
         Skip::VanishingBlocks => more(VANISHING_BLOCKS, &|_| true),
         Skip::DistantEntries => matrix_seconds(frame.n_cells()) - spent.operators,
         Skip::DistantCells => {

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -26,7 +27,7 @@ class Browser:
         self.folder = tempfile.TemporaryDirectory(prefix="orthowear-browser-", ignore_cleanup_errors=True)
         self.process = subprocess.Popen(
             ["chromium", *FLAGS, *flags, f"--user-data-dir={self.folder.name}", "about:blank"],
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": self.folder.name},
         )
         port_file = Path(self.folder.name) / "DevToolsActivePort"
         deadline = time.monotonic() + 30

@@ -119,9 +119,9 @@ pub(super) fn step_ends(said: &Value, entries: &[Option<usize>]) -> Vec<usize> {
 
 /// Indices of the files that are embedded: all, or the last of each step and others evenly between.
 fn choose(source: &Source, files: &[(usize, String)], entries: &[Option<usize>]) -> Vec<usize> {
-    let Some((_, last)) = files.last() else { return Vec::new() };
     // A damaged file says nothing of the others.
-    let cells = Grid::read(&source.path(last)).map_or(1, |grid| grid.n_cells().max(1));
+    let sound = files.iter().rev().find_map(|(_, name)| Grid::read(&source.path(name)).ok());
+    let cells = sound.map_or(1, |grid| grid.n_cells().max(1));
     let most = (MOST_NUMBERS / (PER_CELL * cells)).max(1);
     if files.len() <= most {
         return (0..files.len()).collect();

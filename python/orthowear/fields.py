@@ -1,0 +1,64 @@
+"""Arrays on the contact frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class Fields:
+    """The fields of an entry in the N cells of the frame, as NumPy arrays.
+
+    points (N, 3): centres of the cells, global axes, length; xy (N, 2): the same along the frame's x, y from its origin.
+    areas (N,): length^2. axes (N, 3, 3): the local axes x, y, n of each cell as rows.
+    tractions (N, 3): on body 2 along (x, y, n), force / length^2. gap (N, 3): along (x, y, n), length.
+    slip (N, 2): slip of the increment along (x, y), length; of rolling per rolled distance.
+    contact (N,): 0 open, 1 stick, 2 slip. wear_depth (N,): lost by both bodies, length.
+    grid: number of cells along x, y, None where the frame is no grid; places (N,): the cells' places in it, y fastest.
+    """
+
+    points: np.ndarray
+    xy: np.ndarray
+    areas: np.ndarray
+    axes: np.ndarray
+    tractions: np.ndarray
+    gap: np.ndarray
+    slip: np.ndarray
+    contact: np.ndarray
+    wear_depth: np.ndarray
+    grid: tuple[int, int] | None
+    places: np.ndarray
+
+    def __init__(self, arrays: dict[str, Any]) -> None:
+        self.__dict__.update(arrays)
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """(N,): pressure, positive in compression, force / length^2."""
+        return self.tractions[:, 2]
+
+    def to_grid(self, values: np.ndarray) -> np.ndarray:
+        """Values by cell, (N, ...), as (nx, ny, ...); nan where an outline leaves a cell out."""
+        if self.grid is None:
+            raise ValueError("the frame is no grid")
+        values = np.asarray(values)
+        full = np.full((self.grid[0] * self.grid[1], *values.shape[1:]), np.nan)
+        full[self.places] = values
+        return full.reshape(*self.grid, *values.shape[1:])
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset with dimensions x, y, coordinates along the frame's axes; of grids."""
+        import xarray
+
+        x, y = (self.to_grid(self.xy[:, k]) for k in (0, 1))
+        coords = {"x": np.nanmean(x, axis=1), "y": np.nanmean(y, axis=0)}
+        names = {"tractions": ["x", "y", "n"], "gap": ["x", "y", "n"], "slip": ["x", "y"]}
+        data = {}
+        for name, components in names.items():
+            values = self.to_grid(getattr(self, name))
+            for k, component in enumerate(components):
+                data[f"{name}_{component}"] = (("x", "y"), values[:, :, k])
+        for name in ("contact", "wear_depth", "pressure"):
+            data[name] = (("x", "y"), self.to_grid(getattr(self, name)))
+        return xarray.Dataset(data, coords)

@@ -1,0 +1,65 @@
+"""Flexibility operators."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _orthowear
+
+#: Largest dense matrix that is made, bytes.
+LARGEST = 1 << 30
+
+
+class Flexibility:
+    """The linear map from tractions on body 2 (force / length^2) in N cells to the change of the gap (length).
+
+    Symmetric positive definite in the inner product weighted by the areas: diag(areas) S = (diag(areas) S)^T. Of one body with
+    the other one rigid it is its displacement: that of body 2 along (x, y, n), that of body 1 with the opposite sign, each under
+    the tractions that act on body 2.
+    `shape`, `dtype` and `matvec` are what scipy.sparse.linalg.aslinearoperator asks for; vectors are (3 N,), by cell.
+    """
+
+    dtype = np.dtype(float)
+
+    def __init__(self, core: _orthowear.Flexibility) -> None:
+        self._core = core
+        cells = core.places()
+        self.points: np.ndarray = cells["points"]
+        self.areas: np.ndarray = cells["areas"]
+        self.grid: tuple[int, int] | None = cells["grid"]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(3 N, 3 N)."""
+        return (3 * self._core.cells, 3 * self._core.cells)
+
+    def apply(self, tractions: Any) -> np.ndarray:
+        """The gap change (N, 3) for tractions (N, 3), components along (x, y, n) of each cell."""
+        return self._core.apply(np.ascontiguousarray(tractions, dtype=float))
+
+    def matvec(self, tractions: Any) -> np.ndarray:
+        """As `apply`, of vectors (3 N,): x, y, n of the first cell, then of the second."""
+        return self.apply(np.asarray(tractions, dtype=float).reshape(-1, 3)).ravel()
+
+    def rmatvec(self, values: Any) -> np.ndarray:
+        """The transpose: S^T = A S A^-1 with the areas A."""
+        weight = np.repeat(self.areas, 3)
+        return weight * self.matvec(np.asarray(values, dtype=float).ravel() / weight)
+
+    def to_dense(self, largest: int = LARGEST) -> np.ndarray:
+        """The matrix (3 N, 3 N), column by column; refused where it takes more than `largest` bytes."""
+        n = self.shape[0]
+        if 8 * n * n > largest:
+            raise ValueError(
+                f"the matrix of {n // 3} cells takes {8 * n * n} bytes, {largest} are allowed: use apply, take fewer cells, or "
+                "raise `largest`"
+            )
+        columns = np.empty((n, n))
+        unit = np.zeros(n)
+        for k in range(n):
+            unit[k] = 1.0
+            columns[:, k] = self.matvec(unit)
+            unit[k] = 0.0
+        return columns

@@ -1,0 +1,68 @@
+"""What a run has come to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .fields import Fields
+
+
+class Entries(list[dict[str, Any]]):
+    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1."""
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
+        import pandas
+
+        return pandas.DataFrame([_flat(entry) for entry in self])
+
+
+def _flat(value: Any, key: str = "") -> dict[str, Any]:
+    if not isinstance(value, dict | list):
+        return {key: value}
+    parts = value.items() if isinstance(value, dict) else enumerate(value)
+    found: dict[str, Any] = {}
+    for name, part in parts:
+        found.update(_flat(part, f"{key}.{name}" if key else str(name)))
+    return found
+
+
+class Result:
+    """The summary of a run, and the fields of its last entry.
+
+    `summary` is what summary.json says (docs/results.md). `fields` is None where no increment was done; its arrays are
+    attributes of the result, too: result.tractions, result.pressure.
+    """
+
+    def __init__(self, summary: dict[str, Any], fields: dict[str, Any] | None) -> None:
+        self.summary = summary
+        self.fields = None if fields is None else Fields(fields)
+
+    @property
+    def status(self) -> str:
+        """converged, not-converged, failed or interrupted."""
+        return self.summary["status"]
+
+    @property
+    def reason(self) -> str | None:
+        """Why it did not converge."""
+        return self.summary.get("reason")
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know."""
+        return self.summary.get("warnings", [])
+
+    @property
+    def entries(self) -> Entries:
+        """The increments and cycle jumps."""
+        return Entries(self.summary["steps"])
+
+    def __getattr__(self, name: str) -> Any:
+        fields = self.__dict__.get("fields")
+        if fields is None or name.startswith("_"):
+            raise AttributeError(f"a result without fields, or no attribute {name!r}")
+        return getattr(fields, name)
+
+    def __repr__(self) -> str:
+        return f"<orthowear.Result {self.summary['title']!r}: {self.status}, {len(self.summary['steps'])} entries>"

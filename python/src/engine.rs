@@ -1,0 +1,151 @@
+//! Work in a thread of its own, which a signal or the caller stops.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use orthowear::interrupt;
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// How often signals are looked for.
+pub const PAUSE: Duration = Duration::from_millis(50);
+
+/// Stack of the threads, bytes: that of a main thread.
+const STACK: usize = 8 << 20;
+
+/// Number of computations that have not ended.
+static ACTIVE: Mutex<usize> = Mutex::new(0);
+
+/// Counts one of them. The wish to stop is one for the process: it is taken back when the last of those that may have heard it ends.
+struct Active;
+
+impl Active {
+    fn new() -> Self {
+        *ACTIVE.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+        Self
+    }
+}
+
+impl Drop for Active {
+    fn drop(&mut self) {
+        let mut active = ACTIVE.lock().unwrap_or_else(PoisonError::into_inner);
+        *active -= 1;
+        if *active == 0 {
+            interrupt::forget();
+        }
+    }
+}
+
+/// What the work tells on its way, and whether it is to stop.
+pub struct Line<M> {
+    sender: Sender<M>,
+    /// Whether to stop.
+    pub stop: Arc<AtomicBool>,
+}
+
+impl<M> Line<M> {
+    /// Tells; whether anybody still listens.
+    pub fn tell(&self, message: M) -> bool {
+        self.sender.send(message).is_ok()
+    }
+}
+
+/// Work in progress.
+pub struct Work<M, T> {
+    // An object that threads of Python share has to be `Sync`.
+    messages: Mutex<Receiver<M>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Result<T, String>>>,
+}
+
+/// The threads that `work` runs on; as many as there are cores if not given.
+fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(STACK);
+    builder.build().map_err(|error| format!("no threads: {error}"))
+}
+
+fn words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
+}
+
+impl<M: Send + 'static, T: Send + 'static> Work<M, T> {
+    /// Begins.
+    pub fn begin(
+        py: Python<'_>,
+        threads: Option<usize>,
+        work: impl FnOnce(&Line<M>) -> T + Send + 'static,
+    ) -> PyResult<Self> {
+        let (sender, messages) = channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let line = Line { sender, stop: stop.clone() };
+        let active = Active::new();
+        let all = move || {
+            let pool = pool(threads)?;
+            let done = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&line))));
+            drop(active);
+            done.map_err(|panic| words(&*panic))
+        };
+        let thread = std::thread::Builder::new().name("orthowear".into()).stack_size(STACK).spawn(all);
+        let thread = thread.map_err(|error| errors::internal(py, &error.to_string()))?;
+        Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
+    }
+
+    /// The next message; `None` after the last one. A signal stops the work and is raised when it has ended.
+    pub fn next(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
+        loop {
+            let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);
+            let heard = py.detach(move || messages.recv_timeout(PAUSE));
+            if let Err(signal) = py.check_signals() {
+                interrupt::flag().store(true, Ordering::Relaxed);
+                self.close(py);
+                return Err(signal);
+            }
+            match heard {
+                Ok(message) => return Ok(Some(message)),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            }
+        }
+    }
+
+    /// Stops the work and waits for its end.
+    pub fn close(&mut self, py: Python<'_>) {
+        self.stop.store(true, Ordering::Relaxed);
+        let thread = self.thread.take();
+        py.detach(|| thread.map(JoinHandle::join));
+    }
+
+    /// What the work has come to; `None` if it was closed.
+    pub fn end(&mut self, py: Python<'_>) -> PyResult<Option<T>> {
+        let Some(thread) = self.thread.take() else { return Ok(None) };
+        match py.detach(|| thread.join()) {
+            Ok(Ok(done)) => Ok(Some(done)),
+            Ok(Err(panic)) => Err(errors::internal(py, &panic)),
+            Err(panic) => Err(errors::internal(py, &words(&*panic))),
+        }
+    }
+}
+
+impl<M, T> Drop for Work<M, T> {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Does `work` that tells nothing on its way.
+pub fn wait<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
+) -> PyResult<T> {
+    let mut work = Work::<(), T>::begin(py, threads, move |line| work(&line.stop))?;
+    while work.next(py)?.is_some() {}
+    work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))
+}

@@ -1,0 +1,70 @@
+//! Failures of the library as the exceptions of `orthowear.errors`.
+
+use orthowear::cli::{exit, render};
+use orthowear::error::{Error, Kind};
+use orthowear::scene::{Mistakes, Plan};
+use orthowear::study::Failure;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::{Value, json};
+
+/// An exception of that class with message, exit code, mistakes and the report that the command line prints.
+fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, report): (Value, &str)) -> PyErr {
+    let made = (|| {
+        let class = py.import("orthowear.errors")?.getattr(class)?;
+        let more = PyDict::new(py);
+        more.set_item("exit_code", code)?;
+        more.set_item("mistakes", crate::convert::to_python(py, &mistakes)?)?;
+        more.set_item("report", report)?;
+        class.call((text,), Some(&more))
+    })();
+    made.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// All mistakes of a scene.
+pub fn mistakes(py: Python<'_>, mistakes: &Mistakes) -> PyErr {
+    let list: Vec<Value> = mistakes
+        .list
+        .iter()
+        .map(|mistake| {
+            json!({
+                "key": mistake.key,
+                "message": mistake.message,
+                "mend": mistake.mend,
+                "line": mistakes.line(mistake),
+            })
+        })
+        .collect();
+    raise(py, "InputError", (&mistakes.to_string(), exit::INPUT), (list.into(), &render(mistakes)))
+}
+
+/// A failure of the library, with the place in the scene where it concerns one.
+pub fn failure(py: Python<'_>, plan: &Plan, failure: &Failure) -> PyErr {
+    if failure.error.kind() == Kind::Input && !failure.key.is_empty() {
+        return mistakes(py, &Mistakes::from_error(&plan.document, &failure.key, &failure.error));
+    }
+    error(py, &failure.error)
+}
+
+/// An error of the library.
+pub fn error(py: Python<'_>, error: &Error) -> PyErr {
+    let class = match error.kind() {
+        Kind::Input => "InputError",
+        Kind::Resources => "ResourcesError",
+        Kind::Numerical => "NumericalError",
+        Kind::NotConverged => "NotConvergedError",
+        Kind::Interrupted => "InterruptedRunError",
+    };
+    let text = error.to_string();
+    raise(py, class, (&text, error.exit_code()), (json!([]), &format!("error: {text}\n")))
+}
+
+/// A wrong argument.
+pub fn input(py: Python<'_>, text: &str) -> PyErr {
+    error(py, &Error::input(text))
+}
+
+/// Something that is wrong with the program.
+pub fn internal(py: Python<'_>, text: &str) -> PyErr {
+    error(py, &Error::numerical(format!("internal error, please report it: {text}")))
+}

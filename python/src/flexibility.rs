@@ -1,0 +1,82 @@
+//! The flexibility of the bodies of a scene as an operator.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use orthowear::frame::ContactFrame;
+use orthowear::history::Model;
+use orthowear::scene::Plan;
+use orthowear::study::{self, Failure};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::engine::wait;
+use crate::{errors, fields};
+
+/// The map from tractions on body 2 to the change of the gap.
+#[pyclass(frozen, module = "orthowear._orthowear")]
+pub struct Flexibility {
+    model: Arc<Model>,
+}
+
+/// The model of a plan, with the rows of all cells; `None` if it was stopped.
+fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, Failure> {
+    let Some(study) = study::prepare(plan, &mut |_, _| {}, stop)? else { return Ok(None) };
+    let model = study.into_model();
+    let cells = model.flexibility.unformed();
+    if !cells.is_empty() {
+        let formed = model.flexibility.form(&cells);
+        formed.map_err(|error| Failure { error, key: "frame".to_owned() })?;
+    }
+    Ok(Some(model))
+}
+
+impl Flexibility {
+    pub fn new(py: Python<'_>, plan: Arc<Plan>, threads: Option<usize>) -> PyResult<Self> {
+        let shared = plan.clone();
+        let model = wait(py, threads, move |stop| made(&shared, stop))?;
+        let model = model.map_err(|failure| errors::failure(py, &plan, &failure))?;
+        let model = model.ok_or_else(|| errors::internal(py, "stopped without a signal"))?;
+        Ok(Self { model: Arc::new(model) })
+    }
+
+    fn frame(&self) -> &ContactFrame {
+        &self.model.frame
+    }
+}
+
+#[pymethods]
+impl Flexibility {
+    /// Number of cells.
+    #[getter]
+    fn cells(&self) -> usize {
+        self.frame().n_cells()
+    }
+
+    /// The cells as arrays.
+    fn places<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields::cells(py, self.frame())
+    }
+
+    /// The gap change for tractions, both (N, 3).
+    fn apply<'py>(
+        &self,
+        py: Python<'py>,
+        tractions: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.cells();
+        if tractions.shape() != [n, 3] {
+            let text = format!(
+                "tractions of shape {:?}: it must be ({n}, 3), a row for each cell",
+                tractions.shape()
+            );
+            return Err(errors::input(py, &text));
+        }
+        let given = tractions.as_array();
+        let planes: Vec<f64> = (0..3).flat_map(|c| (0..n).map(move |i| (i, c))).map(|at| given[at]).collect();
+        let mut gap = vec![0.0; 3 * n];
+        py.detach(|| self.model.flexibility.apply(&planes, &mut gap));
+        fields::by_cell(py, &gap, 3)
+    }
+}

@@ -1,0 +1,210 @@
+//! Scenes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use orthowear::bem::half_space::SurfaceGreen;
+use orthowear::cli::{MaxMemory, max_memory};
+use orthowear::error::Kind;
+use orthowear::fem::FlexibilityCache;
+use orthowear::geometry::Side;
+use orthowear::scene::{self, Plan};
+use orthowear::study::{self, Failure};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json;
+
+use crate::engine::{Work, wait};
+use crate::flexibility::Flexibility;
+use crate::run::{Ended, Message, Wishes, run};
+use crate::steps::Steps;
+use crate::{convert, errors};
+
+/// A scene that was read and checked.
+#[pyclass(frozen, module = "orthowear._orthowear")]
+pub struct Scene {
+    path: PathBuf,
+    plan: Plan,
+}
+
+/// Settings of a computation that are not the scene's.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Settings {
+    threads: Option<usize>,
+    max_memory: Option<String>,
+    cache: bool,
+}
+
+impl Scene {
+    fn made(py: Python<'_>, path: PathBuf, plan: Result<Plan, scene::Mistakes>) -> PyResult<Self> {
+        let plan = plan.map_err(|mistakes| errors::mistakes(py, &mistakes))?;
+        Ok(Self { path, plan })
+    }
+
+    /// The plan with the settings.
+    fn plan(&self, py: Python<'_>, settings: &Settings) -> PyResult<Arc<Plan>> {
+        let mut plan = self.plan.clone();
+        let limit = settings.max_memory.as_deref().map(max_memory).transpose();
+        let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
+        plan.allow(limit.map(MaxMemory::limit));
+        if settings.cache {
+            plan.cache = FlexibilityCache::of_user().map_err(|error| errors::error(py, &error))?;
+        }
+        Ok(Arc::new(plan))
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// The scene file at `path`.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let overrides = convert::overrides(overrides)?;
+        let plan = py.detach(|| scene::read(&path, &overrides));
+        Self::made(py, path, plan)
+    }
+
+    /// The scene that a dict says; `path` is its name in messages.
+    #[staticmethod]
+    fn from_dict(py: Python<'_>, scene: &Bound<'_, PyDict>, path: PathBuf) -> PyResult<Self> {
+        let text = convert::scene_text(scene)?;
+        let plan = py.detach(|| scene::read_text(&path, text, &[]));
+        Self::made(py, path, plan)
+    }
+
+    /// The same scene with more values replaced.
+    fn replace(&self, py: Python<'_>, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let document = &self.plan.document;
+        let mut all = document.overrides.clone();
+        all.extend(convert::overrides(overrides)?);
+        let text = document.text.clone();
+        let plan = py.detach(|| scene::read_text(&self.path, text, &all));
+        Self::made(py, self.path.clone(), plan)
+    }
+
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::to_python(py, &self.plan.document.json())
+    }
+
+    #[getter]
+    fn title(&self) -> &str {
+        &self.plan.title
+    }
+
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.plan.document.sha256
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.plan.notes.clone()
+    }
+
+    #[getter]
+    fn has_accuracy(&self) -> bool {
+        self.plan.accuracy.is_some()
+    }
+
+    /// What a run would compute, skip and need.
+    fn check<'py>(&self, py: Python<'py>, settings: Settings) -> PyResult<Bound<'py, PyAny>> {
+        let plan = self.plan(py, &settings)?;
+        let shared = plan.clone();
+        let looked = wait(py, settings.threads, move |_| {
+            Ok::<_, Failure>((study::forecast(&shared)?, study::notes(&shared)?))
+        })?;
+        let (forecast, notes) = looked.map_err(|failure| errors::failure(py, &plan, &failure))?;
+        let bodies: Vec<_> = forecast.bodies.iter().map(|body| {
+            json!({ "what": body.what, "memory_bytes": body.memory_bytes, "seconds": body.seconds, "note": body.note })
+        }).collect();
+        let notes: Vec<&String> = plan.notes.iter().chain(&notes).collect();
+        convert::to_python(
+            py,
+            &json!({
+                "title": plan.title,
+                "cells": forecast.n_cells,
+                "contact_problems": forecast.n_solves,
+                "memory_bytes": forecast.memory_bytes,
+                "memory_limit_bytes": plan.memory.remaining(),
+                "seconds": forecast.seconds,
+                "bodies": bodies,
+                "skipped": forecast.skipped,
+                "notes": notes,
+            }),
+        )
+    }
+
+    /// Runs the scene: summary, fields of the last entry.
+    #[pyo3(signature = (settings, out, progress))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        settings: Settings,
+        out: Option<PathBuf>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
+        let plan = self.plan(py, &settings)?;
+        let wishes = Wishes { plan: plan.clone(), out, progress: progress.is_some(), asks: None };
+        let mut work = Work::begin(py, settings.threads, |line| run(wishes, line))?;
+        while let Some(message) = work.next(py)? {
+            if let (Message::Progress(stage, done, residual), Some(hear)) = (message, &progress) {
+                hear.call1((stage, done, residual)).inspect_err(|_| work.close(py))?;
+            }
+        }
+        let ended = work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
+        concluded(py, &plan, &ended)
+    }
+
+    /// A run whose entries are asked for one by one.
+    fn steps(&self, py: Python<'_>, settings: Settings, out: Option<PathBuf>) -> PyResult<Steps> {
+        Steps::begin(py, self.plan(py, &settings)?, settings.threads, out)
+    }
+
+    /// The flexibility of the bodies on the frame.
+    fn flexibility(&self, py: Python<'_>, settings: Settings) -> PyResult<Flexibility> {
+        Flexibility::new(py, self.plan(py, &settings)?, settings.threads)
+    }
+
+    /// Γ(φ) of the surface of a half-space of that body's material (1 or 2), (len(angles), 3, 3); angles in radians from the frame's x.
+    fn green<'py>(
+        &self,
+        py: Python<'py>,
+        body: usize,
+        angles: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (elastic, side) = match body {
+            1 => (self.plan.bodies[0].elastic(), Side::Lower),
+            2 => (self.plan.bodies[1].elastic(), Side::Upper),
+            _ => return Err(errors::input(py, &format!("body {body}: it is 1 or 2"))),
+        };
+        let elastic = elastic
+            .ok_or_else(|| errors::input(py, &format!("body {body} is rigid: it has no Green's function")))?;
+        let stiffness = elastic.in_axes(self.plan.frame.azimuth());
+        let green = wait(py, None, move |_| SurfaceGreen::new(&stiffness, side))?;
+        let green = green.map_err(|error| errors::error(py, &error))?;
+        let values: Vec<f64> = angles
+            .as_array()
+            .iter()
+            .flat_map(|&phi| green.gamma(phi).transpose().as_slice().to_vec())
+            .collect();
+        let n = values.len() / 9;
+        Ok(PyArray1::from_vec(py, values).reshape([n, 3, 3])?.into_any())
+    }
+}
+
+/// What a run has come to, or the exception that it ended with.
+pub fn concluded<'py>(
+    py: Python<'py>,
+    plan: &Plan,
+    ended: &Ended,
+) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
+    // A run that does not converge is one that has results.
+    if let Some(failure) = ended.failure.as_ref().filter(|failure| failure.error.kind() != Kind::NotConverged)
+    {
+        return Err(errors::failure(py, plan, failure));
+    }
+    let fields = ended.fields.as_ref().map(|fields| fields.to_python(py)).transpose()?;
+    Ok((convert::to_python(py, &ended.summary)?, fields))
+}

@@ -1,0 +1,91 @@
+//! A run entry by entry.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+
+use orthowear::scene::Plan;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::engine::Work;
+use crate::run::{Ended, Message, Wishes, run};
+use crate::scene::concluded;
+use crate::{convert, errors};
+
+/// An entry and its fields.
+type Entry<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+
+/// Iterates over the entries of a run. At most one of them is computed before it is asked for.
+#[pyclass(module = "orthowear._orthowear")]
+pub struct Steps {
+    plan: Arc<Plan>,
+    work: Work<Message, Ended>,
+    /// `None` when the run is closed.
+    asks: Option<Sender<()>>,
+    ended: Option<Ended>,
+}
+
+impl Steps {
+    pub fn begin(
+        py: Python<'_>,
+        plan: Arc<Plan>,
+        threads: Option<usize>,
+        out: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        if plan.accuracy.is_some() {
+            return Err(errors::input(
+                py,
+                "a run that chooses its cells by an accuracy has entries of several runs: use run(), or leave the accuracy out",
+            ));
+        }
+        let (asks, asked) = channel();
+        let wishes = Wishes { plan: plan.clone(), out, progress: false, asks: Some(asked) };
+        let work = Work::begin(py, threads, |line| run(wishes, line))?;
+        Ok(Self { plan, work, asks: Some(asks), ended: None })
+    }
+}
+
+#[pymethods]
+impl Steps {
+    fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Entry<'py>>> {
+        let Some(asks) = &self.asks else { return Ok(None) };
+        // Nobody hears it when the run has ended.
+        let _ = asks.send(());
+        match self.work.next(py) {
+            Ok(Some(Message::Entry(entry))) => {
+                let (record, fields) = *entry;
+                Ok(Some((convert::to_python(py, &record)?, fields.to_python(py)?)))
+            }
+            // Progress is not told.
+            Ok(Some(Message::Progress(..))) => Ok(None),
+            Ok(None) => {
+                self.asks = None;
+                self.ended = self.work.end(py)?;
+                self.summary(py).map(|_| None)
+            }
+            Err(signal) => {
+                self.asks = None;
+                Err(signal)
+            }
+        }
+    }
+
+    /// Stops the run.
+    fn close(&mut self, py: Python<'_>) {
+        self.asks = None;
+        self.work.close(py);
+    }
+
+    /// The summary, when the run has come to its end.
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.ended
+            .as_ref()
+            .map(|ended| concluded(py, &self.plan, ended).map(|(summary, _)| summary))
+            .transpose()
+    }
+}

@@ -1,0 +1,141 @@
+"""Runs: closed forms, entry by entry, threads, signals."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import orthowear
+
+
+def test_hertz():
+    """Truth: Hertz 1882 (K. L. Johnson, Contact Mechanics, 1985, chapter 4); cells of 1/26 of the radius: within a percent."""
+    result = orthowear.Scene.load(ROOT / "scenes" / "hertz.toml").run()
+    modulus, radius, force = 210e3 / (1 - 0.3**2), 10.0, 1000.0
+    a = (3 * force * radius / (4 * modulus)) ** (1 / 3)
+    assert result.entries[-1]["approach"] == pytest.approx(a**2 / radius, rel=5e-3)
+    assert result.pressure.max() == pytest.approx(3 * force / (2 * np.pi * a**2), rel=1e-2)
+    assert (result.pressure * result.areas).sum() == pytest.approx(force, rel=1e-6)
+    inside = np.hypot(*result.xy.T) < 0.8 * a
+    exact = result.pressure.max() * np.sqrt(1 - (np.hypot(*result.xy[inside].T) / a) ** 2)
+    assert np.allclose(result.pressure[inside], exact, rtol=2e-2)
+
+
+def test_cattaneo_mindlin():
+    """Truth: Cattaneo 1938, Mindlin 1949 (Johnson 1985, 7.2), exact for a Poisson ratio of 0; signs: docs/results.md."""
+    result = orthowear.Scene.load(ROOT / "scenes" / "cattaneo-mindlin.toml").run()
+    last = result.entries[-1]
+    assert last["tangential_force"] == pytest.approx([270.0, 0.0], abs=1e-4)
+    assert last["shift"][0] == pytest.approx(0.0040519, rel=1e-2)
+    # Tractions act on body 2: those that body 1, dragged along +x, holds it back with.
+    assert (result.tractions[:, 0] * result.areas).sum() == pytest.approx(-270.0, rel=1e-6)
+    assert np.all(np.hypot(*result.tractions[:, :2].T) <= 0.3 * result.pressure * (1 + 1e-6) + 1e-6)
+    stick = result.areas[result.contact == 1].sum()
+    assert stick == pytest.approx(np.pi * 0.19259**2, rel=0.1)
+
+
+def test_steps_are_the_run(scene):
+    """Truth: a run gives the same bits whoever watches it."""
+    result = scene.run()
+    steps = scene.steps()
+    entries = list(steps)
+    assert [entry["increment"] for entry in entries] == [1, 2, 1, 2, 3]
+    for entry, expected in zip(entries, result.entries, strict=True):
+        assert {**entry.record, "seconds": 0} == {**expected, "seconds": 0}
+    for name in ("tractions", "gap", "slip", "contact", "wear_depth", "points"):
+        assert np.array_equal(getattr(entries[-1], name), getattr(result, name)), name
+    assert steps.summary["status"] == "converged" and next(steps, None) is None
+
+
+def test_closed_steps_stop(scene):
+    """Truth: three increments are not computed; a new run is whole."""
+    with scene.steps() as steps:
+        assert next(steps)["name"] == "press"
+        next(steps)
+    assert next(steps, None) is None and steps.summary is None
+    assert len(scene.run().entries) == 5
+
+
+def test_threads_give_the_same_bits(scene):
+    """Truth: docs/command-line.md: the results are the same for any number of threads."""
+    one, two = scene.run(threads=1), scene.run(threads=2)
+    assert np.array_equal(one.tractions, two.tractions) and np.array_equal(one.gap, two.gap)
+
+
+def test_progress(scene):
+    """Truth: stages have names, and fractions lie in 0..1; what a callback raises ends the run."""
+    heard = []
+    scene.run(progress=lambda *told: heard.append(told))
+    assert "frame" in {stage for stage, _, _ in heard}
+    assert all(0.0 <= done <= 1.0 for _, done, _ in heard)
+
+    def refuse(*_):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        scene.run(progress=refuse)
+    assert scene.run().status == "converged"
+
+
+def test_not_converged_is_said_aloud(scene):
+    """Truth: friction carries at most mu times the normal force, 300 N."""
+    sliding = scene.replace({"steps.push.tangential_force": [400.0, 0.0]})
+    with pytest.warns(orthowear.NotConvergedWarning, match="gross-sliding"):
+        result = sliding.run()
+    assert (result.status, result.reason) == ("not-converged", "gross-sliding")
+
+
+def test_check(scene):
+    """Truth: the scene's own numbers."""
+    plan = scene.check()
+    assert (plan["cells"], plan["contact_problems"]) == (256, 5)
+    assert plan["memory_bytes"] > 0 and len(plan["bodies"]) == 2
+
+
+def test_grids(scene):
+    """Truth: the frame's extent; the cell (ix, iy) has the place ix * 16 + iy."""
+    result = scene.with_(**{"frame.cells": [16, 8]}).run()
+    pressure = result.to_grid(result.pressure)
+    assert pressure.shape == (16, 8)
+    assert np.allclose(result.to_grid(result.xy)[:, 0, 0], (np.arange(16) + 0.5) * 0.05 - 0.4, rtol=0, atol=1e-15)
+    assert pressure[8, 4] == result.pressure[8 * 8 + 4]
+
+
+SLOW = """
+import sys, orthowear
+scene = orthowear.Scene.load(sys.argv[1], {
+    "frame.cells": [256, 256], "steps.press.increments": 500, "output.fields": []})
+try:
+    print("ready", flush=True)
+    %s
+except KeyboardInterrupt:
+    small = scene.replace({"frame.cells": [16, 16], "steps.press.increments": 1})
+    print("stopped", small.run().status, flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("work", ["scene.run()", "list(scene.steps())"])
+def test_interrupt(work):
+    """Truth: Ctrl-C is a KeyboardInterrupt within a fraction of a second, and later runs are not stopped."""
+    path = ROOT / "scenes" / "hertz.toml"
+    child = subprocess.Popen([sys.executable, "-c", SLOW % work, path], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(0.5)
+    sent = time.monotonic()
+    os.kill(child.pid, signal.SIGINT)
+    assert child.stdout.readline() == "stopped converged\n"
+    assert time.monotonic() - sent < 2.0
+    assert child.wait(10) == 0
+
+
+def test_import_is_quick():
+    """Truth: 0.3 s beyond NumPy on an idle machine; loosely, for machines that others keep busy."""
+    code = "import time, numpy; t = time.perf_counter(); import orthowear; print(time.perf_counter() - t)"
+    times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(3)]
+    assert min(times) < 1.0

@@ -1,0 +1,67 @@
+"""What MkDocs does differently from a forge, made the same: anchors of headings, links to files outside of docs/, lists after a line; and the search from a folder."""
+
+import json
+import re
+from pathlib import Path
+
+from mkdocs.exceptions import PluginError
+
+LINK = re.compile(r"\[([^\]]+)\]\((\.\./[^)\s]+)\)")
+ITEM = re.compile(r"(\* |\d+\. )")
+
+
+def slug(text, separator):
+    """Anchor of a heading as forges make it: small letters, blanks as hyphens, no signs."""
+    kept = re.sub(r"[^\w\- ]", "", text.lower().strip())
+    return kept.replace(" ", separator)
+
+
+def on_config(config):
+    config.mdx_configs.setdefault("toc", {})["slugify"] = slug
+    return config
+
+
+def outside(match):
+    """A link to a file beside docs/ as its text and its path, since the file is no page of the book."""
+    text, target = match.group(1), match.group(2).removeprefix("../").split("#")[0]
+    return f"`{target}`" if text in (target, target.rsplit("/", 1)[-1]) else f"{text} (`{target}`)"
+
+
+def on_page_markdown(markdown, **_):
+    lines, code = [], False
+    for line in markdown.split("\n"):
+        code ^= line.startswith("```")
+        if not code:
+            line = LINK.sub(outside, line)
+            before = lines[-1] if lines else ""
+            if ITEM.match(line) and before.strip() and not before.startswith((" ", "* ", "|")) and not ITEM.match(before):
+                lines.append("")
+        lines.append(line)
+    return "\n".join(lines)
+
+
+# The search of MkDocs reads its index by a request, which browsers refuse to pages opened from a folder. The page of the search therefore
+# gets the worker, lunr and the index as one script; the other pages only have the form that leads there.
+WORKER = 'new Worker(joinUrl(base_url, "search/worker.js"))'
+FROM_SCRIPT = "new Worker(URL.createObjectURL(new Blob([book_search])))"
+NO_REQUESTS = "loadScripts = function (urls, callback) { callback(); };\ninit = function () { onJSONLoaded.call({ responseText: %s }); };\n"
+MAIN = '<script src="./search/main.js"></script>'
+
+
+def once(text, old, new, where):
+    """Replaces a part that stands in a text once."""
+    if text.count(old) != 1:
+        raise PluginError(f"{where}: {old} stands there {text.count(old)} times instead of once: another version of MkDocs?")
+    return text.replace(old, new)
+
+
+def on_post_build(config):
+    folder = Path(config.site_dir) / "search"
+    lunr, worker, index = ((folder / name).read_text(encoding="utf-8") for name in ("lunr.js", "worker.js", "search_index.json"))
+    source = json.dumps("\n".join([lunr, worker, NO_REQUESTS % json.dumps(index)]))
+    (folder / "book.js").write_text(f"var book_search = {source};\n", encoding="utf-8")
+    main = once((folder / "main.js").read_text(encoding="utf-8"), WORKER, FROM_SCRIPT, "main.js")
+    (folder / "main.js").write_text(f'if (typeof book_search === "string") (function () {{\n{main}\n}})();\n', encoding="utf-8")
+    page = folder.parent / "search.html"
+    text = once(page.read_text(encoding="utf-8"), MAIN, f'<script src="./search/book.js"></script>\n      {MAIN}', "search.html")
+    page.write_text(text, encoding="utf-8")

@@ -1,0 +1,48 @@
+"""Opens the book in its folder, as a reader without a network does: its pages ask for their own files only, and its search finds them.
+
+It looks at a few pages; with a second argument at all, and pictures of them are left there.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+from browser import WITHOUT_WEBGL, Browser
+
+
+def quiet(browser, name):
+    foreign = [url for url in browser.asked if not url.startswith(("file:", "data:", "blob:"))]
+    assert not browser.logged and not foreign, f"{name}: {browser.logged} {foreign}"
+
+
+def found(browser, word):
+    """Titles and places of what the search finds."""
+    browser.value(f"(e => {{ e.value = {json.dumps(word)}; e.dispatchEvent(new Event('keyup')); }})(document.getElementById('mkdocs-search-query'))")
+    return browser.value("[...document.querySelectorAll('#mkdocs-search-results a')].map(a => a.getAttribute('href'))")
+
+
+def main():
+    book, pictures = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    with Browser(WITHOUT_WEBGL) as browser:
+        browser.size(1300, 1000)
+        names = [page.name for page in sorted(book.glob("*.html"))] if pictures else ["index.html", "tutorial.html", "keys.html"]
+        for page in [book / name for name in names if name != "404.html"]:  # that one is made for a server
+            browser.open(page)
+            assert browser.value("[...document.images].every(image => image.naturalWidth > 0)"), f"{page.name}: a picture is missing"
+            quiet(browser, page.name)
+            if pictures:
+                browser.picture(pictures / f"{page.stem}.png")
+        browser.open(book / "search.html")
+        deadline, places = time.monotonic() + 20, []
+        while not any("task-fibres.html" in place for place in places):
+            assert time.monotonic() < deadline, f"the search for tilt finds {places}"
+            places = found(browser, "tilt")
+            time.sleep(0.1)
+        quiet(browser, "search.html")
+        if pictures:
+            browser.picture(pictures / "search.png")
+
+
+if __name__ == "__main__":
+    main()
