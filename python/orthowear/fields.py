@@ -47,12 +47,26 @@ class Fields:
         full[self.places] = values
         return full.reshape(*self.grid, *values.shape[1:])
 
+    def _along(self, axis: int) -> np.ndarray:
+        """Places of the rows of a grid along an axis, of rows that an outline leaves out too."""
+        if self.grid is None:
+            raise ValueError("the frame is no grid")
+        rows = self.places // self.grid[1] if axis == 0 else self.places % self.grid[1]
+        known, first = np.unique(rows, return_index=True)
+        at = self.xy[first, axis]
+        places = np.arange(self.grid[axis])
+        if len(known) < 2:
+            return np.where(places == known[0], at[0], np.nan)
+        spacing = (at[-1] - at[0]) / (known[-1] - known[0])
+        filled = at[0] + (places - known[0]) * spacing
+        filled[known] = at
+        return filled
+
     def to_xarray(self) -> Any:
         """An xarray.Dataset with dimensions x, y, coordinates along the frame's axes; of grids."""
         import xarray
 
-        x, y = (self.to_grid(self.xy[:, k]) for k in (0, 1))
-        coords = {"x": np.nanmean(x, axis=1), "y": np.nanmean(y, axis=0)}
+        coords = {name: self._along(k) for k, name in enumerate(("x", "y"))}
         names = {"tractions": ["x", "y", "n"], "gap": ["x", "y", "n"], "slip": ["x", "y"]}
         data = {}
         for name, components in names.items():

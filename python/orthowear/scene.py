@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -19,6 +20,8 @@ NAME = "scene"
 
 
 def _settings(threads: int | None, max_memory: int | str | None, cache: bool) -> dict[str, Any]:
+    if threads is not None and not 1 <= operator.index(threads) <= 1024:
+        raise ValueError(f"threads: {threads}: 1 to 1024 are allowed, or None for all cores")
     limit = None if max_memory is None else str(max_memory)
     return {"threads": threads, "max_memory": limit, "cache": cache}
 

@@ -7,10 +7,21 @@ use toml::Value;
 
 use crate::errors;
 
+/// Most tables and lists inside each other; scenes have fewer than ten.
+const DEEPEST: usize = 50;
+
 /// A value of a scene as TOML; `None` where it stands for an absent key. `key` names it in messages.
 pub fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<Value>> {
     if value.is_none() {
         return Ok(None);
+    }
+    if key.matches('.').count() > DEEPEST {
+        let short: String = key.chars().take(60).collect();
+        return Err(wrong(
+            value,
+            &format!("{short}.."),
+            "more tables and lists inside each other than any scene has",
+        ));
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Some(Value::Boolean(flag.is_true())));

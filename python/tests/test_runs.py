@@ -139,3 +139,27 @@ def test_import_is_quick():
     code = "import time, numpy; t = time.perf_counter(); import orthowear; print(time.perf_counter() - t)"
     times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(3)]
     assert min(times) < 1.0
+
+
+def test_what_no_scene_has():
+    """Truth: scenes have fewer than ten levels; a dict within itself has no end. The command line takes 1 to 1024 threads."""
+    endless: dict = {}
+    endless["a"] = endless
+    deep: dict = {}
+    for _ in range(20_000):
+        deep = {"a": deep}
+    for materials in (endless, deep):
+        with pytest.raises(orthowear.InputError, match="inside each other"):
+            orthowear.Scene.from_dict({"materials": materials})
+    for threads in (0, -1):
+        with pytest.raises(ValueError, match="1 to 1024"):
+            orthowear.Scene.load(ROOT / "scenes" / "hertz.toml").run(threads=threads)
+
+
+def test_places_that_an_outline_leaves_out(scene):
+    """Truth: the centres of 16 cells over 0.8; the outline leaves out whole rows at the rim."""
+    outlined = scene.replace({"frame.outline": {"shape": "circle", "radius": 0.33}}).run()
+    places = (np.arange(16) + 0.5) * 0.05 - 0.4
+    assert outlined.fields.places.size < 256
+    for axis in (0, 1):
+        assert np.allclose(outlined.fields._along(axis), places, rtol=0, atol=1e-14)

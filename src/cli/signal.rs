@@ -1,10 +1,11 @@
-//! Ctrl-C: the run stops within about a second and keeps its results; a second one stops it at once.
+//! Ctrl-C: the run stops within about a second and keeps its results; one more after that stops it at once.
 //!
 //! The signals are blocked in all threads and waited for in one of their own. A handler would not do: METIS sets its own
 //! while it works, which jumps to a place that only the thread that called METIS has.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use super::{exit, to_stderr};
 use crate::interrupt;
@@ -12,6 +13,9 @@ use crate::interrupt;
 /// What is said at once.
 const HEARD: &str =
     "\ninterrupted: stopping, results so far are kept (once more: stops at once and writes nothing)\n";
+
+/// Signals within this time after the first are the same wish: programs that stop others send theirs to the process and to its group.
+const SAME_WISH: Duration = Duration::from_secs(1);
 
 static CAUGHT: Once = Once::new();
 
@@ -48,17 +52,23 @@ fn unblock(signals: &libc::sigset_t) {
 
 /// Takes the signals as they come.
 fn wait(signals: &libc::sigset_t) {
+    let mut first: Option<Instant> = None;
     loop {
         let mut signal = 0;
         // SAFETY: the set is initialised, and blocked in this thread.
         if unsafe { libc::sigwait(signals, &raw mut signal) } != 0 {
             continue;
         }
-        if interrupt::flag().swap(true, Ordering::Relaxed) {
+        match first {
+            None => {
+                first = Some(Instant::now());
+                interrupt::flag().store(true, Ordering::Relaxed);
+                to_stderr(HEARD);
+            }
+            Some(at) if at.elapsed() < SAME_WISH => {}
             // Nothing is to be tidied up that could take time.
             // SAFETY: _exit has no conditions.
-            unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) }
+            Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },
         }
-        to_stderr(HEARD);
     }
 }

@@ -26,10 +26,13 @@ impl Rolling {
             Error::input("rolling needs cells in rows along its direction: use frame.kind = \"grid\"")
         })?;
         let ([nx, ny], (axis, sense)) = (grid.cells, self.axis());
-        let (n, passage, last) = (nx * ny, self.passage(frame), grid.cells[axis] - 1);
+        let (n, passage, last) = (frame.n_cells(), self.passage(frame), grid.cells[axis] - 1);
         let (mut from, mut creep) = (Vec::with_capacity(n), vec![0.0; 2 * n]);
+        let mut cells = vec![None; nx * ny];
+        (0..n).for_each(|cell| cells[frame.place(cell)] = Some(cell));
         for cell in 0..n {
-            let mut at = [cell / ny, cell % ny];
+            let place = frame.place(cell);
+            let mut at = [place / ny, place % ny];
             at[axis] = match (sense > 0.0, at[axis]) {
                 (true, i) if i == last => {
                     if grid.periodic[axis] {
@@ -48,7 +51,8 @@ impl Rolling {
                 }
                 (false, i) => i - 1,
             };
-            from.push(at[0] * ny + at[1]);
+            // Beyond an outline there is nothing that material could come from.
+            from.push(cells[at[0] * ny + at[1]].unwrap_or(cell));
             let [x, y] = frame.plane_coordinates(cell);
             // Along the direction of rolling and to its left.
             let (along, left) = if axis == 0 { (sense * x, sense * y) } else { (sense * y, -sense * x) };

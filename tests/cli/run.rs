@@ -203,7 +203,9 @@ fn quiet_is_quiet() {
 /// Truth: docs/command-line.md: an interrupt ends with 130 and keeps what there is.
 #[cfg(unix)]
 #[rstest::rstest]
-fn an_interrupted_run_keeps_its_results(#[values(10, 60, 200, 700)] delay: u64) {
+fn an_interrupted_run_keeps_its_results(
+    #[values((10, false), (60, true), (200, false), (700, true))] (delay, twice): (u64, bool),
+) {
     let (folder, path) = hertz("");
     let out = folder.path().join("out");
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"))
@@ -223,7 +225,13 @@ fn an_interrupted_run_keeps_its_results(#[values(10, 60, 200, 700)] delay: u64) 
     }
     std::thread::sleep(std::time::Duration::from_millis(delay));
     // SAFETY: sends a signal to the child just started.
-    unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGINT) };
+    let interrupt = || unsafe { libc::kill(libc::pid_t::try_from(child.id()).unwrap(), libc::SIGINT) };
+    interrupt();
+    // As programs do that signal a process and then its group: no second wish.
+    if twice {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        interrupt();
+    }
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!(summary(&out)["status"], "interrupted");
 }

@@ -147,6 +147,31 @@ fn rolling_cylinders() {
     assert_eq!(last["rolling"]["creepage"][0].as_f64(), Some(0.0024914), "{last}");
 }
 
+/// Truth: cells that never touch do not matter: what rolls on a grid rolls so within an outline around its contact (radius 0.29, by Hertz).
+#[test]
+fn rolling_within_an_outline() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let scene = "[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3\n[body1]\nkind = \"half-space\"\nmaterial = \"steel\"\n\
+         [body2]\nkind = \"rigid\"\n[frame]\nkind = \"grid\"\nhalf_width = [0.5, 0.5]\ncells = [20, 20]\n\
+         [gap]\nkind = \"sphere\"\nradius = 10.0\n[friction]\nlaw = \"coulomb\"\nmu = 0.3\n[[steps]]\nname = \"press\"\nnormal_force = 750.0\n\
+         [[steps]]\nname = \"roll\"\nrolling = { direction = 90.0, creepage = [1e-3, 5e-4], spin = 1e-3 }\n";
+    std::fs::write(&path, scene).unwrap();
+    let [whole, within] = [&[][..], &["frame.outline={ shape = \"circle\", radius = 0.4 }"]]
+        .map(|settings| run(&path, settings));
+    certified(&within);
+    let [whole, within] = [&whole, &within].map(|summary| steps(summary).last().unwrap());
+    let sizes =
+        [("normal_force", 750.0), ("peak_pressure", 4000.0), ("contact_area", 0.3), ("stick_area", 0.3)];
+    for (key, size) in sizes {
+        assert!((number(whole, key) - number(within, key)).abs() < 1e-6 * size, "{key}: {whole} {within}");
+    }
+    for axis in 0..2 {
+        let [a, b] = [whole, within].map(|step| step["tangential_force"][axis].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-6 * 750.0 && a.abs() > 1.0, "{a} {b}");
+    }
+}
+
 /// A sine wave of heights on a periodic frame, run with further lines of a scene.
 fn wavy(heights: &str, periodic: &str, steps: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
