@@ -16,6 +16,13 @@ pub mod exit {
     pub const RESOURCES: u8 = 4;
     /// Stopped by a signal; results so far are kept.
     pub const INTERRUPTED: u8 = 130;
+
+    /// The graver of two exit codes.
+    pub fn worse(a: u8, b: u8) -> u8 {
+        const ORDER: [u8; 6] = [DONE, NOT_CONVERGED, INPUT, RESOURCES, FAILED, INTERRUPTED];
+        let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
+        if rank(b) > rank(a) { b } else { a }
+    }
 }
 
 /// What sort of failure an [`Error`] is; it decides the exit code of the program.

@@ -86,6 +86,8 @@ pub enum Work {
     Cycles,
     /// Meshes that could follow the worn surfaces.
     MovingMeshes,
+    /// Steps that another run has done.
+    CommonSteps,
     /// What other keys, or the cache, decide.
     Other,
 }

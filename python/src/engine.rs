@@ -9,15 +9,13 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use orthowear::interrupt;
+use orthowear::job::STACK;
 use pyo3::prelude::*;
 
 use crate::errors;
 
 /// How often signals are looked for.
 pub const PAUSE: Duration = Duration::from_millis(50);
-
-/// Stack of the threads, bytes: that of a main thread.
-const STACK: usize = 8 << 20;
 
 /// Number of computations that have not ended.
 static ACTIVE: Mutex<usize> = Mutex::new(0);

@@ -10,7 +10,7 @@ use orthowear::frame::ContactFrame;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::interrupt;
 use orthowear::job::resume::Checkpoints;
-use orthowear::job::{self, Job, nothing};
+use orthowear::job::{self, Job, Shares, nothing};
 use orthowear::results::output::OutputDir;
 use orthowear::results::summary::Summary;
 use orthowear::scene::Plan;
@@ -122,6 +122,7 @@ pub fn run(wishes: Wishes, line: &Line<Message>) -> Ended {
                 watch: &mut watcher,
                 stop: &line.stop,
                 checkpoints,
+                shares: Shares::default(),
                 complete: &mut nothing,
             };
             job::run(&plan, output, &mut summary, job).err()

@@ -12,7 +12,7 @@ use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
-use crate::job::{Job, compute, nothing, units};
+use crate::job::{Job, Shares, compute, nothing, units};
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
 use crate::results::output::{OutputDir, failure, write_atomically};
@@ -58,7 +58,7 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         told.extend(seen.iter().flat_map(|(_, said)| said).map(|note| (variant.name.clone(), note.clone())));
         comparison.variants.push(result);
         ends.extend(seen.map(|(seen, _)| (variant.name.clone(), seen)));
-        worst = worse(worst, code);
+        worst = exit::worse(worst, code);
         if stop.load(Ordering::Relaxed) {
             worst = exit::INTERRUPTED;
             break;
@@ -114,13 +114,6 @@ fn one_only(variants: &[Variant], named: bool) -> Option<String> {
     })
 }
 
-/// The graver of two exit codes.
-pub(super) fn worse(a: u8, b: u8) -> u8 {
-    const ORDER: [u8; 6] = [exit::DONE, exit::NOT_CONVERGED, exit::INPUT, 4, exit::FAILED, exit::INTERRUPTED];
-    let rank = |code: u8| ORDER.iter().position(|known| *known == code).unwrap_or(ORDER.len());
-    if rank(b) > rank(a) { b } else { a }
-}
-
 /// What the runs of the variants share.
 struct Run<'a> {
     plan: &'a Plan,
@@ -166,6 +159,7 @@ impl Run<'_> {
             watch: &mut ends,
             stop: self.stop,
             checkpoints: None,
+            shares: Shares::default(),
             complete: &mut nothing,
         };
         let code = compute(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {

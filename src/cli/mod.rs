@@ -5,6 +5,7 @@ mod allocator;
 mod check;
 mod compare;
 mod max_memory;
+mod numbers;
 mod progress;
 mod refine;
 mod render;
@@ -13,6 +14,7 @@ mod resume;
 mod run;
 mod schema;
 mod signal;
+mod slurm;
 mod study;
 mod table;
 
@@ -25,6 +27,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::DOUBT;
 pub use crate::error::exit;
+use crate::job::STACK;
 use crate::scene::variant::Pair;
 use crate::scene::{self, Mistakes, Plan};
 pub use allocator::Allocator;
@@ -166,9 +169,6 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
         std::env::consts::OS
     ));
 }
-
-/// Stack of the threads, bytes: that of a main thread.
-const STACK: usize = 8 << 20;
 
 /// Does `work` as [`in_pool`], with signals caught before there are threads.
 fn stoppable(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {

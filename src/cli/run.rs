@@ -9,7 +9,7 @@ use super::{RunArgs, exit, refuse, remark, resume, signal, table, to_stderr, to_
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::job::resume::{Checkpoints, Start, start};
-use crate::job::{self, Job, Nobody, nothing};
+use crate::job::{self, Job, Nobody, Shares, nothing};
 use crate::results::checkpoint;
 use crate::results::output::{OutputDir, SUMMARY};
 use crate::results::summary::{Status, Summary, Units};
@@ -53,7 +53,15 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
     let mut nobody = Nobody;
     let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
     let complete = &mut nothing;
-    let job = Job { frame: None, show, watch: &mut nobody, stop, checkpoints: Some(checkpoints), complete };
+    let job = Job {
+        frame: None,
+        show,
+        watch: &mut nobody,
+        stop,
+        checkpoints: Some(checkpoints),
+        shares: Shares::default(),
+        complete,
+    };
     let code = job::run(&plan, Some(output), &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::compute::{Job, compute, refused};
+use super::fork::Shares;
 use crate::error::exit;
 use crate::history::record::IncrementRecord;
 use crate::results::output::OutputDir;
@@ -114,6 +115,7 @@ impl Way<'_, '_, '_> {
             watch: &mut *self.job.watch,
             stop: self.job.stop,
             checkpoints: None,
+            shares: Shares::default(),
             complete: &mut complete,
         };
         match compute(&plan, None, &mut own, job) {
@@ -166,6 +168,7 @@ impl Way<'_, '_, '_> {
             watch: &mut *self.job.watch,
             stop: self.job.stop,
             checkpoints: None,
+            shares: Shares::default(),
             complete: &mut complete,
         };
         let code = compute(&plan, output, self.summary, job);

@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::fork::{Fork, Forks, Shares, TakenUp};
 use super::resume::Checkpoints;
 use super::turn::{Maker, Stage, Way};
 use crate::error::{Error, Kind, Result, exit};
@@ -14,7 +15,7 @@ use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outc
 use crate::history::{RunResult, Snapshot};
 use crate::linalg::course::Course;
 use crate::results::fields::{FieldWriter, Written};
-use crate::results::keeper::{Keeper, Kept};
+use crate::results::keeper::{Keeper, Kept, Moves, Progress};
 use crate::results::output::OutputDir;
 use crate::results::recorder::{Parts, Recorder};
 use crate::results::summary::{FrameRecord, Status, Summary};
@@ -35,6 +36,8 @@ pub struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<Checkpoints>,
+    /// What it shares with runs that begin alike.
+    pub shares: Shares<'a>,
     /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
     pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
 }
@@ -66,13 +69,15 @@ impl Observer for Nobody {
 }
 
 /// The recorder of a run, and somebody who watches besides.
-struct Watched<'a, 'r> {
+struct Watched<'a, 'r, 'p> {
     recorder: &'a mut Recorder<'r>,
     watch: &'a mut dyn Observer,
     room: Option<Room>,
+    /// The run, and what others go on from, on its first frame and with unmoved meshes.
+    forks: Option<(&'a Study<'p>, &'a mut Forks)>,
 }
 
-impl Observer for Watched<'_, '_> {
+impl Observer for Watched<'_, '_, '_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         self.recorder.progress(stage, fraction, residual);
     }
@@ -83,7 +88,15 @@ impl Observer for Watched<'_, '_> {
     }
 
     fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        self.recorder.keep(moment, snapshot)
+        self.recorder.keep(moment, snapshot)?;
+        let Some((study, forks)) = self.forks.as_mut().filter(|(_, forks)| forks.are_due(moment)) else {
+            return Ok(());
+        };
+        let snapshot = snapshot();
+        if forks.after.contains(&snapshot.n_steps()) {
+            forks.made.push(Fork::new((study, snapshot), self.recorder.written(), self.recorder.folder()));
+        }
+        Ok(())
     }
 
     fn interrupted(&self) -> bool {
@@ -114,7 +127,7 @@ struct Leg {
 /// summary too.
 pub fn compute(
     plan: &Plan,
-    output: Option<OutputDir>,
+    mut output: Option<OutputDir>,
     summary: &mut Summary,
     mut job: Job<'_>,
 ) -> std::result::Result<u8, Failure> {
@@ -125,7 +138,7 @@ pub fn compute(
     });
     let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
-    let study = match safely(plan, || job.maker().ready(plan, &stage)) {
+    let mut study = match safely(plan, || job.maker().ready(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
@@ -133,9 +146,21 @@ pub fn compute(
         }
         Err(failure) => return failed(early(output), summary, failure),
     };
+    let begun = job.shares.from.take().filter(|_| from.is_none());
+    let begun = match begun.map(|fork| fork.take_up(&study, output.as_mut())).transpose() {
+        Ok(taken) => taken.flatten(),
+        Err(error) => return failed(early(output), summary, unkeyed(error)),
+    };
     let keeper =
         job.checkpoints.take().map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
+    if let Some(TakenUp { snapshot, course, written, skipped }) = begun {
+        study.skipped.push(skipped);
+        let records = snapshot.records().to_vec();
+        let keeper = keeper.map(|keeper| keeper.after(0, Progress::of(&records)));
+        let parts = Parts { output, records, written, keeper };
+        return legs(plan, study, Leg { parts, from: Some((snapshot, course)), stage }, summary, &mut job);
+    }
     let (written, from) = match from.map(|from| from.kept) {
         Some(Kept { snapshot, course, written, .. }) => (written, Some((snapshot, course))),
         None => (Written::default(), None),
@@ -219,7 +244,9 @@ fn legs<'p>(
             Err(error) => return conclude(recorder, &mut *job.complete, Err(error), (summary, ledger)),
         };
         job.watch.on_frame(&study.model().frame);
-        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room };
+        let is_first = stage.growths == 0 && stage.moves == Moves::default();
+        let forks = job.shares.forks.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
+        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
@@ -410,6 +437,7 @@ checkpoint = { seconds = 1e-9 }
             watch: &mut frames,
             stop: &stop,
             checkpoints: None,
+            shares: Shares::default(),
             complete: &mut nothing,
         };
         let mut summary = super::super::summary(&plan);
@@ -446,6 +474,7 @@ checkpoint = { seconds = 1e-9 }
             watch: &mut Breaks(3),
             stop: &stop,
             checkpoints: Some(checkpoints),
+            shares: Shares::default(),
             complete: &mut nothing,
         };
         let failure = compute(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();

@@ -2,14 +2,20 @@
 
 mod accurate;
 mod compute;
+mod fork;
 pub mod resume;
+pub mod sweep;
 mod turn;
 
 pub use accurate::{REASON, run};
 pub use compute::{Job, Nobody, compute, nothing};
+pub use fork::{Fork, Forks, Shares};
 
 use crate::results::summary::{Summary, Units};
 use crate::scene::Plan;
+
+/// Bytes of the stack of threads that compute: that of a main thread.
+pub const STACK: usize = 8 << 20;
 
 /// What a run of `plan` begins to tell of itself.
 pub fn summary(plan: &Plan) -> Summary {

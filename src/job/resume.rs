@@ -123,15 +123,21 @@ pub fn start(
     Ok(Start::From(Box::new(Resumed { number: found.number, kept })))
 }
 
-/// Takes over from the summary in `directory` what a table needs, entries, warnings and times, where the results there are those of
-/// `plan`; whether they are.
-pub fn recall(plan: &Plan, directory: &Path, summary: &mut Summary) -> bool {
-    let Some(mut found) = converged(plan, directory) else { return false };
+/// Takes over from the summary in `directory` what a table needs, how it ended, entries, warnings and times, where the results there are
+/// those of `plan` and it ended in one of these ways; whether they are.
+pub fn recall(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
+    let Some(mut found) = ended(plan, directory) else { return false };
+    let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
+    if !ways.contains(&status) {
+        return false;
+    }
     let Ok(steps) = serde_json::from_value::<Vec<IncrementRecord>>(found["steps"].take()) else {
         return false;
     };
     let Ok(warnings) = serde_json::from_value(found["warnings"].take()) else { return false };
-    (summary.status, summary.steps, summary.warnings) = (Status::Converged, steps, warnings);
+    (summary.status, summary.steps, summary.warnings) = (status, steps, warnings);
+    let words = |key: &str| found[key].as_str().map(str::to_owned);
+    (summary.reason, summary.error) = (words("reason"), words("error"));
     for (stage, seconds) in found["timings"].as_object().into_iter().flatten() {
         summary.timings.add(stage, seconds.as_f64().unwrap_or(0.0));
     }
@@ -140,18 +146,17 @@ pub fn recall(plan: &Plan, directory: &Path, summary: &mut Summary) -> bool {
 
 /// Whether the results in `directory` are those of `plan`.
 fn has_ended(plan: &Plan, directory: &Path) -> bool {
-    converged(plan, directory).is_some()
+    ended(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
-/// The summary in `directory` if it is that of `plan`: converged, of the same scene and version, and not older than the files that
+/// The summary in `directory` if it is that of `plan`: of the same scene and version, and not older than the files that
 /// the scene names.
-fn converged(plan: &Plan, directory: &Path) -> Option<Value> {
+fn ended(plan: &Plan, directory: &Path) -> Option<Value> {
     let path = directory.join(SUMMARY);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
     let written = changed(&path)?;
     let summary = read_json(&path)?;
-    let is_of_plan = summary["status"] == "converged"
-        && summary["scene_sha256"] == plan.document.sha256.as_str()
+    let is_of_plan = summary["scene_sha256"] == plan.document.sha256.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION")
         && plan.files.iter().all(|(_, path)| changed(path).is_some_and(|changed| changed <= written));
     is_of_plan.then_some(summary)

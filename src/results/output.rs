@@ -144,6 +144,23 @@ impl OutputDir {
         Ok(true)
     }
 
+    /// Gathers copies of `files`, as a run that has ended left them in `folder`; whether all are there.
+    ///
+    /// # Errors
+    /// Resources, if one cannot be written.
+    pub fn copy_from(&mut self, folder: &Path, files: &[Gathered]) -> Result<bool> {
+        self.begin()?;
+        for file in files {
+            let (from, to) = (folder.join(&file.name), self.gathering.join(&file.name));
+            if !fs::metadata(&from).is_ok_and(|found| found.len() == file.bytes) {
+                return Ok(false);
+            }
+            fs::copy(&from, &to).map_err(|e| failure("cannot write", &to, &e))?;
+        }
+        self.files.extend_from_slice(files);
+        Ok(true)
+    }
+
     /// From now on what is gathered outlives the run if it does not come to its end: a checkpoint speaks of it.
     ///
     /// # Errors

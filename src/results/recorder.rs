@@ -1,5 +1,6 @@
 //! Collects what a run reports, increment by increment, and writes its result files.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
@@ -101,6 +102,17 @@ impl<'a> Recorder<'a> {
             written: self.fields.map_or_else(Written::default, FieldWriter::into_written),
             keeper: self.keeping.map(|keeping| keeping.keeper),
         }
+    }
+
+    /// What has been written so far, and the files.
+    pub fn written(&self) -> (Written, Vec<Gathered>) {
+        let written = self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());
+        (written, self.output.as_ref().map_or_else(Vec::new, |output| output.files().to_vec()))
+    }
+
+    /// Where the files will be.
+    pub fn folder(&self) -> Option<&Path> {
+        self.output.as_ref().map(OutputDir::path)
     }
 
     /// The records so far.

@@ -43,7 +43,7 @@ impl Default for Units {
 }
 
 /// How a run ended, as `summary.json` says it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// All steps converged.
@@ -54,6 +54,11 @@ pub enum Status {
     Failed,
     /// A signal stopped the run.
     Interrupted,
+}
+
+impl Status {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Converged, Self::NotConverged, Self::Failed, Self::Interrupted];
 }
 
 /// Seconds spent by stage, in the order of first use; written as a JSON object.
@@ -80,6 +85,11 @@ impl Timings {
     /// Seconds of `stage` so far.
     pub fn of(&self, stage: &str) -> f64 {
         self.iter().find(|(name, _)| *name == stage).map_or(0.0, |(_, seconds)| seconds)
+    }
+
+    /// Seconds of all stages.
+    pub fn sum(&self) -> f64 {
+        self.iter().map(|(_, seconds)| seconds).sum()
     }
 
     /// Stages with their seconds, in the order of first use.

@@ -49,8 +49,17 @@ impl Chart {
         self.panel_with(&[])
     }
 
+    /// The same with points that are not joined.
+    pub(crate) fn scattered_panel(&self) -> Canvas {
+        self.drawn(&[], false)
+    }
+
     /// The same with ranges around some of its series.
     pub(crate) fn panel_with(&self, bands: &[Band]) -> Canvas {
+        self.drawn(bands, true)
+    }
+
+    fn drawn(&self, bands: &[Band], joined: bool) -> Canvas {
         let mut axes = self.axes(bands, 0.0);
         let (mut corner, hidden) = self.legend_corner(&axes);
         if hidden > 0 && self.series.len() > 1 {
@@ -68,7 +77,7 @@ impl Chart {
         self.draw_axes(&mut canvas, &axes);
         bands.iter().for_each(|band| draw_band(&mut canvas, band, &axes));
         for (i, series) in self.series.iter().enumerate() {
-            draw_series(&mut canvas, series, &axes, i);
+            draw_series(&mut canvas, series, &axes, (i, joined));
         }
         self.draw_legend(&mut canvas, corner);
         canvas
@@ -191,19 +200,19 @@ fn along(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
     shown.iter().copied().chain(between).collect()
 }
 
-fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], i: usize) {
+fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], (i, joined): (usize, bool)) {
     let shown: Vec<[f64; 2]> =
         series.points.iter().filter_map(|p| Some([axes[0].at(p[0])?, axes[1].at(p[1])?])).collect();
     let path: Vec<String> = shown.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
     let colour = SERIES[i % SERIES.len()];
-    if path.len() > 1 {
+    if joined && path.len() > 1 {
         canvas.add(format_args!(
             r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.8"{}/>"#,
             path.join("L"),
             dashes(i)
         ));
     }
-    if shown.len() <= 60 {
+    if !joined || shown.len() <= 60 {
         shown.iter().for_each(|at| mark(canvas, *at, i));
     }
 }

@@ -1,4 +1,4 @@
-//! Plots as SVG: charts with linear or logarithmic axes, maps of the contact frame, loops of force over shift.
+//! Plots as SVG: charts with linear or logarithmic axes, heat maps, maps of the contact frame, loops of force over shift.
 //!
 //! A picture is text with no need of fonts or libraries; sizes are in pixels.
 
@@ -8,6 +8,7 @@ mod cells;
 pub mod chart;
 pub mod colour;
 mod fibres;
+pub mod heat;
 pub mod history;
 pub mod loops;
 pub mod map;

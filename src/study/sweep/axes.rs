@@ -19,6 +19,8 @@ pub struct Axis {
     pub(super) written: Vec<Written>,
     /// By value, one node per key.
     pub values: Vec<Vec<Node>>,
+    /// Whether its values are a sample.
+    pub is_sample: bool,
 }
 
 /// Where the study file has a key and its values.
@@ -32,12 +34,26 @@ pub(super) struct Written {
     key: usize,
     /// Number of its keys.
     pub of: usize,
-    is_range: bool,
+    source: Source,
 }
+
+/// Which key gives the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Values,
+    Range,
+    Sample,
+}
+
+/// Name of the axis of all that are sampled.
+const SAMPLE: &str = "sample";
 
 impl Axis {
     /// A value as a person reads it.
     pub fn label(&self, value: usize) -> String {
+        if self.is_sample {
+            return format!("{}", value + 1);
+        }
         let word = |node: &Node| match &node.value {
             Value::String(text) => text.clone(),
             _ => node.to_toml(),
@@ -47,7 +63,7 @@ impl Axis {
 
     /// A value as a number, where the axis sets one key to numbers.
     pub fn number(&self, value: usize) -> Option<f64> {
-        (self.keys.len() == 1).then(|| self.part(value, 0)).flatten()
+        (self.keys.len() == 1 && !self.is_sample).then(|| self.part(value, 0)).flatten()
     }
 
     /// The number that a value gives to one of the keys.
@@ -73,7 +89,8 @@ impl Axis {
     /// Where the study file has what `value` gives to key `k`.
     pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
         match &self.written[k] {
-            Written { axis, is_range: true, .. } => format!("axes.{axis}.range"),
+            Written { axis, source: Source::Range, .. } => format!("axes.{axis}.range"),
+            Written { axis, source: Source::Sample, .. } => format!("axes.{axis}.sample"),
             Written { axis, of: 1, .. } => format!("axes.{axis}.values.{value}"),
             Written { axis, key, .. } => format!("axes.{axis}.values.{value}.{key}"),
         }
@@ -93,13 +110,26 @@ pub(super) fn axes(
         let mut wrong = |key: String, message: String, mend: &str| {
             mistakes.push(Mistake::at(document, &format!("axes.{i}.{key}"), message).mend(mend));
         };
-        let values = match (document.get(&format!("axes.{i}.values")), &own.range) {
+        let list = document.get(&format!("axes.{i}.values"));
+        if own.sample.is_some() {
+            sampled(own, list, &mut wrong);
+            // Its values follow when all that are sampled are known.
+            let written = Written { axis: i, name: String::new(), key: 0, of: 1, source: Source::Sample };
+            let (name, keys) = (own.name.clone(), own.keys.clone());
+            axes.push(Axis { name, keys, written: vec![written], values: Vec::new(), is_sample: true });
+            continue;
+        }
+        let values = match (list, &own.range) {
             (Some(_), Some(_)) => {
                 wrong("range".into(), "the axis has `values` and a `range`".into(), "leave out one of them");
                 continue;
             }
             (None, None) => {
-                wrong("keys".into(), "the axis has no values".into(), "give `values` or a `range`");
+                wrong(
+                    "keys".into(),
+                    "the axis has no values".into(),
+                    "give `values`, a `range` or a `sample`",
+                );
                 continue;
             }
             (Some(list), None) => listed(own, list, &mut wrong),
@@ -119,13 +149,70 @@ pub(super) fn axes(
             }
         };
         let n = own.keys.len();
-        let written =
-            |key| Written { axis: i, name: String::new(), key, of: n, is_range: own.range.is_some() };
+        let source = if own.range.is_some() { Source::Range } else { Source::Values };
+        let written = |key| Written { axis: i, name: String::new(), key, of: n, source };
         let written = (0..n).map(written).collect();
-        axes.push(Axis { name: own.name.clone(), keys: own.keys.clone(), written, values });
+        let (name, keys) = (own.name.clone(), own.keys.clone());
+        axes.push(Axis { name, keys, written, values, is_sample: false });
     }
+    draw(document, keys, &mut axes, mistakes);
     name(&mut axes);
     zipped(document, keys, axes, mistakes)
+}
+
+/// Says what is wrong with an axis that is sampled.
+fn sampled(own: &AxisKeys, list: Option<&Node>, wrong: &mut impl FnMut(String, String, &str)) {
+    if list.is_some() || own.range.is_some() {
+        let other = if list.is_some() { "values" } else { "range" };
+        wrong("sample".into(), format!("the axis has `{other}` and a `sample`"), "leave out one of them");
+    }
+    if !own.zip.is_empty() {
+        let message = "axes that are sampled go together, and with no others".to_owned();
+        wrong("zip".into(), message, "leave out `zip`");
+    }
+    if own.keys.len() > 1 {
+        let message = format!("a sample for {} keys", own.keys.len());
+        wrong("sample".into(), message, "give each key an axis of its own with a `sample`");
+    }
+}
+
+/// Draws the values of the axes that are sampled.
+fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Mistake>) {
+    let mut sampled: Vec<&mut Axis> = axes.iter_mut().filter(|axis| axis.is_sample).collect();
+    let spec = match (keys.sample, sampled.first()) {
+        (None, None) => return,
+        (Some(spec), Some(_)) => spec,
+        (Some(_), None) => {
+            let mistake = Mistake::at(document, SAMPLE, "no axis is sampled");
+            mistakes
+                .push(mistake.mend("give axes a `sample = { from = .., to = .. }`, or leave out `[sample]`"));
+            return;
+        }
+        (None, Some(axis)) => {
+            let place = axis.place_of_value(0, 0);
+            let mistake = Mistake::at(document, &place, "the study does not say how it is sampled");
+            mistakes.push(mistake.mend("add `[sample]` with `count`, and `method` and `seed` if you like"));
+            return;
+        }
+    };
+    if let Some(other) = keys.axes.iter().position(|axis| axis.zip == SAMPLE) {
+        let mistake = Mistake::at(document, &format!("axes.{other}.zip"), "\"sample\" is what is sampled");
+        mistakes.push(mistake.mend("take another word"));
+    }
+    let ranges: Vec<_> = sampled
+        .iter()
+        .filter_map(|axis| {
+            Some((keys.axes[axis.written[0].axis].sample.as_ref()?, axis.place_of_value(0, 0)))
+        })
+        .collect();
+    match super::sample::values(&spec, &ranges, document) {
+        Ok(columns) => {
+            for (axis, column) in sampled.iter_mut().zip(columns) {
+                axis.values = column.into_iter().map(|node| vec![node]).collect();
+            }
+        }
+        Err(wrong) => mistakes.extend(wrong),
+    }
 }
 
 /// Keys that are none, that vary twice, or that an option sets.
@@ -190,12 +277,12 @@ fn name(axes: &mut [Axis]) {
     }
 }
 
-/// The axes with those that have the same `zip` as one, where the first of them stands.
+/// The axes with those that have the same `zip`, or are sampled, as one, where the first of them stands.
 fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut Vec<Mistake>) -> Vec<Axis> {
     let mut together: Vec<(&str, Axis)> = Vec::new();
     for axis in axes {
         let Some(number) = axis.written.first().map(|written| written.axis) else { continue };
-        let zip = keys.axes[number].zip.as_str();
+        let zip = if axis.is_sample { SAMPLE } else { keys.axes[number].zip.as_str() };
         let Some((_, first)) = together.iter_mut().find(|(word, _)| !word.is_empty() && *word == zip) else {
             together.push((zip, axis));
             continue;
@@ -212,7 +299,7 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
         first.written.extend(axis.written);
         first.values.iter_mut().zip(axis.values).for_each(|(value, more)| value.extend(more));
     }
-    for (zip, axis) in together.iter().filter(|(zip, _)| !zip.is_empty()) {
+    for (zip, axis) in together.iter().filter(|(zip, axis)| !zip.is_empty() && !axis.is_sample) {
         let mut known = BTreeSet::new();
         let text = |value: &Vec<Node>| value.iter().map(Node::to_toml).collect::<Vec<_>>();
         if let Some(v) = axis.values.iter().position(|value| !known.insert(text(value))) {
@@ -221,5 +308,9 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
             mistakes.push(Mistake::at(document, &place, message).mend("give each pair of values once"));
         }
     }
-    together.into_iter().map(|(_, axis)| axis).collect()
+    let named = |(_, axis): (&str, Axis)| match axis.is_sample {
+        true => Axis { name: SAMPLE.to_owned(), ..axis },
+        false => axis,
+    };
+    together.into_iter().map(named).collect()
 }

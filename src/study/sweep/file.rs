@@ -31,6 +31,8 @@ pub struct RunSpec {
     pub overrides: Vec<String>,
     /// Name of its folder.
     pub folder: String,
+    /// By number of its first steps, what runs that begin with the same ones have in common; none where it is not known beforehand.
+    pub beginnings: Vec<String>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
     pub memory: MemoryLimit,
 }
@@ -180,12 +182,12 @@ fn choices(
     choices
 }
 
-/// The runs of all combinations; `memory` hears of each and says what it may take.
+/// The runs of all combinations; `read` hears of each and says what it may take, and its beginnings.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
     overrides: &[String],
-    mut memory: impl FnMut(&[usize], &[String]) -> Option<MemoryLimit>,
+    mut read: impl FnMut(&[usize], &[String]) -> Option<(MemoryLimit, Vec<String>)>,
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
@@ -200,8 +202,8 @@ fn runs(
             folder = format!("{}-{}", &folder[..folder.len().min(LONGEST)], number + 1);
         }
         folders.insert(folder.clone());
-        let Some(memory) = memory(&choice, &own) else { continue };
-        runs.push(RunSpec { choice, overrides: own, folder, memory });
+        let Some((memory, beginnings)) = read(&choice, &own) else { continue };
+        runs.push(RunSpec { choice, overrides: own, folder, beginnings, memory });
     }
     runs
 }

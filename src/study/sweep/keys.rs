@@ -12,6 +12,10 @@ pub struct StudyFile {
     /// The values that vary; every value of one axis is combined with every value of the others, where `require` leaves out none.
     #[schemars(length(min = 1))]
     pub axes: Vec<AxisKeys>,
+    /// How axes with a `sample` are sampled together.
+    #[serde(default)]
+    #[schemars(with = "SampleKeys")]
+    pub sample: Option<SampleKeys>,
     /// What is collected from the runs.
     #[serde(default)]
     pub output: Output,
@@ -49,6 +53,10 @@ pub struct AxisKeys {
     #[serde(default)]
     #[schemars(with = "Range")]
     pub range: Option<Range>,
+    /// A range to take numbers from at random: all axes that are sampled make one axis "sample", whose points `sample` spreads over their ranges.
+    #[serde(default)]
+    #[schemars(with = "SampledRange")]
+    pub sample: Option<SampledRange>,
     /// Axes with the same word here go together, value by value, and are one axis of that name.
     #[serde(default)]
     pub zip: String,
@@ -71,6 +79,46 @@ pub struct Range {
     #[schemars(with = "f64")]
     pub step: Option<f64>,
     /// Even differences, or even ratios.
+    #[serde(default)]
+    pub spacing: Spacing,
+}
+
+/// How a sample is taken.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampleKeys {
+    /// How its points are spread.
+    #[serde(default)]
+    pub method: Method,
+    /// Number of points.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub count: usize,
+    /// Other seeds give other points; the same one the same.
+    #[serde(default)]
+    pub seed: u32,
+}
+
+/// How the points of a sample are spread.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// A Sobol sequence, scrambled by Owen's method: evenly in all ranges together, best with a power of two for `count`; more points with the same seed begin
+    /// with the same ones.
+    #[default]
+    Sobol,
+    /// One point in each of `count` equal parts of every range.
+    LatinHypercube,
+}
+
+/// A range that is sampled.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampledRange {
+    /// Least number.
+    pub from: f64,
+    /// Largest number.
+    pub to: f64,
+    /// Evenly, or evenly by ratios.
     #[serde(default)]
     pub spacing: Spacing,
 }

@@ -1,7 +1,7 @@
 //! Studies: a scene run for all combinations of some of its values.
 //!
 //! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
-//! `range`s and what is zipped, `require` leaves out combinations;
+//! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
 //! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
 
 pub mod axes;
@@ -11,6 +11,7 @@ pub mod keys;
 pub mod plots;
 mod range;
 mod require;
+mod sample;
 mod scenes;
 pub mod share;
 pub mod table;

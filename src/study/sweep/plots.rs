@@ -1,4 +1,7 @@
-//! The pictures of a study: families of curves over the cycles, and results over one axis with another as family.
+//! The pictures of a study: families of curves over the cycles, results over one axis with another as family or over two, and over the keys of a
+//! sample.
+
+use std::collections::HashMap;
 
 use super::axes::Axis;
 use super::collect::Quantity;
@@ -6,6 +9,7 @@ use super::file::Sweep;
 use super::table::{RunResult, StudyResult};
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};
+use crate::results::plot::heat::Heat;
 use crate::results::plot::{Canvas, PANEL, arranged};
 use crate::results::summary::Status;
 
@@ -14,7 +18,8 @@ const MOST_PANELS: usize = 12;
 
 /// Pictures with the names of their files; runs that did not converge are left out.
 pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
-    let study = Plotted { sweep, result };
+    let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
+    let study = Plotted { sweep, result, places };
     let mut pictures = Vec::new();
     let mut keep = |name: String, panels: Vec<Canvas>| {
         if !panels.is_empty() {
@@ -27,6 +32,7 @@ pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     }
     for quantity in &sweep.collect {
         keep(quantity.path.clone(), study.results(quantity));
+        keep(format!("heat-{}", quantity.path), study.heats(quantity));
     }
     pictures
 }
@@ -40,6 +46,8 @@ fn plain(name: &str) -> String {
 struct Plotted<'a> {
     sweep: &'a Sweep,
     result: &'a StudyResult,
+    /// Numbers of the runs by what they choose.
+    places: HashMap<&'a [usize], usize>,
 }
 
 impl Plotted<'_> {
@@ -54,10 +62,93 @@ impl Plotted<'_> {
         if varied.is_empty() { vec![0] } else { varied }
     }
 
+    /// Whether an axis is worth a side of a heat map.
+    fn is_side(&self, i: usize) -> bool {
+        let axis = &self.axes()[i];
+        !axis.is_sample && axis.values.len() > 2
+    }
+
+    /// Results over two axes, a panel for each combination of the others.
+    fn heats(&self, quantity: &Quantity) -> Vec<Canvas> {
+        let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
+        let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
+        let mut panels = Vec::new();
+        for [x, y] in pairs {
+            for choice in self.fixed(&[x, y]) {
+                let places = [x, y].map(|i| self.in_order(i));
+                let cells =
+                    places[1].iter().flat_map(|&row| places[0].iter().map(move |&column| (column, row)));
+                let number = |(column, row): (usize, usize)| {
+                    let mut choice = choice.clone();
+                    (choice[x], choice[y]) = (column, row);
+                    self.run(&choice)?.result(&quantity.path)
+                };
+                let values: Vec<Option<f64>> = cells.map(number).collect();
+                if values.iter().all(Option::is_none) {
+                    continue;
+                }
+                let words = |i: usize| self.axes()[i].name.clone();
+                let names = [0, 1].map(|k| {
+                    let axis = &self.axes()[[x, y][k]];
+                    places[k].iter().map(|&value| axis.label(value)).collect()
+                });
+                let labels = [words(x), words(y), quantity.label(&self.sweep.units)];
+                let title = self.title(quantity, &[x, y], &choice);
+                panels.push(Heat { title, labels, names, values }.panel());
+            }
+        }
+        panels
+    }
+
+    /// The values of an axis, numbers in rising order.
+    fn in_order(&self, i: usize) -> Vec<usize> {
+        let axis = &self.axes()[i];
+        let mut order: Vec<usize> = (0..axis.values.len()).collect();
+        if axis.is_numeric() {
+            order.sort_by(|&a, &b| {
+                let number = |value| axis.number(value).unwrap_or(0.0);
+                number(a).total_cmp(&number(b))
+            });
+        }
+        order
+    }
+
+    /// Results over each key of the sample, with each other axis as family.
+    fn scattered(&self, sample: usize, quantity: &Quantity) -> Vec<Canvas> {
+        let axis = &self.axes()[sample];
+        let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
+        let families: Vec<Option<usize>> =
+            if others.is_empty() { vec![None] } else { others.into_iter().map(Some).collect() };
+        let mut panels = Vec::new();
+        for (k, key) in axis.keys.iter().enumerate() {
+            for &family in &families {
+                let free: Vec<usize> = family.into_iter().chain([sample]).collect();
+                for choice in self.fixed(&free) {
+                    let points = |choice: &[usize]| {
+                        let point = |value: usize| {
+                            let mut choice = choice.to_vec();
+                            choice[sample] = value;
+                            Some([axis.part(value, k)?, self.run(&choice)?.result(&quantity.path)?])
+                        };
+                        (0..axis.values.len()).filter_map(point).collect()
+                    };
+                    let series = self.family(family, &choice, points);
+                    if series.iter().all(|series| series.points.is_empty()) {
+                        continue;
+                    }
+                    let title = self.title(quantity, &free, &choice);
+                    let labels = [key.clone(), quantity.label(&self.sweep.units)];
+                    let chart = Chart { title, labels, scales: [Scale::Linear; 2], series };
+                    panels.push(chart.scattered_panel());
+                }
+            }
+        }
+        panels
+    }
+
     /// The converged run with these values.
     fn run(&self, choice: &[usize]) -> Option<&RunResult> {
-        let number = self.sweep.runs.iter().position(|run| run.choice == choice)?;
-        self.result.runs.get(number).filter(|run| run.status == Some(Status::Converged))
+        self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
     }
 
     /// All combinations of the axes that are not `free`; the free ones stay at their first value.
@@ -93,6 +184,10 @@ impl Plotted<'_> {
     /// Curves over the cycles: for each axis a family of its values, a panel for each combination of the others.
     fn curves(&self, quantity: &Quantity) -> Vec<Canvas> {
         let mut panels = Vec::new();
+        if self.axes().iter().any(|axis| axis.is_sample) {
+            // As many lines as points.
+            return panels;
+        }
         for family in self.varied() {
             for choice in self.fixed(&[family]) {
                 let series = self.family(Some(family), &choice, |choice| {
@@ -114,6 +209,9 @@ impl Plotted<'_> {
     fn results(&self, quantity: &Quantity) -> Vec<Canvas> {
         let mut panels = Vec::new();
         let varied = self.varied();
+        if let Some(sample) = varied.iter().copied().find(|&i| self.axes()[i].is_sample) {
+            return self.scattered(sample, quantity);
+        }
         for &over in &varied {
             let mut families: Vec<Option<usize>> =
                 varied.iter().copied().filter(|i| *i != over).map(Some).collect();

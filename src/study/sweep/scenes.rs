@@ -3,13 +3,36 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use sha2::{Digest, Sha256};
+
 use super::axes::Axis;
 use super::collect::Quantity;
+use crate::history::Outlook;
 use crate::history::step::CycleMotion;
 use crate::linalg::memory::MemoryLimit;
+use crate::results::file::hexadecimal;
 use crate::scene::mistake::Place;
 use crate::scene::plan::Plan;
 use crate::scene::{self, Document, Mistake, Mistakes};
+
+/// By number of the first steps of a plan but the last one, a fingerprint of all that their results follow from.
+fn beginnings(plan: &Plan) -> Vec<String> {
+    let mut scene = plan.document.root.to_json();
+    // Runs from coarse to fine choose what they compute by their ends.
+    let (Some(steps), true) = (scene["steps"].as_array().cloned(), plan.accuracy.is_none()) else {
+        return Vec::new();
+    };
+    if let Some(keys) = scene.as_object_mut() {
+        keys.retain(|key, _| key != "title" && key != "steps");
+    }
+    let whole = serde_json::json!([scene, Outlook::of(&plan.friction, &plan.steps)]).to_string();
+    let mut hash = Sha256::new_with_prefix(whole);
+    let mut beginning = |step: &serde_json::Value| {
+        hash.update(step.to_string());
+        hexadecimal(&hash.clone().finalize())
+    };
+    steps[..steps.len().saturating_sub(1)].iter().map(&mut beginning).collect()
+}
 
 /// Reads the scene of each run and gathers what is wrong with them.
 pub(super) struct Reader<'a> {
@@ -33,8 +56,13 @@ impl<'a> Reader<'a> {
         Self { document, scene, of_study: Vec::new(), of_scene: None, first: None, steps, jumping }
     }
 
-    /// Reads the scene of a run; the memory that it may take, `None` if the scene is wrong.
-    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<MemoryLimit> {
+    /// Reads the scene of a run; the memory that it may take and its beginnings, `None` if the scene is wrong.
+    pub fn run(
+        &mut self,
+        axes: &[Axis],
+        choice: &[usize],
+        overrides: &[String],
+    ) -> Option<(MemoryLimit, Vec<String>)> {
         match scene::read(self.scene, overrides) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
@@ -45,7 +73,7 @@ impl<'a> Reader<'a> {
                     };
                     self.jumping.insert(step.name.clone(), along);
                 }
-                let memory = plan.memory;
+                let (memory, beginnings) = (plan.memory, beginnings(&plan));
                 if let Some(first) = &self.first {
                     // Of all runs the memory that was free before any of them.
                     let given = plan.solver.memory_limit.is_some();
@@ -54,10 +82,10 @@ impl<'a> Reader<'a> {
                         let message = "the units of the scene differ from run to run";
                         self.add(Mistake::at(self.document, "axes", message).mend("vary values, not units"));
                     }
-                    return Some(memory);
+                    return Some((memory, beginnings));
                 }
                 self.first = Some(plan);
-                Some(memory)
+                Some((memory, beginnings))
             }
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.

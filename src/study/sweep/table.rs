@@ -1,5 +1,9 @@
-//! The results of a study: `study.json` and `study.csv` (docs/results.md).
+//! The results of a study: `study.json`, `study.csv` and `study.npz` (docs/results.md).
 
+use std::io::Cursor;
+
+use ndarray::{Array1, Array3, ArrayD};
+use ndarray_npy::NpzWriter;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -163,6 +167,42 @@ impl StudyResult {
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| Error::numerical(format!("the results of the study: {error}")))?;
         Ok(text + "\n")
+    }
+
+    /// The numbers as NumPy arrays (.npz), one for each column of the table with a number for each run, NaN where there is none: what the axes set, by
+    /// key, `converged`, `natural_residual`, and what is collected, by path; curves as `[runs, points, 2]`, padded with NaN.
+    ///
+    /// # Errors
+    /// If an array cannot be written.
+    pub fn to_npz(&self) -> Result<Vec<u8>> {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut npz = NpzWriter::new(&mut bytes);
+        let mut add = |name: &str, array: ArrayD<f64>| {
+            npz.add_array(name, &array)
+                .map_err(|error| Error::numerical(format!("the arrays of the study: {error}")))
+        };
+        let column = |of: &dyn Fn(&RunResult) -> Option<f64>| {
+            self.runs.iter().map(|run| of(run).unwrap_or(f64::NAN)).collect::<Array1<f64>>().into_dyn()
+        };
+        for key in self.axes.iter().flat_map(|axis| &axis.keys) {
+            add(key, column(&|run| run.values.get(key)?.as_f64()))?;
+        }
+        let is_converged = |run: &RunResult| f64::from(u8::from(run.status == Some(Status::Converged)));
+        add("converged", column(&|run| Some(is_converged(run))))?;
+        add("natural_residual", column(&|run| run.natural_residual))?;
+        for path in &self.collect {
+            add(path, column(&|run| run.result(path)))?;
+        }
+        for path in &self.curves {
+            let curves: Vec<Vec<[f64; 2]>> = self.runs.iter().map(|run| run.curve(path)).collect();
+            let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
+            let at = |(run, point, k): (usize, usize, usize)| {
+                curves[run].get(point).map_or(f64::NAN, |pair| pair[k])
+            };
+            add(&format!("curves/{path}"), Array3::from_shape_fn((curves.len(), longest, 2), at).into_dyn())?;
+        }
+        npz.finish().map_err(|error| Error::numerical(format!("the arrays of the study: {error}")))?;
+        Ok(bytes.into_inner())
     }
 
     /// A table with a row for each run: values of the keys, status, what was collected. It has no times, so that it is the same

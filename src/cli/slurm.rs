@@ -1,0 +1,76 @@
+//! The script that runs a study as an array of Slurm jobs.
+
+use std::path::Path;
+
+use super::study::StudyArgs;
+use crate::study::forecast;
+use crate::study::sweep::Sweep;
+
+/// Most jobs of an array where none are asked for: one below what Slurm allows by default.
+const MOST_JOBS: usize = 1000;
+
+/// Threads of a job where none are asked for.
+const THREADS: u16 = 4;
+
+/// Memory of a job over what `check` expects of its runs, which are estimates.
+const MARGIN: f64 = 1.5;
+
+/// Least memory of a job, MiB.
+const LEAST: f64 = 1024.0;
+
+/// A text as one word of a shell.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
+/// The script; `bash` submits it, `sbatch` runs the array alone.
+pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> String {
+    let runs = sweep.runs.len();
+    let jobs = arguments.jobs.map_or(runs.min(MOST_JOBS), |jobs| runs.min(jobs as usize)).max(1);
+    let each = runs.div_ceil(jobs);
+    let jobs = runs.div_ceil(each);
+    let threads = arguments.threads.unwrap_or(THREADS);
+    let aside = each.min(usize::from(threads)) as f64;
+    let memory = forecast(&sweep.first).map_or(0.0, |forecast| forecast.memory_bytes);
+    let memory = (MARGIN * aside * memory / f64::from(1 << 20)).max(LEAST).ceil();
+    let study = quoted(&arguments.study.to_string_lossy());
+    let out = quoted(&directory.to_string_lossy());
+    let name = arguments.study.file_stem().map_or("study".into(), |stem| stem.to_string_lossy());
+    let name: String =
+        name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
+    let mut options: Vec<String> =
+        arguments.overrides.iter().map(|line| format!("--set {}", quoted(line))).collect();
+    options.extend(arguments.max_memory.map(|limit| format!("--max-memory {}", quoted(&limit.to_string()))));
+    options.extend(arguments.no_cache.then(|| "--no-cache".to_owned()));
+    let options = options.iter().map(|option| format!(" {option}")).collect::<String>();
+    format!(
+        r#"#!/bin/bash
+# {runs} runs of a study in an array of {jobs} jobs with {each} runs each at most, and a job that collects the table.
+# Submit it with bash: that takes both. A job that its time limit ends goes on where it was when it is submitted once more.
+#SBATCH --job-name={name}
+#SBATCH --cpus-per-task={threads}
+#SBATCH --mem={memory}M
+#SBATCH --signal=B:TERM@60
+# What your cluster wants besides: --time, --partition, --account.
+
+orthowear=${{ORTHOWEAR:-orthowear}}
+study={study}
+out={out}
+
+if [ -z "$SLURM_ARRAY_TASK_ID" ]; then
+    array=$(sbatch --parsable --array=1-{jobs} "$0") || exit
+    collect=$(printf '%q ' "$orthowear" study "$study" --out "$out" --collect{options})
+    exec sbatch --dependency="afterany:${{array%%;*}}" --job-name={name}-table --wrap "$collect"
+fi
+
+first=$(((SLURM_ARRAY_TASK_ID - 1) * {each} + 1))
+last=$((first + {each} - 1))
+if [ "$last" -gt {runs} ]; then last={runs}; fi
+trap 'kill -TERM "$run"' TERM
+"$orthowear" study "$study" --out "$out" --only "$first-$last" --resume --quiet --threads "${{SLURM_CPUS_PER_TASK:-{threads}}}"{options} &
+run=$!
+wait "$run" # ends at a signal too
+wait "$run"
+"#
+    )
+}

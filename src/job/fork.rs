@@ -1,0 +1,125 @@
+//! Runs that begin alike: one goes the common steps, others go on from its state.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Result;
+use crate::frame::ContactFrame;
+use crate::history::Snapshot;
+use crate::history::record::Moment;
+use crate::linalg::course::Course;
+use crate::results::fields::Written;
+use crate::results::near_field::NearFieldRecord;
+use crate::results::output::{Gathered, OutputDir};
+use crate::skip::{Basis, Saved, Skipped, Work};
+use crate::study::Study;
+
+/// Where a run stood after the steps that others have in common with it.
+pub struct Fork {
+    /// Number of these steps.
+    pub n_steps: usize,
+    snapshot: Snapshot,
+    course: Course,
+    written: Written,
+    files: Vec<Gathered>,
+    /// Where its files are when the run has ended.
+    folder: Option<PathBuf>,
+    frame: ContactFrame,
+    initial_gap: Vec<f64>,
+    near_fields: Vec<NearFieldRecord>,
+    /// Seconds that the steps took.
+    seconds: f64,
+}
+
+/// What a run shares with others that begin alike.
+#[derive(Default)]
+pub struct Shares<'a> {
+    /// What it goes on from.
+    pub from: Option<&'a Fork>,
+    /// What others go on from.
+    pub forks: Option<&'a mut Forks>,
+}
+
+/// What others go on from when a run has ended.
+#[derive(Default)]
+pub struct Forks {
+    /// Numbers of steps after which they do.
+    pub after: Vec<usize>,
+    /// Their states.
+    pub made: Vec<Fork>,
+}
+
+impl Forks {
+    pub(super) fn are_due(&self, moment: Moment) -> bool {
+        matches!(moment, Moment::StepEnd) && !self.after.is_empty()
+    }
+}
+
+/// A fork as a run takes it up.
+pub(super) struct TakenUp {
+    pub snapshot: Snapshot,
+    pub course: Course,
+    pub written: Written,
+    /// Its entry in the ledger.
+    pub skipped: Skipped,
+}
+
+impl Fork {
+    /// That of a run of `study` into `folder`, with what has been written so far.
+    pub(super) fn new(
+        (study, snapshot): (&Study<'_>, Snapshot),
+        (written, files): (Written, Vec<Gathered>),
+        folder: Option<&Path>,
+    ) -> Self {
+        let model = study.model();
+        let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
+        Self {
+            n_steps: snapshot.n_steps(),
+            course: model.flexibility.course(),
+            snapshot,
+            written,
+            files,
+            folder: folder.map(Path::to_owned),
+            frame: model.frame.clone(),
+            initial_gap: model.initial_gap.clone(),
+            near_fields: study.near_fields.clone(),
+            seconds,
+        }
+    }
+
+    /// Takes it up for `study`, with copies of its files in `output`; `None` if frame, gap or files are not those it needs.
+    ///
+    /// # Errors
+    /// Resources, if files cannot be copied.
+    pub(super) fn take_up(
+        &self,
+        study: &Study<'_>,
+        output: Option<&mut OutputDir>,
+    ) -> Result<Option<TakenUp>> {
+        let model = study.model();
+        let fits = self.frame == model.frame
+            && self.initial_gap == model.initial_gap
+            && self.near_fields == study.near_fields;
+        if !fits {
+            return Ok(None);
+        }
+        if !self.files.is_empty() {
+            let (Some(output), Some(folder)) = (output, &self.folder) else { return Ok(None) };
+            if !output.copy_from(folder, &self.files)? {
+                return Ok(None);
+            }
+        }
+        let names: Vec<&str> = self.snapshot.step_names();
+        let (what, why) = match names.as_slice() {
+            [one] => (format!("step {one}"), "it is that of another run of the study, which begins alike"),
+            _ => (
+                format!("steps {}", names.join(", ")),
+                "they are those of another run of the study, which begins alike",
+            ),
+        };
+        let saved = Some(Saved { seconds: self.seconds, basis: Basis::Measured });
+        let skipped = Skipped { saved, ..Skipped::new(Work::CommonSteps, what, why) };
+        let snapshot = self.snapshot.clone().without_timings();
+        let (course, written) = (self.course.clone(), self.written.clone());
+        Ok(Some(TakenUp { snapshot, course, written, skipped }))
+    }
+}

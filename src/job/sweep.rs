@@ -1,0 +1,368 @@
+//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use super::compute::{Job, Nobody, nothing};
+use super::fork::{Fork, Forks, Shares};
+use super::resume::{Checkpoints, Start, recall, start};
+use super::{STACK, run, summary};
+use crate::error::{Error, Result, exit};
+use crate::fem::FlexibilityCache;
+use crate::results::output::{OutputDir, failure, write_atomically};
+use crate::results::report::forget_report;
+use crate::results::summary::{Status, Summary};
+use crate::scene::{self, Plan};
+use crate::study::sweep::plots::pictures;
+use crate::study::sweep::share::{Share, share};
+use crate::study::sweep::table::{RunResult, StudyResult};
+use crate::study::sweep::{RunSpec, Sweep};
+use crate::study::{Failure, forecast};
+
+/// A study and how it is run.
+pub struct StudyJob<'a> {
+    /// The study.
+    pub sweep: &'a Sweep,
+    /// Where the folders of the runs are.
+    pub directory: &'a Path,
+    /// Flexibilities of meshed bodies that are kept.
+    pub cache: Option<&'a FlexibilityCache>,
+    /// Whether to stop.
+    pub stop: &'a AtomicBool,
+    /// Whether to leave what has converged, and to go on with what is unfinished.
+    pub resume: bool,
+}
+
+/// What the runs of a study came to.
+#[derive(Debug)]
+pub struct StudyEnded {
+    /// All of its runs, in its order; those that were not run have no status.
+    pub runs: Vec<RunResult>,
+    /// The gravest exit code.
+    pub code: u8,
+    /// Number of runs that were left as they were.
+    pub kept: usize,
+    /// Why runs could not be begun.
+    pub problems: Vec<String>,
+}
+
+/// A run that ended.
+struct RunEnded {
+    number: usize,
+    result: RunResult,
+    code: u8,
+    kept: bool,
+}
+
+/// What a worker says.
+enum Said {
+    Ended(Box<RunEnded>),
+    Problem(String),
+}
+
+impl StudyJob<'_> {
+    /// How the runs of these numbers share `threads` and what memory there is.
+    pub fn share(&self, numbers: &[usize], threads: usize) -> Share {
+        let needed = forecast(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes);
+        let free = self.sweep.runs.first().and_then(|run| run.memory.remaining());
+        share(numbers.len(), threads, needed, free)
+    }
+
+    /// Runs those of these numbers; `show` hears of each that ends how many have.
+    pub fn run(&self, numbers: &[usize], shared: Share, show: &mut dyn FnMut(usize)) -> StudyEnded {
+        let runs = (0..self.sweep.runs.len()).map(|number| RunResult::new(self.sweep, number)).collect();
+        let mut ended = StudyEnded { runs, code: exit::DONE, kept: 0, problems: Vec::new() };
+        let queue = Queue::new(&self.sweep.runs, numbers);
+        let (sender, receiver) = channel();
+        std::thread::scope(|scope| {
+            for _ in 0..shared.side_by_side {
+                let (sender, queue) = (sender.clone(), &queue);
+                let builder = std::thread::Builder::new().stack_size(STACK);
+                let work = move || self.worker(shared.threads, queue, &sender);
+                if let Err(error) = builder.spawn_scoped(scope, work) {
+                    ended.problems.push(format!("no thread for a run: {error}"));
+                }
+            }
+            drop(sender);
+            let mut done = 0;
+            for said in &receiver {
+                match said {
+                    Said::Problem(problem) => ended.problems.push(problem),
+                    Said::Ended(one) => {
+                        let RunEnded { number, result, code, kept } = *one;
+                        ended.runs[number] = result;
+                        ended.code = exit::worse(ended.code, code);
+                        ended.kept += usize::from(kept);
+                        done += 1;
+                        show(done);
+                    }
+                }
+            }
+        });
+        let unknown = numbers.iter().any(|&number| ended.runs[number].status.is_none());
+        if self.stop.load(Ordering::Relaxed) {
+            ended.code = exit::INTERRUPTED;
+        } else if unknown {
+            ended.code = exit::worse(ended.code, exit::FAILED);
+        }
+        ended
+    }
+
+    /// Takes one run after the other until there is none left.
+    fn worker(&self, threads: usize, queue: &Queue, said: &Sender<Said>) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
+        let pool = match pool {
+            Ok(pool) => pool,
+            Err(error) => {
+                // Whoever listens has gone only with the study.
+                let _ = said.send(Said::Problem(format!("no threads for a run: {error}")));
+                return;
+            }
+        };
+        while let Some(taken) = queue.take(self.stop) {
+            let ended = pool.install(|| self.one(&taken));
+            drop(taken);
+            if said.send(Said::Ended(Box::new(ended))).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn one(&self, taken: &Taken<'_>) -> RunEnded {
+        let started = Instant::now();
+        let number = taken.number;
+        let mut result = RunResult::new(self.sweep, number);
+        let mut summary = Summary::new(&self.sweep.title, "", self.sweep.units.clone());
+        let mut kept = false;
+        let code = self.compute(taken, &mut summary, &mut kept).unwrap_or_else(|failed| {
+            if summary.error.is_none() {
+                summary.fail(&failed.error);
+            }
+            failed.error.exit_code()
+        });
+        let seconds = if kept { summary.timings.sum() } else { started.elapsed().as_secs_f64() };
+        result.take(self.sweep, &summary, seconds);
+        RunEnded { number, result, code, kept }
+    }
+
+    fn compute(
+        &self,
+        taken: &Taken<'_>,
+        summary: &mut Summary,
+        kept: &mut bool,
+    ) -> std::result::Result<u8, Failure> {
+        let spec = &self.sweep.runs[taken.number];
+        let unkeyed = |error: Error| Failure { error, key: String::new() };
+        let mut plan = plan(self.sweep, spec).map_err(unkeyed)?;
+        plan.cache = self.cache.cloned();
+        *summary = super::summary(&plan);
+        let directory = self.directory.join(&spec.folder);
+        if self.resume && recall(&plan, &directory, &[Status::Converged], summary) {
+            *kept = true;
+            return Ok(exit::DONE);
+        }
+        let mut output = OutputDir::open(&directory).map_err(unkeyed)?;
+        let mut checkpoints = Checkpoints::of(&plan).map_err(unkeyed)?;
+        if self.resume && plan.accuracy.is_none() {
+            let begun = start(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
+            if let Start::From(resumed) = begun.map_err(unkeyed)? {
+                checkpoints.from = Some(resumed);
+            }
+        }
+        let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
+        let shares = Shares { from: taken.from.as_deref(), forks: Some(&mut forks) };
+        let show = &mut |_: &str, _: f64, _: Option<f64>| {};
+        let (watch, complete, checkpoints) = (&mut Nobody, &mut nothing, Some(checkpoints));
+        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints, shares, complete };
+        let code = run(&plan, Some(output), summary, job);
+        taken.leave(forks.made);
+        code
+    }
+
+    /// Collects the runs from their folders, whatever made them; none is begun.
+    pub fn collect(&self) -> StudyEnded {
+        let mut ended = StudyEnded { runs: Vec::new(), code: exit::DONE, kept: 0, problems: Vec::new() };
+        for (number, spec) in self.sweep.runs.iter().enumerate() {
+            let mut result = RunResult::new(self.sweep, number);
+            let found = plan(self.sweep, spec).ok().and_then(|plan| {
+                let mut summary = summary(&plan);
+                recall(&plan, &self.directory.join(&spec.folder), &Status::ALL, &mut summary)
+                    .then_some(summary)
+            });
+            let code = match found {
+                None => exit::FAILED,
+                Some(summary) => {
+                    result.take(self.sweep, &summary, summary.timings.sum());
+                    ended.kept += 1;
+                    match summary.status {
+                        Status::Converged => exit::DONE,
+                        Status::NotConverged => exit::NOT_CONVERGED,
+                        Status::Failed => exit::FAILED,
+                        Status::Interrupted => exit::INTERRUPTED,
+                    }
+                }
+            };
+            ended.code = exit::worse(ended.code, code);
+            ended.runs.push(result);
+        }
+        ended
+    }
+
+    /// Writes the table and the pictures of the study; `study.json` last.
+    ///
+    /// # Errors
+    /// Resources, if a file cannot be written.
+    pub fn write(&self, result: &StudyResult) -> Result<()> {
+        let json = result.to_json()?;
+        write_atomically(&self.directory.join("study.csv"), result.to_csv().as_bytes())?;
+        write_atomically(&self.directory.join("study.npz"), &result.to_npz()?)?;
+        for (name, picture) in pictures(self.sweep, result) {
+            write_atomically(&self.directory.join(name), picture.as_bytes())?;
+        }
+        forget_report(self.directory);
+        write_atomically(&self.directory.join("study.json"), json.as_bytes())
+    }
+
+    /// Makes the directory.
+    ///
+    /// # Errors
+    /// Input, if it is a file; resources, if it cannot be made.
+    pub fn make_directory(&self) -> Result<()> {
+        let place = self.directory;
+        if place.exists() && !place.is_dir() {
+            return Err(Error::input(format!(
+                "the output directory {} is a file; name a directory with --out",
+                place.display()
+            )));
+        }
+        std::fs::create_dir_all(place).map_err(|e| failure("cannot make the output directory", place, &e))
+    }
+}
+
+/// The plan of a run. Its scene was right when the study was read; what has changed since then is told.
+fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
+    let mut plan = scene::read(&sweep.scene, &spec.overrides).map_err(|mistakes| mistakes.to_error())?;
+    plan.memory = spec.memory;
+    Ok(plan)
+}
+
+/// The runs that are left, and the states that they go on from.
+struct Queue {
+    /// By run, another one with which it begins, and the number of common steps.
+    begins_as: Vec<Option<(usize, usize)>>,
+    left: Mutex<Left>,
+    changed: Condvar,
+}
+
+struct Left {
+    /// By run.
+    stages: Vec<Stage>,
+    /// States, with the run that left them.
+    forks: Vec<(usize, Arc<Fork>)>,
+}
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Waiting,
+    Active,
+    /// It has ended, or is not wanted.
+    Over,
+}
+
+/// A run that is to be done; it has ended when this is dropped.
+struct Taken<'a> {
+    queue: &'a Queue,
+    number: usize,
+    /// What it goes on from.
+    from: Option<Arc<Fork>>,
+    /// Numbers of its steps after which others go on.
+    after: Vec<usize>,
+}
+
+impl Queue {
+    fn new(specs: &[RunSpec], numbers: &[usize]) -> Self {
+        let mut stages = vec![Stage::Over; specs.len()];
+        numbers.iter().for_each(|&number| stages[number] = Stage::Waiting);
+        let mut begins_as = vec![None; specs.len()];
+        let mut known: HashMap<&str, usize> = HashMap::new();
+        for (number, spec) in specs.iter().enumerate().filter(|(number, _)| stages[*number] == Stage::Waiting)
+        {
+            let longest = spec.beginnings.iter().enumerate().rev();
+            begins_as[number] =
+                longest.filter_map(|(i, beginning)| Some((*known.get(beginning.as_str())?, i + 1))).next();
+            for beginning in &spec.beginnings {
+                known.entry(beginning).or_insert(number);
+            }
+        }
+        Self { begins_as, left: Mutex::new(Left { stages, forks: Vec::new() }), changed: Condvar::new() }
+    }
+
+    fn left(&self) -> MutexGuard<'_, Left> {
+        self.left.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next run; `None` if there is none left, or at the wish to stop. Runs that go on from another wait for it, and are taken before those
+    /// that do not, so that few states are kept.
+    fn take(&self, stop: &AtomicBool) -> Option<Taken<'_>> {
+        let mut left = self.left();
+        loop {
+            let waiting = |number: &usize| left.stages[*number] == Stage::Waiting;
+            let rank = |number: usize| match self.begins_as[number] {
+                Some((first, _)) if left.stages[first] == Stage::Over => Some((0, number)),
+                Some(_) => None,
+                None => Some((1, number)),
+            };
+            let mut numbers = (0..left.stages.len()).filter(waiting).peekable();
+            if numbers.peek().is_none() || stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            let Some((_, number)) = numbers.filter_map(rank).min() else {
+                // What they wait for is being done.
+                left = self.changed.wait(left).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            };
+            left.stages[number] = Stage::Active;
+            let from = self.begins_as[number].and_then(|(first, steps)| {
+                let fork = left.forks.iter().find(|(run, fork)| (*run, fork.n_steps) == (first, steps));
+                fork.map(|(_, fork)| fork.clone())
+            });
+            let mut after: Vec<usize> = self.followers(&left, number).collect();
+            after.sort_unstable();
+            after.dedup();
+            let unused =
+                |(run, fork): &(usize, Arc<Fork>)| self.followers(&left, *run).all(|n| n != fork.n_steps);
+            let unused: Vec<bool> = left.forks.iter().map(unused).collect();
+            let mut unused = unused.into_iter();
+            left.forks.retain(|_| !unused.next().unwrap_or_default());
+            return Some(Taken { queue: self, number, from, after });
+        }
+    }
+
+    /// After how many of its steps waiting runs go on from run `first`.
+    fn followers(&self, left: &Left, first: usize) -> impl Iterator<Item = usize> {
+        let begins = left.stages.iter().zip(&self.begins_as).filter(|(stage, _)| **stage == Stage::Waiting);
+        begins.filter_map(move |(_, begins_as)| {
+            begins_as.filter(|(run, _)| *run == first).map(|(_, steps)| steps)
+        })
+    }
+}
+
+impl Taken<'_> {
+    /// Leaves states for others.
+    fn leave(&self, forks: Vec<Fork>) {
+        let mut left = self.queue.left();
+        left.forks.extend(forks.into_iter().map(|fork| (self.number, Arc::new(fork))));
+    }
+}
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        self.queue.left().stages[self.number] = Stage::Over;
+        self.queue.changed.notify_all();
+    }
+}
