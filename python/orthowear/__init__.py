@@ -5,6 +5,7 @@ Numbers are in the scene's own units, by default N, mm, MPa; angles in scenes ar
 one, forces and moments in summaries and entries on body 1. Components are along (x, y, n), n being the outward normal of body 1.
 """
 
+from . import study
 from ._orthowear import __version__
 from .errors import (
     InputError,
@@ -38,4 +39,5 @@ __all__ = [
     "Steps",
     "__version__",
     "green",
+    "study",
 ]

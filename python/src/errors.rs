@@ -23,7 +23,20 @@ fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, repor
 
 /// All mistakes of a scene.
 pub fn mistakes(py: Python<'_>, mistakes: &Mistakes) -> PyErr {
-    let list: Vec<Value> = mistakes
+    files(py, std::slice::from_ref(mistakes))
+}
+
+/// All mistakes of a study and its scene.
+pub fn files(py: Python<'_>, files: &[Mistakes]) -> PyErr {
+    let list: Vec<Value> = files.iter().flat_map(listed).collect();
+    let text: Vec<String> = files.iter().map(Mistakes::to_string).collect();
+    let report: String = files.iter().map(render).collect();
+    raise(py, "InputError", (&text.join("\n"), exit::INPUT), (list.into(), &report))
+}
+
+/// What `mistakes` has of each of them.
+fn listed(mistakes: &Mistakes) -> Vec<Value> {
+    mistakes
         .list
         .iter()
         .map(|mistake| {
@@ -34,8 +47,7 @@ pub fn mistakes(py: Python<'_>, mistakes: &Mistakes) -> PyErr {
                 "line": mistakes.line(mistake),
             })
         })
-        .collect();
-    raise(py, "InputError", (&mistakes.to_string(), exit::INPUT), (list.into(), &render(mistakes)))
+        .collect()
 }
 
 /// A failure of the library, with the place in the scene where it concerns one.

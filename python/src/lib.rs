@@ -11,6 +11,7 @@ mod flexibility;
 mod run;
 mod scene;
 mod steps;
+mod study;
 
 use pyo3::prelude::*;
 
@@ -19,6 +20,7 @@ fn _orthowear(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<steps::Steps>()?;
+    module.add_class::<study::Study>()?;
     module.add_class::<flexibility::Flexibility>()?;
     Ok(())
 }

@@ -9,6 +9,7 @@ use orthowear::cli::{MaxMemory, max_memory};
 use orthowear::error::Kind;
 use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
+use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::{self, Plan};
 use orthowear::study::{self, Failure};
 use pyo3::prelude::*;
@@ -32,9 +33,24 @@ pub struct Scene {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Settings {
-    threads: Option<usize>,
+    pub threads: Option<usize>,
     max_memory: Option<String>,
     cache: bool,
+}
+
+impl Settings {
+    /// The memory limit, if there is one.
+    pub fn limit(&self, py: Python<'_>) -> PyResult<Option<MemoryLimit>> {
+        let limit = self.max_memory.as_deref().map(max_memory).transpose();
+        let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
+        Ok(limit.map(MaxMemory::limit))
+    }
+
+    /// The cache, if it is wanted.
+    pub fn cache(&self, py: Python<'_>) -> PyResult<Option<FlexibilityCache>> {
+        let cache = if self.cache { FlexibilityCache::of_user() } else { Ok(None) };
+        cache.map_err(|error| errors::error(py, &error))
+    }
 }
 
 impl Scene {
@@ -46,12 +62,8 @@ impl Scene {
     /// The plan with the settings.
     fn plan(&self, py: Python<'_>, settings: &Settings) -> PyResult<Arc<Plan>> {
         let mut plan = self.plan.clone();
-        let limit = settings.max_memory.as_deref().map(max_memory).transpose();
-        let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
-        plan.allow(limit.map(MaxMemory::limit));
-        if settings.cache {
-            plan.cache = FlexibilityCache::of_user().map_err(|error| errors::error(py, &error))?;
-        }
+        plan.allow(settings.limit(py)?);
+        plan.cache = settings.cache(py)?;
         Ok(Arc::new(plan))
     }
 }

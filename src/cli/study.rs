@@ -73,12 +73,13 @@ const MOST_ROWS: usize = 60;
 pub(super) fn study(arguments: &StudyArgs) -> u8 {
     let stop = signal::catch();
     let started = Instant::now();
-    let sweep = match sweep::read(&arguments.study, &arguments.overrides) {
-        Ok(sweep) => within(sweep, arguments.max_memory),
+    let mut sweep = match sweep::read(&arguments.study, &arguments.overrides) {
+        Ok(sweep) => sweep,
         Err(files) => {
             return files.iter().map(refuse).max().unwrap_or(exit::INPUT);
         }
     };
+    sweep.allow(arguments.max_memory.map(MaxMemory::limit));
     let directory = arguments.out.clone().unwrap_or_else(|| arguments.study.with_extension("study"));
     if arguments.emit.is_some() {
         to_stdout(&slurm::script(arguments, &sweep, &directory));
@@ -136,7 +137,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         None => text.push_str(&format!(", {kept} of them done")),
         Some(shared) => {
             if kept > 0 {
-                text.push_str(&format!(", {kept} kept as they were"));
+                text.push_str(&format!(", {kept} as they were"));
             }
             text.push_str(&format!(", {}, in {}", aside(shared), seconds(started.elapsed().as_secs_f64())));
         }
@@ -169,15 +170,6 @@ fn numbers(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     only.up_to(n).ok_or_else(|| {
         Error::input(format!("--only {only} names runs that are not there: the study has runs 1 to {n}"))
     })
-}
-
-/// The study with the memory limit of the command line, where there is one.
-fn within(mut sweep: Sweep, limit: Option<MaxMemory>) -> Sweep {
-    if let Some(limit) = limit.map(MaxMemory::limit) {
-        sweep.runs.iter_mut().for_each(|run| run.memory = limit);
-        sweep.first.memory = limit;
-    }
-    sweep
 }
 
 /// A line for each run that did not converge.

@@ -314,3 +314,22 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
     };
     together.into_iter().map(named).collect()
 }
+
+#[cfg(test)]
+impl Axis {
+    /// An axis of numbers.
+    pub fn of_numbers(name: &str, key: &str, numbers: &[f64]) -> Self {
+        let node = |&number: &f64| {
+            let origin = crate::scene::document::Origin::File(0..0);
+            vec![Node { origin, value: Value::Float(number) }]
+        };
+        let written = Written { axis: 0, name: name.to_owned(), key: 0, of: 1, source: Source::Values };
+        Self {
+            name: name.to_owned(),
+            keys: vec![key.to_owned()],
+            written: vec![written],
+            values: numbers.iter().map(node).collect(),
+            is_sample: false,
+        }
+    }
+}

@@ -64,6 +64,15 @@ pub struct Sweep {
     pub first: Plan,
 }
 
+impl Sweep {
+    /// Gives all runs another memory limit, if there is one.
+    pub fn allow(&mut self, limit: Option<MemoryLimit>) {
+        let Some(limit) = limit else { return };
+        self.runs.iter_mut().for_each(|run| run.memory = limit);
+        self.first.memory = limit;
+    }
+}
+
 /// The study of the file at `path`; `overrides` are laid over the scene of every run.
 ///
 /// # Errors

@@ -246,3 +246,60 @@ impl<'a> Parser<'a> {
         Ok(Sum::Of(i, k))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes() -> [Axis; 2] {
+        [
+            Axis::of_numbers("tilt", "body1.fibre.tilt", &[0.0, 0.1, 0.2, 0.3]),
+            Axis::of_numbers("the angle", "steps.shift.angle", &[-1.0, 0.0, 2.0]),
+        ]
+    }
+
+    /// Values of the combinations that meet a requirement.
+    fn kept(text: &str) -> Vec<[f64; 2]> {
+        let axes = axes();
+        let requirement = Requirement::parse(text, &axes).expect(text);
+        let number = |choice: &Vec<usize>| [0, 1].map(|k| axes[k].part(choice[k], 0).expect("a number"));
+        combinations(&axes, &[requirement]).iter().map(number).collect()
+    }
+
+    /// Truth: arithmetic by hand: brackets before products before sums, chains as in mathematics, decimals that differ by rounding are equal.
+    #[test]
+    fn requirements_are_arithmetic() {
+        assert_eq!(kept("tilt + 'the angle' == 2.3"), [[0.3, 2.0]]);
+        assert_eq!(kept("tilt == 0.1 + 0.2"), [[0.3, -1.0], [0.3, 0.0], [0.3, 2.0]]);
+        assert_eq!(kept("0.1 < tilt <= 0.2 * (1 + 0.5) - 0.1"), [[0.2, -1.0], [0.2, 0.0], [0.2, 2.0]]);
+        assert_eq!(kept("10 * tilt - steps.shift.angle / 2 <= -1"), [[0.0, 2.0]]);
+        assert_eq!(kept("-body1.fibre.tilt >= -1e-1 - -'the angle'").len(), 4 + 2);
+        assert_eq!(kept("tilt != 0.1").len(), 9);
+        assert!(kept("1 / tilt < 0").is_empty(), "nothing is below 0, a division by 0 is not either");
+    }
+
+    /// Truth: docs/study.md: each mistake is named, with a way to mend it.
+    #[test]
+    fn mistakes_are_named() {
+        for (text, words) in [
+            ("tilt", "a comparison"),
+            ("tilt <", "a number or the name of an axis"),
+            ("tilt < 1 2", "`2`"),
+            ("(tilt < 1", "`)`"),
+            ("'the angle < 1", "`'`"),
+            ("tilt < 1.2.3", "a number"),
+            ("1 < 2", "names no axis"),
+        ] {
+            let (message, mend) = Requirement::parse(text, &axes()).expect_err(text);
+            assert!(message.contains(words) && !mend.is_empty(), "{text}: {message}: {mend}");
+        }
+        let (_, mend) = Requirement::parse("tlit < 1", &axes()).expect_err("no axis");
+        assert!(mend.contains("did you mean `tilt`"), "{mend}");
+        let deep = format!("{}tilt{} < 1", "(".repeat(60), ")".repeat(60));
+        assert!(Requirement::parse(&deep, &axes()).is_err_and(|(message, _)| message.contains("too deeply")));
+        assert!(
+            Requirement::parse(&"1+".repeat(400), &axes())
+                .is_err_and(|(message, _)| message.contains("at most 500"))
+        );
+    }
+}

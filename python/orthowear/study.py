@@ -1,0 +1,244 @@
+"""Studies: a scene run for many combinations of its values, on this machine or on the workers of a Dask client."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from . import _orthowear
+from .scene import _settings
+
+#: How often a run is begun again whose worker was lost or could not begin.
+RETRIES = 3
+
+
+class Study:
+    """A study file, read and checked with the scenes of all its runs (docs/study.md)."""
+
+    def __init__(self, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> None:
+        """The study file at `path`; `overrides` replace values of the scene in all runs.
+
+        Raises InputError with all mistakes at once, of the study and of the scenes.
+        """
+        self.path = Path(path).resolve()
+        self.overrides = dict(overrides or {})
+        self._core = _orthowear.Study.load(Path(path), self.overrides)
+
+    @functools.cached_property
+    def plan(self) -> dict[str, Any]:
+        """What study.json says before anything was run: title, axes, collect, curves, runs."""
+        return self._core.plan()
+
+    @property
+    def title(self) -> str:
+        """Its title."""
+        return self.plan["title"]
+
+    @property
+    def runs(self) -> list[dict[str, Any]]:
+        """The values of the scene's keys, by run."""
+        return [run["values"] for run in self.plan["runs"]]
+
+    def __len__(self) -> int:
+        return len(self.plan["runs"])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Study, (self.path, self.overrides)
+
+    def __repr__(self) -> str:
+        return f"<orthowear.study.Study {self.title!r}: {len(self)} runs>"
+
+    def run(
+        self,
+        out: str | os.PathLike[str] | None = None,
+        *,
+        only: Iterable[int] | None = None,
+        resume: bool = False,
+        threads: int | None = None,
+        max_memory: int | str | None = None,
+        progress: Callable[[int, int], object] | None = None,
+        cache: bool = True,
+        client: Any = None,
+    ) -> StudyResult:
+        """Runs the study; the results are the same bits for any number of threads and workers.
+
+        out: folder for the table and a folder for each run; default: the study's name with .study beside it.
+        only: numbers of the runs that are wanted, from 0; no table is written then, see `collect`.
+        resume: leaves runs that have converged as they are, and goes on with unfinished ones.
+        threads: of all runs together, default that of the cores; with a client of each run, default 1.
+        max_memory: of all runs together; with a client of each run.
+        progress: called with how many runs have ended, and how many are wanted.
+        cache: whether flexibilities of meshed bodies are kept and shared.
+        client: a dask.distributed.Client; each run is then a task of its own, and what a lost worker had begun is gone on with by another one. All
+            workers see the folders of the study and of its results under the same paths.
+
+        A run that fails or does not converge is no exception: `status` of its row says so.
+        """
+        folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
+        numbers = None if only is None else sorted(set(only))
+        if client is None:
+            settings = _settings(threads, max_memory, cache)
+            return StudyResult(folder, *self._core.run(settings, folder, numbers, resume, progress))
+        settings = _settings(1 if threads is None else threads, max_memory, cache)
+        wanted = list(range(len(self))) if numbers is None else numbers
+        _on_workers(client, self, (settings, folder, resume), wanted, progress)
+        return self.collect(folder)
+
+    def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:
+        """Writes the table from the folders of the runs in `out`, whatever ran them; those that are not there have no status."""
+        folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
+        return StudyResult(folder, *self._core.collect(folder))
+
+
+class StudyResult:
+    """What the runs of a study have come to: `summary` is study.json (docs/results.md)."""
+
+    def __init__(self, folder: Path, summary: dict[str, Any], exit_code: int, kept: int) -> None:
+        self.folder = folder
+        self.summary = summary
+        #: That of the command line: the gravest of all runs.
+        self.exit_code = exit_code
+        #: Number of runs that were left as they were; after `collect` that of runs that have been done.
+        self.kept = kept
+
+    @property
+    def runs(self) -> list[dict[str, Any]]:
+        """A dict for each run: folder, values, status, reason, results, curves, seconds, .."""
+        return self.summary["runs"]
+
+    @property
+    def unfinished(self) -> list[dict[str, Any]]:
+        """The runs that did not converge, failed, or were not run."""
+        return [run for run in self.runs if run["status"] != "converged"]
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame with a row for each run: the values by key, status, folder, what was collected by path."""
+        import pandas
+
+        fixed = ("status", "reason", "folder", "natural_residual", "seconds")
+        return pandas.DataFrame(
+            [run["values"] | {key: run[key] for key in fixed} | run["results"] for run in self.runs]
+        )
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset over the axes: what was collected, NaN where a run has none or was left out.
+
+        Axes that set several keys, and samples, count from 0; their keys are coordinates along them.
+        """
+        import numpy
+        import xarray
+
+        axes = self.summary["axes"]
+        coords: dict[str, Any] = {}
+        for axis in axes:
+            name, keys, values = axis["name"], axis["keys"], axis["values"]
+            if len(keys) == 1:
+                coords[name] = values
+                continue
+            coords[name] = list(range(len(values)))
+            for k, key in enumerate(keys):
+                coords[key] = (name, [value[k] for value in values])
+        places = [
+            {_key([value] if len(axis["keys"]) == 1 else value): i for i, value in enumerate(axis["values"])}
+            for axis in axes
+        ]
+        shape = [len(axis["values"]) for axis in axes]
+        arrays = {path: numpy.full(shape, numpy.nan) for path in self.summary["collect"]}
+        for run in self.runs:
+            at = tuple(
+                place[_key([run["values"][key] for key in axis["keys"]])]
+                for axis, place in zip(axes, places, strict=True)
+            )
+            for path, value in run["results"].items():
+                arrays[path][at] = numpy.nan if value is None else value
+        dims = [axis["name"] for axis in axes]
+        units = self.summary["units"]
+        data = {path: (dims, array) for path, array in arrays.items()}
+        return xarray.Dataset(data, coords=coords, attrs={"title": self.summary["title"]} | units)
+
+    def __repr__(self) -> str:
+        done = len(self.runs) - len(self.unfinished)
+        return f"<orthowear.study.StudyResult {self.summary['title']!r}: {done} of {len(self.runs)} runs converged>"
+
+
+def run(
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+    **settings: Any,
+) -> StudyResult:
+    """Reads the study file at `path` and runs it: `Study(path, overrides).run(out, **settings)`."""
+    return Study(path, overrides).run(out, **settings)
+
+
+def _key(values: list[Any]) -> str:
+    return repr(values)
+
+
+#: Studies that a worker has read, by path, time of the file, and overrides: once for all of its runs.
+_known: dict[tuple[Path, float, str], Study] = {}
+
+
+def _one(number: int, path: Path, overrides: dict[str, Any], job: tuple[dict[str, Any], Path, float]) -> str | None:
+    """A run, on a worker; its status. What a task of this study has begun or done there is not begun anew."""
+    name = (path, path.stat().st_mtime, repr(sorted(overrides.items())))
+    if name not in _known:
+        _known.clear()
+        _known[name] = Study(path, overrides)
+    study = _known[name]
+    settings, folder, since = job
+    place = folder / study.plan["runs"][number]["folder"]
+    resume = any(_changed(place / file) >= since for file in ("summary.json", "checkpoint-1.bin", "checkpoint-2.bin"))
+    summary, _, _ = study._core.run(settings, folder, [number], resume, None)
+    return summary["runs"][number]["status"]
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return -math.inf
+
+
+def _on_workers(
+    client: Any,
+    study: Study,
+    job: tuple[dict[str, Any], Path, bool],
+    numbers: list[int],
+    progress: Callable[[int, int], object] | None,
+) -> None:
+    """Runs those numbers as tasks of `client`, each once however often its worker is lost."""
+    from dask.distributed import as_completed
+
+    settings, folder, resume = job
+    folder.mkdir(parents=True, exist_ok=True)
+    # By the clock of the file system, which all workers share.
+    begun = folder / ".begun"
+    begun.touch()
+    since = -math.inf if resume else _changed(begun)
+    tasks = client.map(
+        _one,
+        numbers,
+        path=study.path,
+        overrides=study.overrides,
+        job=(settings, folder, since),
+        pure=False,
+        retries=RETRIES,
+    )
+    try:
+        for done, _ in enumerate(as_completed(tasks, raise_errors=False), 1):
+            if progress is not None:
+                progress(done, len(numbers))
+    finally:
+        client.cancel([task for task in tasks if not task.done()])
+        begun.unlink(missing_ok=True)
+    for number, task in zip(numbers, tasks, strict=True):
+        place = folder / study.plan["runs"][number]["folder"] / "summary.json"
+        if task.status == "error" and _changed(place) < since:
+            # Nothing is there that would say it.
+            task.result()

@@ -1,0 +1,104 @@
+//! Studies.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use orthowear::error::Error;
+use orthowear::job::sweep::{StudyEnded, StudyJob};
+use orthowear::study::sweep::table::{RunResult, StudyResult};
+use orthowear::study::sweep::{self, Sweep};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json;
+
+use crate::engine::Work;
+use crate::scene::Settings;
+use crate::{convert, errors};
+
+/// A study that was read and checked with all its scenes.
+#[pyclass(frozen, module = "orthowear._orthowear")]
+pub struct Study {
+    sweep: Sweep,
+}
+
+#[pymethods]
+impl Study {
+    /// The study file at `path`.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let overrides = convert::overrides(overrides)?;
+        let sweep = py.detach(|| sweep::read(&path, &overrides));
+        Ok(Self { sweep: sweep.map_err(|files| errors::files(py, &files))? })
+    }
+
+    /// What study.json says before anything was run.
+    fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let runs = (0..self.sweep.runs.len()).map(|number| RunResult::new(&self.sweep, number)).collect();
+        convert::to_python(py, &json!(StudyResult::new(&self.sweep, runs)))
+    }
+
+    /// Runs those of these numbers into the folder `out`, and writes the table if they are all: study.json, exit code, how many were left as they were.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        settings: Settings,
+        out: PathBuf,
+        numbers: Option<Vec<usize>>,
+        resume: bool,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
+        let mut sweep = self.sweep.clone();
+        sweep.allow(settings.limit(py)?);
+        let n = sweep.runs.len();
+        if let Some(wrong) = numbers.iter().flatten().find(|number| **number >= n) {
+            return Err(errors::input(py, &format!("run {wrong}: the study has runs 0 to {}", n - 1)));
+        }
+        let cache = settings.cache(py)?;
+        let sweep = Arc::new(sweep);
+        let own = sweep.clone();
+        let mut work = Work::begin(py, settings.threads, move |line| {
+            let stop = &*line.stop;
+            let job = StudyJob { sweep: &own, directory: &out, cache: cache.as_ref(), stop, resume };
+            job.make_directory()?;
+            let wanted = numbers.clone().unwrap_or_else(|| (0..n).collect());
+            let share = job.share(&wanted, rayon::current_num_threads());
+            let ended = job.run(&wanted, share, &mut |done| {
+                line.tell((done, wanted.len()));
+            });
+            concluded(&job, ended, numbers.is_none())
+        })?;
+        while let Some(done) = work.next(py)? {
+            if let Some(hear) = &progress {
+                hear.call1(done).inspect_err(|_| work.close(py))?;
+            }
+        }
+        let ended = work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
+        let (result, code, kept) = ended.map_err(|error| errors::error(py, &error))?;
+        Ok((convert::to_python(py, &json!(result))?, code, kept))
+    }
+
+    /// Writes the table from the folders of the runs in `out`: study.json, exit code, how many have been done.
+    fn collect<'py>(&self, py: Python<'py>, out: PathBuf) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
+        let ended = py.detach(|| {
+            let stop = orthowear::interrupt::flag();
+            let job = StudyJob { sweep: &self.sweep, directory: &out, cache: None, stop, resume: false };
+            job.make_directory()?;
+            concluded(&job, job.collect(), true)
+        });
+        let (result, code, kept) = ended.map_err(|error| errors::error(py, &error))?;
+        Ok((convert::to_python(py, &json!(result))?, code, kept))
+    }
+}
+
+/// The results, written if wanted; the first problem if no run could be begun.
+fn concluded(job: &StudyJob<'_>, ended: StudyEnded, write: bool) -> Result<(StudyResult, u8, usize), Error> {
+    let StudyEnded { runs, code, kept, problems } = ended;
+    if let Some(problem) = problems.first() {
+        return Err(Error::resources(problem));
+    }
+    let result = StudyResult::new(job.sweep, runs);
+    if write {
+        job.write(&result)?;
+    }
+    Ok((result, code, kept))
+}

@@ -1,0 +1,145 @@
+"""Studies from Python: those of the command line to the last bit, on threads and on workers that die."""
+
+import csv
+import os
+import pickle
+import signal
+from pathlib import Path
+
+import numpy as np
+import orthowear
+import pytest
+from orthowear.study import Study
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+STUDY = """
+[study]
+scene = "scene.toml"
+[[axes]]
+keys = ["body1.fibre.tilt"]
+range = { from = 0, to = 90, count = 3 }
+[[axes]]
+name = "depth"
+keys = ["steps.indent.approach", "gap.radius"]
+values = [[0.02, 50.0], [0.01, 40.0]]
+[[axes]]
+keys = ["steps.shift.shift.angle"]
+values = [0, 60]
+[output]
+collect = ["shift.normal_force", "shift.tangential_force.0"]
+curves = ["shift.normal_force"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with a study of two half-spaces."""
+    text = (SCENES / "sphere-on-cfrp-halfspaces.toml").read_text()
+    (tmp_path / "scene.toml").write_text(text.replace("cells = [64, 64]", "cells = [24, 24]"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path
+
+
+def test_command_line(folder, program):
+    """Truth: the files that the command line writes, byte by byte; the arrays of study.npz are the columns of study.csv."""
+    program("study", folder / "study.toml", "--quiet", "--out", folder / "line")
+    told = []
+    result = orthowear.study.run(folder / "study.toml", folder / "own", threads=2, progress=lambda *now: told.append(now))
+    for name in ("study.csv", "study.npz", "shift.normal_force.svg"):
+        assert (folder / "line" / name).read_bytes() == (folder / "own" / name).read_bytes(), name
+    assert told == [(done, 12) for done in range(1, 13)]
+    assert (result.exit_code, result.unfinished, result.kept) == (0, [], 0)
+    with (folder / "own" / "study.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    arrays = np.load(folder / "own" / "study.npz")
+    for name in ("body1.fibre.tilt", "gap.radius", "shift.normal_force", "natural_residual"):
+        assert [float(row[name]) for row in rows] == arrays[name].tolist(), name
+    assert arrays["converged"].tolist() == [1.0] * 12
+    for run, curve in zip(result.runs, arrays["curves/shift.normal_force"], strict=True):
+        assert run["curves"]["shift.normal_force"] == curve.tolist()
+
+
+def test_tables(folder):
+    """Truth: the rows of study.json; frames and data sets hold the same numbers at the places of their values."""
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    result = Study(folder / "study.toml").run()
+    table = result.to_pandas()
+    assert list(table["shift.normal_force"]) == [run["results"]["shift.normal_force"] for run in result.runs]
+    data = result.to_xarray()
+    assert data["shift.normal_force"].dims == ("tilt", "depth", "angle")
+    assert data["gap.radius"].values.tolist() == [50.0, 40.0]
+    for run in result.runs:
+        place = {"tilt": run["values"]["body1.fibre.tilt"], "angle": run["values"]["steps.shift.shift.angle"]}
+        depth = [50.0, 40.0].index(run["values"]["gap.radius"])
+        found = data["shift.normal_force"].sel(place).isel(depth=depth).item()
+        assert found == run["results"]["shift.normal_force"]
+
+
+def test_parts(folder):
+    """Truth: the whole study: of parts and their collection; runs that are missing have no status; resumed runs are left as they were."""
+    study = pickle.loads(pickle.dumps(Study(folder / "study.toml", {})))
+    whole = study.run(folder / "whole")
+    study.run(folder / "parts", only=[7, 0, 1])
+    some = study.collect(folder / "parts")
+    assert (some.kept, some.exit_code) == (3, 1)
+    assert [run["status"] for run in some.runs].count(None) == 9
+    all_of_it = study.run(folder / "parts", resume=True)
+    assert all_of_it.kept == 3
+    assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
+    assert [run["results"] for run in all_of_it.runs] == [run["results"] for run in whole.runs]
+    with pytest.raises(orthowear.InputError, match="run 12: the study has runs 0 to 11"):
+        study.run(folder / "parts", only=[12])
+
+
+def test_mistakes(folder):
+    """Truth: the words of the command line, all mistakes at once."""
+    (folder / "study.toml").write_text(STUDY.replace("fibre.tilt", "fibre.tlit").replace("[0, 60]", '["up"]'))
+    with pytest.raises(orthowear.InputError) as caught:
+        Study(folder / "study.toml")
+    text = str(caught.value)
+    assert "did you mean `tilt`" in caught.value.report and "angle" in text
+    assert len(caught.value.mistakes) == 2
+
+
+@pytest.fixture
+def client():
+    """Three worker processes with a thread each."""
+    if not os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
+        pytest.importorskip("distributed")
+    import dask
+    from dask.distributed import Client, LocalCluster
+
+    dask.config.set({"distributed.comm.timeouts.connect": "60s", "distributed.admin.system-monitor.disk": False})
+    with (
+        LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def test_workers_that_die(folder, client):
+    """Truth: the study of one process, byte by byte: no run lost, none twice, though workers are killed in the middle of their runs."""
+    (folder / "scene.toml").write_text((folder / "scene.toml").read_text().replace("[24, 24]", "[96, 96]"))
+    study = Study(folder / "study.toml")
+    study.run(folder / "whole")
+    killed = []
+
+    def progress(done, of):
+        assert of == 12
+        if done in (2, 5):
+            processes = client.run(os.getpid)
+            pid = next(pid for pid in processes.values() if pid not in killed)
+            killed.append(pid)
+            os.kill(pid, signal.SIGKILL)
+
+    result = study.run(folder / "parts", client=client, progress=progress)
+    assert len(killed) == 2
+    assert (result.exit_code, result.kept, result.unfinished) == (0, 12, [])
+    assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
+    assert len({run["folder"] for run in result.runs}) == 12
+    assert not (folder / "parts/.begun").exists()
+    # Once more, with what is there: nothing is computed again.
+    times = [run["seconds"] for run in result.runs]
+    again = study.run(folder / "parts", client=client, resume=True)
+    assert [run["seconds"] for run in again.runs] == times
