@@ -155,9 +155,9 @@ collect = ["fretting.worn_volume"]
     assert_eq!(heads[..4], keys);
     let mut wanted = Vec::new();
     for tilt in ["0", "30", "60"] {
-        for (approach, radius) in [("0.015", "50"), ("0.02", "40.0")] {
-            for angle in ["0.0", "22.5", "45.0"] {
-                if !(tilt == "60" && angle != "0.0") {
+        for (approach, radius) in [("0.015", "50"), ("0.02", "40")] {
+            for angle in ["0", "22.5", "45"] {
+                if !(tilt == "60" && angle != "0") {
                     wanted.push([tilt, approach, radius, angle]);
                 }
             }
@@ -617,7 +617,7 @@ colect = []
     };
     told(&sample(""), &[], &["study.toml:5", "does not say how it is sampled", "add `[sample]`"]);
     told(&sample("[sample]\ncount = 0\n"), &[], &["study.toml:4", "`count` is 0"]);
-    told(&sample("[sample]\ncount = 2\nmethod = \"sobel\"\n"), &[], &["did you mean `sobol`"]);
+    told(&sample("[sample]\ncount = 2\nmethod = \"sobel\"\n"), &[], &["did you mean \"sobol\"?"]);
     told(
         &(sample("[sample]\ncount = 2\n") + "values = [1]\n"),
         &[],
