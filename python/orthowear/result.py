@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .fields import Fields
+from .fields import UNITS, Fields
 
 
 class Entries(list[dict[str, Any]]):
-    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1."""
+    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1.
+
+    units: of `length` and `force`.
+    """
+
+    def __init__(self, entries: Iterable[dict[str, Any]] = (), units: Mapping[str, str] | None = None) -> None:
+        super().__init__(entries)
+        self.units: dict[str, str] = {**UNITS, **(units or {})}
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
@@ -36,12 +44,12 @@ class Result:
 
     def __init__(self, summary: dict[str, Any], fields: dict[str, Any] | None) -> None:
         self.summary = summary
-        self.fields = None if fields is None else Fields(fields)
+        self.fields = None if fields is None else Fields(fields, summary.get("units"))
 
     @property
     def status(self) -> str:
         """converged, not-converged, failed or interrupted."""
-        return self.summary["status"]
+        return str(self.summary["status"])
 
     @property
     def reason(self) -> str | None:
@@ -51,12 +59,12 @@ class Result:
     @property
     def warnings(self) -> list[str]:
         """What the user should know."""
-        return self.summary.get("warnings", [])
+        return list(self.summary.get("warnings", []))
 
     @property
     def entries(self) -> Entries:
         """The increments and cycle jumps."""
-        return Entries(self.summary["steps"])
+        return Entries(self.summary["steps"], self.summary.get("units"))
 
     def __getattr__(self, name: str) -> Any:
         fields = self.__dict__.get("fields")

@@ -1,5 +1,6 @@
 """Scenes of the tests."""
 
+import importlib
 import os
 import shutil
 import subprocess
@@ -12,6 +13,16 @@ import orthowear
 
 ROOT = Path(__file__).resolve().parents[2]
 os.environ.setdefault("ORTHOWEAR_CACHE_LIMIT", "0")
+
+
+def needed(name: str):
+    """A package; without it the test is skipped, unless all tools are required."""
+    try:
+        return importlib.import_module(name)
+    except (ImportError, OSError) as error:  # gmsh's package needs libraries of the system
+        if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
+            pytest.fail(f"{name} is missing ({error}): scripts/setup installs it")
+        pytest.skip(f"{name} is missing ({error}): scripts/setup installs it")
 
 
 def small() -> dict:
