@@ -82,7 +82,7 @@ class Fields:
         if len(known) < 2:
             return np.where(places == known[0], at[0], np.nan)
         spacing = (at[-1] - at[0]) / (known[-1] - known[0])
-        filled = at[0] + (places - known[0]) * spacing
+        filled: Array = at[0] + (places - known[0]) * spacing
         filled[known] = at
         return filled
 
