@@ -28,7 +28,7 @@ FROM_ZERO, SIGNED = "viridis", "RdBu_r"
 CONTACT = {"open": "#e6e6e6", "stick": "#0072b2", "slip": "#e69f00"}
 
 #: Most arrows along the longer side of a map.
-ARROWS = 24
+ARROWS = 16
 
 
 class _Part(NamedTuple):
@@ -492,7 +492,11 @@ def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
         scale_units="xy",
         scale=largest / (0.95 * between),
         pivot="middle",
-        width=0.004,
+        units="xy",
+        width=0.12 * between,
+        headwidth=4.0,
+        headlength=4.0,
+        headaxislength=3.5,
         color="white",
         edgecolor="black",
         linewidth=0.4,

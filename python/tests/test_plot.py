@@ -129,7 +129,12 @@ def test_turned_frames_and_outlines(pyplot):
 
 def test_mesh_frames(pyplot):
     """Truth: a square of its area at each cell; the cells that a line meets."""
-    result = orthowear.Scene.load(ROOT / "scenes" / "sphere-on-block-fe.toml").run()
+    block = {"kind": "fe", "material": "steel", "mesh": "compare-block.msh", "contact": "contact", "fixed": [{"group": "base"}]}
+    frame = {"kind": "mesh", "body": 1, "points": "faces"}
+    steps = [{"name": "press", "approach": 0.03}]
+    scene = {**small(), "body1": block, "frame": frame, "gap": {"kind": "sphere", "radius": 500.0}, "steps": steps}
+    result = orthowear.Scene.from_dict(scene, ROOT / "meshes").run()
+    assert result.grid is None and result.pressure.max() > 0
     ax = plot.field(result)
     squares = drawn(ax)[0]
     assert np.array_equal(squares.get_array(), result.pressure)
@@ -139,7 +144,7 @@ def test_mesh_frames(pyplot):
     line = plot.section(result, at=0.01).lines[0]
     met = np.abs(result.xy[:, 1] - 0.01) <= np.sqrt(result.areas) / 2
     assert sorted(line.get_xdata()) == sorted(result.xy[met, 0])
-    moved = plot.field(result, xy=result.xy + [5.0, 0.0])
+    moved = plot.field(result, xy=result.xy + [20.0, 0.0])
     assert moved.get_xlim()[0] > 0
     with pytest.raises(ValueError, match=r"xy of the shape \(1, 2\): it must be"):
         plot.field(result, xy=[[0.0, 0.0]])
