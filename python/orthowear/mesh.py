@@ -14,6 +14,7 @@ import shutil
 import struct
 import tempfile
 import threading
+import time
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -200,54 +201,66 @@ def from_meshio(mesh: Any) -> Mesh:
     unknown = sorted({block.type for block in mesh.cells} - set(KINDS))
     if unknown:
         _refuse(f"elements of the type {', '.join(unknown)} are not read; allowed are {', '.join(KINDS)}")
-    names, per_block = _groups_of_meshio(mesh)
+    names, sets, per_block = _groups_of_meshio(mesh)
     runs: list[Run] = []
-    for block, groups in zip(mesh.cells, per_block, strict=True):
-        nodes = _gmsh_order(block.type, np.asarray(block.data, dtype=np.int64), points)
-        if nodes.size and not (0 <= nodes.min() and nodes.max() < len(points)):
-            _refuse(f"the {block.type} elements name the node {nodes.max()}, but the mesh has {len(points)}, from 0")
+    for block, places in zip(mesh.cells, per_block, strict=True):
+        nodes = np.asarray(block.data, dtype=np.int64)
+        wrong = nodes[(nodes < 0) | (nodes >= len(points))]
+        if len(wrong):
+            _refuse(f"an element of the type {block.type} names the node {wrong[0]}, but the mesh has {len(points)}, from 0")
+        nodes = _gmsh_order(block.type, nodes, points)
         # Runs of the same groups: the order of the elements stays.
-        ends = [i for i in range(1, len(groups)) if groups[i] != groups[i - 1]]
-        for start, end in zip([0, *ends], [*ends, len(groups)], strict=True):
+        ends = np.flatnonzero(np.diff(places)) + 1
+        for start, end in zip([0, *ends], [*ends, len(places)], strict=True):
             if end > start:
-                runs.append((block.type, nodes[start:end], groups[start]))
+                runs.append((block.type, nodes[start:end], sets[places[start]]))
     return Mesh(points, runs, names, _fields_of_meshio(mesh))
 
 
-def _groups_of_meshio(mesh: Any) -> tuple[dict[tuple[int, int], str], list[list[Groups]]]:
-    """Names by dimension and tag; the groups of each element of each block."""
-    known = {name: (int(value[1]), int(value[0])) for name, value in mesh.field_data.items() if np.size(value) == 2}
-    names = {place: name for name, place in known.items()}
-    member: list[list[set[int]]] = [[set() for _ in block.data] for block in mesh.cells]
-    for i, values in enumerate(mesh.cell_data.get("gmsh:physical", ())):
-        values = np.asarray(values)
-        if values.shape != (len(mesh.cells[i].data),) or not np.array_equal(values, np.round(values)):
+def _groups_of_meshio(mesh: Any) -> tuple[dict[tuple[int, int], str], list[Groups], list[npt.NDArray[np.int64]]]:
+    """Names by dimension and tag; sets of groups; which of these each element of each block is in."""
+    sets: list[Groups] = [()]
+    index: dict[Groups, int] = {(): 0}
+    members = [np.zeros(len(block.data), dtype=np.int64) for block in mesh.cells]
+
+    def add(i: int, cells: npt.NDArray[np.int64], tag: int) -> None:
+        now = members[i][cells]
+        for old in np.unique(now):
+            groups = tuple(sorted({*sets[old], tag}))
+            if groups not in index:
+                index[groups] = len(sets)
+                sets.append(groups)
+            members[i][cells[now == old]] = index[groups]
+
+    names = {(int(value[1]), int(value[0])): name for name, value in mesh.field_data.items() if np.size(value) == 2}
+    taken = set(names)
+    for i, given in enumerate(mesh.cell_data.get("gmsh:physical", ())):
+        values = np.asarray(given)
+        if values.shape != members[i].shape or not np.array_equal(values, np.round(values)):
             _refuse("the cell data gmsh:physical are no whole numbers, one for each element")
-        for groups, tag in zip(member[i], np.abs(values.astype(np.int64)).tolist(), strict=True):
-            if tag:
-                groups.add(tag)
-    taken = {(KINDS[mesh.cells[i].type][1], tag) for i, block in enumerate(member) for groups in block for tag in groups}
-    taken |= set(names)
+        values = np.abs(values.astype(np.int64))
+        for tag in np.unique(values[values != 0]).tolist():
+            add(i, np.flatnonzero(values == tag), tag)
+            taken.add((KINDS[mesh.cells[i].type][1], tag))
     tags = {(dim, name): tag for (dim, tag), name in names.items()}
     for name, chosen in mesh.cell_sets.items():
         # Those are meshio's own notes.
         if name.startswith("gmsh:"):
             continue
-        for i, cells in enumerate(chosen):
-            if cells is None or not len(cells):
+        for i, given in enumerate(chosen):
+            if given is None or not len(given):
                 continue
+            cells = np.asarray(given, dtype=np.int64)
             dim = KINDS[mesh.cells[i].type][1]
             if (dim, name) not in tags:
-                tag = next(tag for tag in range(1, len(taken) + 2) if (dim, tag) not in taken)
-                tags[dim, name] = tag
-                taken.add((dim, tag))
-            for cell in np.asarray(cells).tolist():
-                if not 0 <= cell < len(member[i]):
-                    _refuse(f"the cell set {name!r} names the element {cell} of {len(member[i])} {mesh.cells[i].type}")
-                member[i][cell].add(tags[dim, name])
-    return {(dim, tag): name for (dim, name), tag in tags.items()}, [
-        [tuple(sorted(groups)) for groups in block] for block in member
-    ]
+                tags[dim, name] = next(tag for tag in range(1, len(taken) + 2) if (dim, tag) not in taken)
+                taken.add((dim, tags[dim, name]))
+            wrong = cells[(cells < 0) | (cells >= len(members[i]))]
+            if len(wrong):
+                kind = mesh.cells[i].type
+                _refuse(f"the cell set {name!r} names the element {wrong[0]} of {len(members[i])} of the type {kind}, from 0")
+            add(i, cells, tags[dim, name])
+    return {(dim, tag): name for (dim, name), tag in tags.items()}, sets, members
 
 
 def _fields_of_meshio(mesh: Any) -> dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]]:
@@ -318,7 +331,7 @@ def from_gmsh(gmsh: Any) -> Mesh:
         _refuse(f"gmsh says: {error}; call gmsh.initialize() and make a mesh before, and gmsh.finalize() after")
     if not len(tags):
         _refuse("the current model of gmsh has no mesh: call gmsh.model.mesh.generate(3)")
-    index = np.zeros(int(max(tags)) + 1, dtype=np.int64)
+    index = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     index[tags] = np.arange(len(tags))
     runs: list[Run] = []
     for entity, types, _, nodes_of in found:
@@ -386,7 +399,12 @@ _folders: dict[int, Path] = {}
 def _folder() -> Path:
     pid = os.getpid()
     if pid not in _folders:
-        _folders[pid] = Path(tempfile.mkdtemp(prefix="orthowear-"))
+        _clear_stale()
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX))
+        # Where there are no locks the folder has no such file, so that nobody takes it for stale.
+        if not _is_locked(folder / LOCK):
+            (folder / LOCK).unlink(missing_ok=True)
+        _folders[pid] = folder
         atexit.register(_clear, pid)
     return _folders[pid]
 
@@ -394,6 +412,36 @@ def _folder() -> Path:
 def _clear(pid: int) -> None:
     if pid == os.getpid():
         shutil.rmtree(_folders[pid], ignore_errors=True)
+
+
+#: Folders have a file that their process keeps locked; without the lock, and after a while, they are those of one that was killed.
+PREFIX, LOCK, WHILE = "orthowear-meshes-", "lock", 60.0
+
+
+def _is_locked(path: Path) -> bool:
+    """Locks a file for the life of the process; whether it could be."""
+    try:
+        import fcntl
+    except ImportError:
+        return False
+    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(file)
+        return False
+    return True
+
+
+def _clear_stale() -> None:
+    """Removes the folders of processes of the same user that were killed."""
+    for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
+        try:
+            stale = time.time() - lock.stat().st_mtime > WHILE and _is_locked(lock)
+        except OSError:
+            continue
+        if stale:
+            shutil.rmtree(lock.parent, ignore_errors=True)
 
 
 def _remove(path: Path, pid: int) -> None:

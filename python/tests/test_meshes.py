@@ -5,6 +5,8 @@ import multiprocessing
 import os
 import pickle
 import subprocess
+import sys
+import tempfile
 import types
 from pathlib import Path
 
@@ -48,6 +50,14 @@ def gmsh():
     yield module
     if module.isInitialized():
         module.finalize()
+
+
+@pytest.fixture
+def temporary(monkeypatch, tmp_path):
+    """The folder of temporary files of processes begun here, which may end without clearing up."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
 
 
 def on(mesh, **more) -> dict:
@@ -261,8 +271,8 @@ def test_refusals_of_meshio():
         (lines, "only points and lines: a body is made of solids"),
         (strange, "type tetra20 are not read; allowed are .*hexahedron"),
         (cube(meshio, cell_sets={}), "no physical groups: .*addPhysicalGroup.*cell sets.*gmsh:physical"),
-        (wrong_node, "name the node 99, but the mesh has 27"),
-        (beyond, "names the element 99 of 8 quad"),
+        (wrong_node, "names the node 99, but the mesh has 27"),
+        (beyond, "names the element 99 of 8 of the type quad"),
         (cube(meshio, cell_sets={'a"b': [[0], []]}), "no quotation marks"),
         (object(), "a object is no mesh: allowed are a path to a .msh file, a meshio.Mesh, the module gmsh"),
         (3, "a int is no mesh"),
@@ -304,7 +314,7 @@ def run_of(scene):
     return os.getpid(), scene.run(cache=False)
 
 
-def test_scenes_with_meshes_travel():
+def test_scenes_with_meshes_travel(temporary):
     """Truth: the run in this process; another process has its own files."""
     meshio = needed("meshio")
     scene = orthowear.Scene.from_dict(on(cube(meshio)))
@@ -318,3 +328,54 @@ def test_scenes_with_meshes_travel():
     gc.collect()
     assert not path.exists()
     assert same(pickle.loads(packed).run(cache=False), expected)
+
+
+KILLED = """
+import os, signal, sys, time
+import numpy as np
+from orthowear import mesh
+made = mesh.Mesh(np.eye(4, 3), [("tetra", np.array([[3, 0, 1, 2]]), (1,))], {(3, 1): "body"})
+file = mesh._file(made)
+print(file.path.parent, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
+    """Truth: the folder of a process that lives stays, that of one that was killed goes when another process makes its own."""
+    child = subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True)
+    folder = Path(child.stdout.readline().strip())
+    assert folder.parent == temporary
+    assert len(list(folder.glob("*.msh"))) == 1
+    monkeypatch.setattr(meshes, "WHILE", -1.0)
+    meshes._clear_stale()
+    assert folder.exists()
+    child.kill()
+    child.wait(10)
+    monkeypatch.setattr(meshes, "WHILE", 60.0)
+    meshes._clear_stale()
+    assert folder.exists()
+    monkeypatch.setattr(meshes, "WHILE", -1.0)
+    meshes._clear_stale()
+    assert not folder.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks of POSIX")
+def test_forked_processes_leave_the_files_alone(temporary):
+    """Truth: the run before; the other process loses the scene, and makes and loses one of the same mesh."""
+    meshio = needed("meshio")
+    scene = orthowear.Scene.from_dict(on(cube(meshio)))
+    path = Path(scene.to_dict()["body1"]["mesh"])
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            other = Path(orthowear.Scene.from_dict(on(cube(meshio))).to_dict()["body1"]["mesh"])
+            del scene
+            gc.collect()
+            code = 0 if path.exists() and other.name == path.name else 2
+        finally:
+            os._exit(code)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    assert path.exists() and scene.run(cache=False).status == "converged"
