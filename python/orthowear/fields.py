@@ -11,8 +11,9 @@ import numpy.typing as npt
 #: An array of numbers.
 Array = npt.NDArray[np.float64]
 
-#: Units of a scene that names none.
+#: Units of a scene that names none; what stands in their place where it is not known.
 UNITS = {"length": "mm", "force": "N"}
+UNKNOWN_UNITS = {"length": "length", "force": "force"}
 
 
 def frozen(arrays: dict[str, Any]) -> dict[str, Any]:
@@ -100,3 +101,39 @@ class Fields:
         for name in ("contact", "wear_depth", "pressure"):
             data[name] = (("x", "y"), self.to_grid(getattr(self, name)))
         return xarray.Dataset(data, coords)
+
+
+class OfFields:
+    """What has the arrays of its `fields` as attributes of its own."""
+
+    fields: Fields | None
+    points: Array
+    xy: Array
+    areas: Array
+    axes: Array
+    tractions: Array
+    pressure: Array
+    gap: Array
+    slip: Array
+    contact: npt.NDArray[np.uint8]
+    wear_depth: Array
+    grid: tuple[int, int] | None
+    places: npt.NDArray[np.int64]
+
+    def to_grid(self, values: npt.ArrayLike) -> Array:
+        """As that of the fields."""
+        if self.fields is None:
+            raise ValueError("no fields: no increment was done")
+        return self.fields.to_grid(values)
+
+    def __getattr__(self, name: str) -> Any:
+        # Called for what is no attribute of the object's own; by copy and pickle, before it has any.
+        fields = self.__dict__.get("fields")
+        if fields is None and name in OfFields.__annotations__:
+            raise AttributeError(f"{name}: there are no fields, for no increment was done")
+        if fields is None or name.startswith("_") or not hasattr(fields, name):
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        return getattr(fields, name)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *OfFields.__annotations__})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .fields import UNITS, Array, Fields
+from .fields import UNKNOWN_UNITS, Array, Fields
 from .result import Entries, Result, _flat
 
 if TYPE_CHECKING:
@@ -312,7 +312,7 @@ def _entries(of: Any, step: str | None) -> tuple[Entries, dict[str, str]]:
     if isinstance(found, Entries):
         units = found.units
     elif isinstance(found, Sequence) and not isinstance(found, str) and all(isinstance(entry, Mapping) for entry in found):
-        units = dict(UNITS)
+        units = dict(UNKNOWN_UNITS)
     else:
         raise TypeError(f"{_named(of)}; allowed: a Result or its entries")
     chosen = [entry for entry in found if step in (None, entry["name"])]

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .fields import UNITS, Fields
+from .fields import UNITS, UNKNOWN_UNITS, Fields, OfFields
 
 
 class Entries(list[dict[str, Any]]):
     """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1.
 
-    units: of `length` and `force`.
+    units: of `length` and `force`; those words where it is not given.
     """
 
     def __init__(self, entries: Iterable[dict[str, Any]] = (), units: Mapping[str, str] | None = None) -> None:
         super().__init__(entries)
-        self.units: dict[str, str] = {**UNITS, **(units or {})}
+        self.units: dict[str, str] = {**UNKNOWN_UNITS, **(units or {})}
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
@@ -35,7 +35,7 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
     return found
 
 
-class Result:
+class Result(OfFields):
     """The summary of a run, and the fields of its last entry.
 
     `summary` is what summary.json says (docs/results.md). `fields` is None where no increment was done; its arrays are
@@ -64,13 +64,7 @@ class Result:
     @property
     def entries(self) -> Entries:
         """The increments and cycle jumps."""
-        return Entries(self.summary["steps"], self.summary.get("units"))
-
-    def __getattr__(self, name: str) -> Any:
-        fields = self.__dict__.get("fields")
-        if fields is None or name.startswith("_"):
-            raise AttributeError(f"a result without fields, or no attribute {name!r}")
-        return getattr(fields, name)
+        return Entries(self.summary["steps"], self.summary.get("units", UNITS))
 
     def __repr__(self) -> str:
         return f"<orthowear.Result {self.summary['title']!r}: {self.status}, {len(self.summary['steps'])} entries>"

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _orthowear, mesh
 from .errors import NotConvergedWarning
-from .fields import Fields
+from .fields import Fields, OfFields
 from .flexibility import Flexibility
 from .result import Result
 
@@ -204,7 +204,7 @@ def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
     return Scene(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
 
 
-class Entry:
+class Entry(OfFields):
     """An increment or cycle jump: `record` as in Result.entries, and the fields of that moment.
 
     The arrays are attributes of the entry, too: entry.pressure; values of the record are had by name: entry["approach"].
@@ -212,15 +212,13 @@ class Entry:
 
     def __init__(self, record: dict[str, Any], fields: dict[str, Any], units: Mapping[str, str] | None = None) -> None:
         self.record = record
-        self.fields = Fields(fields, units)
+        self.fields: Fields = Fields(fields, units)
 
     def __getitem__(self, name: str) -> Any:
         return self.record[name]
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name in ("record", "fields"):
-            raise AttributeError(name)
-        return getattr(self.fields, name)
+    def __repr__(self) -> str:
+        return f"<orthowear.Entry {self.record['name']!r}, {self.record['increment']}>"
 
 
 class Steps(Iterator[Entry]):

@@ -174,6 +174,7 @@ def test_histories(pyplot, result):
     assert list(line.get_xdata()) == [entry["approach"] for entry in entries]
     assert list(line.get_ydata()) == [entry["tangential_force"][1] for entry in entries]
     assert (pushed.get_xlabel(), pushed.get_ylabel()) == ("approach [mm]", "tangential force, y [N]")
+    assert plot.history(result.entries[2:], "peak_pressure").get_ylabel() == "peak pressure [force/length²]"
     inner = plot.history(result, "certificate.min_gap")
     assert list(inner.lines[0].get_ydata()) == [entry["certificate"]["min_gap"] for entry in result.entries]
 

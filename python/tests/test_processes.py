@@ -100,3 +100,21 @@ def test_arrays_of_results_cannot_be_written_to(scene):
     mine[:, 2] = 0.0
     assert result.pressure.max() > 0
     assert result.to_grid(result.pressure).flags.writeable
+
+
+def test_attributes(scene):
+    """Truth: those of the fields; names are told to whoever completes them, and what there is not is said."""
+    result = scene.run()
+    with scene.steps() as steps:
+        entry = next(steps)
+    for whole in (result, entry):
+        assert {"tractions", "pressure", "to_grid", "fields"} <= set(dir(whole))
+        assert whole.pressure is not None and whole.contact.dtype == np.uint8
+        with pytest.raises(AttributeError, match=f"{type(whole).__name__} has no attribute 'presure'"):
+            _ = whole.presure
+    empty = orthowear.Result({**result.summary, "steps": []}, None)
+    with pytest.raises(AttributeError, match="pressure: there are no fields, for no increment was done"):
+        _ = empty.pressure
+    with pytest.raises(ValueError, match="no increment was done"):
+        empty.to_grid([])
+    assert empty.fields is None and repr(entry) == "<orthowear.Entry 'press', 1>"
