@@ -22,16 +22,17 @@ class Entries(list[dict[str, Any]]):
         """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
         import pandas
 
-        return pandas.DataFrame([_flat(entry) for entry in self])
+        return pandas.DataFrame([flat(entry) for entry in self])
 
 
-def _flat(value: Any, key: str = "") -> dict[str, Any]:
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """The numbers and texts of dicts and lists inside each other, by dotted keys."""
     if not isinstance(value, dict | list):
         return {key: value}
     parts = value.items() if isinstance(value, dict) else enumerate(value)
     found: dict[str, Any] = {}
     for name, part in parts:
-        found.update(_flat(part, f"{key}.{name}" if key else str(name)))
+        found.update(flat(part, f"{key}.{name}" if key else str(name)))
     return found
 
 

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from . import _orthowear, mesh
+from . import _orthowear
 from .errors import NotConvergedWarning
 from .fields import Fields, OfFields
 from .flexibility import Flexibility
+from .mesh import files as meshes
 from .result import Result
 
 #: What a scene is called in messages that is no file.
@@ -54,11 +55,11 @@ def _directory(out: str | os.PathLike[str] | None) -> Path | None:
     return None if out is None else _path("out", out)
 
 
-def _table(name: str, value: Mapping[str, Any], example: str, files: list[mesh.File]) -> dict[str, Any]:
+def _table(name: str, value: Mapping[str, Any], example: str, files: list[meshes.File]) -> dict[str, Any]:
     """A dict with paths in place of its meshes; their files are appended."""
     if not isinstance(value, Mapping):
         raise _wrong(name, value, f"a dict, such as {example}")
-    return {key: mesh.placed(part, str(key), files) for key, part in value.items()}
+    return {key: meshes.placed(part, str(key), files) for key, part in value.items()}
 
 
 OVERRIDES = '{"gap.radius": 25.0}'
@@ -83,7 +84,7 @@ class Scene:
         self._core = core
         # Where the process is may change.
         self._path = path.absolute()
-        self._files = mesh.held(core.to_dict())
+        self._files = meshes.held(core.to_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -91,7 +92,7 @@ class Scene:
 
         Raises InputError with all mistakes at once.
         """
-        files: list[mesh.File] = []
+        files: list[meshes.File] = []
         replaced = _table("overrides", {} if overrides is None else overrides, OVERRIDES, files)
         path = _path("path", path)
         return cls(_orthowear.Scene.load(path, replaced), path)
@@ -105,7 +106,7 @@ class Scene:
         of a temporary folder, which is kept as long as a scene uses it.
         """
         path = _path("folder", "." if folder is None else folder) / NAME
-        files: list[mesh.File] = []
+        files: list[meshes.File] = []
         return cls(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
 
     def to_dict(self) -> dict[str, Any]:
@@ -114,7 +115,7 @@ class Scene:
 
     def replace(self, overrides: Mapping[str, Any]) -> Scene:
         """The same scene with some values replaced, by dotted keys as those of `load`."""
-        files: list[mesh.File] = []
+        files: list[meshes.File] = []
         return Scene(self._core.replace(_table("overrides", overrides, OVERRIDES, files)), self._path)
 
     def with_(self, **overrides: Any) -> Scene:
@@ -122,7 +123,7 @@ class Scene:
         return self.replace(overrides)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (mesh.with_meshes(self.to_dict(), self._files), self._path)
+        return _unpickled, (meshes.with_meshes(self.to_dict(), self._files), self._path)
 
     @property
     def title(self) -> str:
@@ -200,7 +201,7 @@ class Scene:
 
 
 def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
-    files: list[mesh.File] = []
+    files: list[meshes.File] = []
     return Scene(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
 
 

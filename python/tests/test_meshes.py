@@ -16,6 +16,7 @@ from conftest import needed
 
 import orthowear
 from orthowear import mesh as meshes
+from orthowear.mesh import files, of_meshio
 
 #: A block of hexahedra, graded towards its base, whose top is in two groups.
 BLOCK = """
@@ -206,9 +207,9 @@ def test_nodes_of_second_order(kind):
 
     points = places(vtk)
     nodes = np.arange(len(points))[None, :]
-    assert np.allclose(points[meshes._gmsh_order(kind, nodes, points)[0]], places(gmsh), rtol=0, atol=1e-15)
+    assert np.allclose(points[of_meshio._gmsh_order(kind, nodes, points)[0]], places(gmsh), rtol=0, atol=1e-15)
     if kind in ("wedge18", "pyramid14"):  # meshio gives those of gmsh's files as they are
-        assert np.array_equal(meshes._gmsh_order(kind, nodes, places(gmsh)), nodes)
+        assert np.array_equal(of_meshio._gmsh_order(kind, nodes, places(gmsh)), nodes)
 
 
 def test_equal_meshes_are_equal_scenes():
@@ -334,8 +335,9 @@ KILLED = """
 import os, signal, sys, time
 import numpy as np
 from orthowear import mesh
+from orthowear.mesh import files
 made = mesh.Mesh(np.eye(4, 3), [("tetra", np.array([[3, 0, 1, 2]]), (1,))], {(3, 1): "body"})
-file = mesh._file(made)
+file = files._file(made)
 print(file.path.parent, flush=True)
 time.sleep(60)
 """
@@ -348,16 +350,16 @@ def test_folders_of_killed_processes_are_cleared(monkeypatch, temporary):
     folder = Path(child.stdout.readline().strip())
     assert folder.parent == temporary
     assert len(list(folder.glob("*.msh"))) == 1
-    monkeypatch.setattr(meshes, "WHILE", -1.0)
-    meshes._clear_stale()
+    monkeypatch.setattr(files, "WHILE", -1.0)
+    files._clear_stale()
     assert folder.exists()
     child.kill()
     child.wait(10)
-    monkeypatch.setattr(meshes, "WHILE", 60.0)
-    meshes._clear_stale()
+    monkeypatch.setattr(files, "WHILE", 60.0)
+    files._clear_stale()
     assert folder.exists()
-    monkeypatch.setattr(meshes, "WHILE", -1.0)
-    meshes._clear_stale()
+    monkeypatch.setattr(files, "WHILE", -1.0)
+    files._clear_stale()
     assert not folder.exists()
 
 

@@ -89,7 +89,9 @@ def test_options_and_axes_of_others(pyplot, result):
     assert plot.field(result, "tractions", component="x", ax=axes[1], norm=norm).collections[0].norm is norm
     with orthowear.Scene.from_dict(small()).steps() as steps:
         entry = next(steps)
-    assert np.array_equal(np.ravel(plot.field(entry, ax=axes[2]).collections[0].get_array()), entry.to_grid(entry.pressure).T.ravel())
+    assert np.array_equal(
+        np.ravel(plot.field(entry, ax=axes[2]).collections[0].get_array()), entry.to_grid(entry.pressure).T.ravel()
+    )
 
 
 def test_units_are_the_scenes(pyplot):
@@ -182,7 +184,8 @@ def test_histories(pyplot, result):
 def test_loops_and_cycles(pyplot):
     """Truth: work done over a closed path is the area inside: what the run says was dissipated, to the trapezoids of 32 points."""
     scene = orthowear.Scene.load(
-        ROOT / "scenes" / "sphere-wear.toml", {"frame.cells": [16, 16], "output.fields": ["loops"], "steps.fretting.cycles.count": 1000}
+        ROOT / "scenes" / "sphere-wear.toml",
+        {"frame.cells": [16, 16], "output.fields": ["loops"], "steps.fretting.cycles.count": 1000},
     )
     result = scene.run()
     ax = plot.loop(result, step="fretting")
@@ -232,7 +235,11 @@ def test_refusals(pyplot, result):
         (ValueError, "along 'z'", lambda: plot.section(result, along="z")),
         (ValueError, "'worn': the entries have .*normal_force.*worn_volume", lambda: plot.history(result, "worn")),
         (ValueError, "step 'pull': the result has press, push", lambda: plot.history(result, step="pull")),
-        (ValueError, "over 'shift': it has components; allowed is one of shift.0, shift.1", lambda: plot.history(result, over="shift")),
+        (
+            ValueError,
+            "over 'shift': it has components; allowed is one of shift.0, shift.1",
+            lambda: plot.history(result, over="shift"),
+        ),
         (TypeError, "type int .*allowed: a Result or its entries", lambda: plot.history(3)),
         (ValueError, "component 'n'", lambda: plot.loop(result, component="n")),
         (ValueError, "no runs of different accuracy: give the scene one", lambda: plot.convergence(result)),
