@@ -56,7 +56,7 @@ def test_blocks(folder):
 
 
 def test_picture_is_current(folder):
-    """Truth: the page's own block. The last digits of results may differ between machines: numbers to a hundredth, maps to a shade."""
+    """Truth: the page's own block. Machines may differ in the last digits of results: numbers to a hundredth, maps to a shade."""
     version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
     if needed("matplotlib").__version__ != version:
         pytest.skip(f"the picture is made with matplotlib {version}")

@@ -33,7 +33,10 @@ def _mesh(value: Any) -> Mesh:
 
 
 class File:
-    """A mesh as a file, which goes with the last scene that uses it; named by its content, so that equal meshes give equal scenes."""
+    """A mesh as a file, which goes with the last scene that uses it.
+
+    It is named by its content, so that equal meshes give equal scenes.
+    """
 
     def __init__(self, mesh: Mesh, path: Path) -> None:
         self.mesh = mesh

@@ -43,6 +43,13 @@ Groups = tuple[int, ...]
 Run = tuple[str, npt.NDArray[np.int64], Groups]
 
 
+#: What is said of a mesh without any.
+NO_GROUPS = (
+    "the mesh has no physical groups: the contact surface and supports are named by groups, and gmsh keeps what is in one; make "
+    "them in gmsh (addPhysicalGroup), as cell sets of meshio, or as its cell data gmsh:physical"
+)
+
+
 def refuse(message: str) -> NoReturn:
     raise InputError(message, exit_code=2, report=f"error: {message}\n")
 
@@ -85,10 +92,7 @@ class Mesh:
             found = "no elements" if not dims else "only points and lines"
             refuse(f'the mesh has {found}: a body is made of solids, or of a closed surface where kind = "be"')
         if not self.groups:
-            refuse(
-                "the mesh has no physical groups: the contact surface and supports are named by groups; give them names in gmsh "
-                "(addPhysicalGroup), as cell sets of meshio, or as its cell data gmsh:physical"
-            )
+            refuse(NO_GROUPS)
         for name in [*(name for _, name in self.groups), *(fields or {})]:
             if not name or '"' in name or any(ord(letter) < 32 for letter in name):
                 refuse(f"the name {name!r}: names of groups and fields have a letter and no quotation marks or line ends")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .msh import KINDS, NAMES, Mesh, Run, refuse, type_of
+from .msh import KINDS, NAMES, NO_GROUPS, Mesh, Run, refuse, type_of
 
 
 def is_gmsh(model: Any) -> bool:
@@ -31,12 +31,15 @@ def from_gmsh(gmsh: Any) -> Mesh:
             if name:
                 names[int(dim), abs(int(tag))] = name
             for entity in model.getEntitiesForPhysicalGroup(dim, tag):
-                groups.setdefault((int(dim), int(entity)), set()).add(abs(int(tag)))
+                # Minus signs turn elements round, which has no meaning here.
+                groups.setdefault((int(dim), abs(int(entity))), set()).add(abs(int(tag)))
         found = [(entity, *model.mesh.getElements(*entity)) for entity in sorted(groups)]
     except Exception as error:  # gmsh raises plain exceptions
         refuse(f"gmsh says: {error}; call gmsh.initialize() and make a mesh before, and gmsh.finalize() after")
     if not len(tags):
         refuse("the current model of gmsh has no mesh: call gmsh.model.mesh.generate(3)")
+    if not groups:
+        refuse(NO_GROUPS)
     index = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     index[tags] = np.arange(len(tags))
     runs: list[Run] = []

@@ -60,7 +60,8 @@ def field(
     name: pressure, tractions, gap, slip, wear_depth or contact. component: of `tractions` and `slip` tangential (the magnitude
     along x and y, the default), x or y; of `tractions` n, too; of `gap` n (the default), x or y. arrows: directions on
     magnitudes. colorbar: with the unit. xy: other places of the cells (N, 2), such as arc length and height on a cylinder, where
-    those in the frame's plane lie over each other; only for frames that are no grids. options: of matplotlib's pcolormesh, such as cmap, vmin and vmax.
+    those in the frame's plane lie over each other; only for frames that are no grids. options: of matplotlib's pcolormesh, such
+    as cmap, vmin and vmax.
 
     Signed components have colours about 0. Slip is left out in open cells, where nothing slips. Cells of frames that are no
     grids are squares of the cells' areas.
