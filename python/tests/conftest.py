@@ -23,9 +23,14 @@ def needed(name: str):
     try:
         return importlib.import_module(name)
     except (ImportError, OSError) as error:  # gmsh's package needs libraries of the system
-        if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
-            pytest.fail(f"{name} is missing ({error}): scripts/setup installs it")
-        pytest.skip(f"{name} is missing ({error}): scripts/setup installs it")
+        return missing(f"{name} is missing ({error}): scripts/setup installs it")
+
+
+def missing(what: str):
+    """Skips the test, unless all tools are required."""
+    if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
+        pytest.fail(what)
+    pytest.skip(what)
 
 
 def small() -> dict:
@@ -56,9 +61,7 @@ def program():
     path = ROOT / "target" / "release" / ("orthowear.exe" if sys.platform == "win32" else "orthowear")
     found = path if path.exists() else shutil.which("orthowear")
     if found is None:
-        if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
-            pytest.fail("the program is not built: cargo build --release")
-        pytest.skip("the program is not built: cargo build --release")
+        missing("the program is not built: cargo build --release")
 
     def run(*arguments, **more):
         return subprocess.run([found, *map(str, arguments)], capture_output=True, text=True, check=False, **more)
