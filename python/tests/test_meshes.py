@@ -231,6 +231,9 @@ def test_equal_meshes_are_equal_scenes():
     gc.collect()
     assert path.exists() and not other.exists()
     assert again.replace({"body1.contact": "base"}).to_dict()["body1"]["mesh"] == str(path)
+    # What is left of an older object does not take a newer one's file.
+    files._remove(path, os.getpid())
+    assert path.exists()
     del again
     gc.collect()
     assert not path.exists()
