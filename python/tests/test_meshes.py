@@ -239,13 +239,20 @@ def test_equal_meshes_are_equal_scenes():
     assert not path.exists()
 
 
-def test_steps_keep_the_file():
-    """Truth: a run of the same scene whose object is kept."""
+def test_steps_keep_the_file(tmp_path):
+    """Truth: a run of the same scene whose object is kept. Runs that write files read the mesh once more."""
     meshio = needed("meshio")
     expected = orthowear.Scene.from_dict(on(cube(meshio))).run(cache=False)
-    steps = orthowear.Scene.from_dict(on(cube(meshio))).steps(cache=False)
+    scene = orthowear.Scene.from_dict(on(cube(meshio)))
+    path = Path(scene.to_dict()["body1"]["mesh"])
+    steps = scene.steps(tmp_path, cache=False)
+    del scene
     gc.collect()
+    assert path.exists()
     assert same(list(steps)[-1], expected)
+    del steps
+    gc.collect()
+    assert not path.exists()
 
 
 def test_what_becomes_of_the_object_changes_no_scene():

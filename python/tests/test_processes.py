@@ -42,7 +42,7 @@ def scenes():
         "replaced": orthowear.Scene.from_dict(small()).replace({"friction.mu": 0.25, "gap.radius": 12.5}),
         "file": loaded,
         "mesh file": orthowear.Scene.load(
-            ROOT / "scenes" / "sphere-on-cfrp-block.toml",
+            os.path.relpath(ROOT / "scenes" / "sphere-on-cfrp-block.toml"),
             {"frame.cells": [8, 8], "steps.fretting.cycles.count": 10, "output.fields": []},
         ),
     }
