@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _orthowear
+from .fields import Array, frozen
 
 #: Largest dense matrix that is made, bytes.
 LARGEST = 1 << 30
@@ -25,9 +26,9 @@ class Flexibility:
 
     def __init__(self, core: _orthowear.Flexibility) -> None:
         self._core = core
-        cells = core.places()
-        self.points: np.ndarray = cells["points"]
-        self.areas: np.ndarray = cells["areas"]
+        cells = frozen(core.places())
+        self.points: Array = cells["points"]
+        self.areas: Array = cells["areas"]
         self.grid: tuple[int, int] | None = cells["grid"]
 
     @property
@@ -35,20 +36,20 @@ class Flexibility:
         """(3 N, 3 N)."""
         return (3 * self._core.cells, 3 * self._core.cells)
 
-    def apply(self, tractions: Any) -> np.ndarray:
+    def apply(self, tractions: Any) -> Array:
         """The gap change (N, 3) for tractions (N, 3), components along (x, y, n) of each cell."""
         return self._core.apply(np.ascontiguousarray(tractions, dtype=float))
 
-    def matvec(self, tractions: Any) -> np.ndarray:
+    def matvec(self, tractions: Any) -> Array:
         """As `apply`, of vectors (3 N,): x, y, n of the first cell, then of the second."""
         return self.apply(np.asarray(tractions, dtype=float).reshape(-1, 3)).ravel()
 
-    def rmatvec(self, values: Any) -> np.ndarray:
+    def rmatvec(self, values: Any) -> Array:
         """The transpose: S^T = A S A^-1 with the areas A."""
-        weight = np.repeat(self.areas, 3)
+        weight: Array = np.repeat(self.areas, 3)
         return weight * self.matvec(np.asarray(values, dtype=float).ravel() / weight)
 
-    def to_dense(self, largest: int = LARGEST) -> np.ndarray:
+    def to_dense(self, largest: int = LARGEST) -> Array:
         """The matrix (3 N, 3 N), column by column; refused where it takes more than `largest` bytes."""
         n = self.shape[0]
         if 8 * n * n > largest:

@@ -9,22 +9,33 @@ from typing import Any
 import numpy as np
 
 from . import _orthowear
+from .errors import InputError
+from .fields import Array
 from .scene import NAME
 
 
 def green(
     material: Mapping[str, Any], angles: Any, *, tilt: float = 0.0, azimuth: float = 0.0, body: int = 1
-) -> np.ndarray:
+) -> Array:
     """Surface Green's function of a half-space, Γ(φ), 1 / (force / length^2), (..., 3, 3) for angles of the shape (...).
 
     A point force F at the origin moves the surface at the distance r in the direction φ by Γ(φ) F / r; rows are components of
     the displacement, columns of the force, along (x, y, n).
-    material: as in a scene's [materials.NAME]. angles: φ from x, degrees. tilt, azimuth: direction of the fibre, degrees, as in
-    `body1.fibre`; for materials that are not isotropic. body: 1 for the lower half-space, n being its outward normal; 2 for
-    the upper one, into which n points.
+    material: as in a scene's [materials.NAME]. angles: φ from x, degrees. tilt (-90 to 90), azimuth: direction of the fibre,
+    degrees, as in `body1.fibre`; of no effect on isotropic materials. body: 1 for the lower half-space, n being its outward
+    normal; 2 for the upper one, into which n points.
     """
     if body not in (1, 2):
         raise ValueError(f"body {body!r}: it is 1 or 2")
+    if not isinstance(material, Mapping):
+        raise TypeError(
+            f"material: {material!r} is of the type {type(material).__name__}; allowed: a dict as in a scene's [materials.NAME], "
+            'such as {"model": "isotropic", "E": 210e3, "nu": 0.3}'
+        )
+    angles = _degrees("angles", angles)
+    tilt, azimuth = (float(_degrees(name, value, 0)) for name, value in (("tilt", tilt), ("azimuth", azimuth)))
+    if not -90 <= tilt <= 90:
+        _refuse(f"tilt: {tilt:g}; allowed: at least -90 and at most 90, degrees")
     half_space: dict[str, Any] = {"kind": "half-space", "material": "material"}
     if material.get("model") != "isotropic":
         half_space["fibre"] = {"tilt": tilt, "azimuth": azimuth}
@@ -36,7 +47,26 @@ def green(
         "gap": {"kind": "sphere", "radius": 1.0},
         "steps": [{"name": "press", "approach": 0.1}],
     }
-    angles = np.radians(np.asarray(angles, dtype=float))
+    angles = np.radians(angles)
     core = _orthowear.Scene.from_dict(scene, Path(NAME))
     found = core.green(body, np.ascontiguousarray(angles.ravel()))
     return found.reshape(*angles.shape, 3, 3)
+
+
+def _degrees(name: str, value: Any, dimension: int | None = None) -> Array:
+    """Finite numbers; of that dimension, if there is one."""
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        kind = type(value).__name__
+        raise TypeError(f"{name}: {value!r} is of the type {kind}; allowed: finite numbers, degrees") from None
+    if dimension is not None and found.ndim != dimension:
+        _refuse(f"{name}: an array of the shape {found.shape}; allowed: one finite number, degrees")
+    if not np.isfinite(found).all():
+        wrong = found[~np.isfinite(found)].flat[0]
+        _refuse(f"{name}: {wrong}; allowed: finite numbers, degrees")
+    return found
+
+
+def _refuse(message: str) -> None:
+    raise InputError(message, exit_code=2, report=f"error: {message}\n")

@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .fields import Fields
+from .fields import UNITS, UNKNOWN_UNITS, Fields, OfFields
 
 
 class Entries(list[dict[str, Any]]):
-    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1."""
+    """The increments and cycle jumps of a run, one dict each (docs/results.md); forces and moments act on body 1.
+
+    units: of `length` and `force`; those words where it is not given.
+    """
+
+    def __init__(self, entries: Iterable[dict[str, Any]] = (), units: Mapping[str, str] | None = None) -> None:
+        super().__init__(entries)
+        self.units: dict[str, str] = {**UNKNOWN_UNITS, **(units or {})}
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame with a row for each; lists and dicts become columns like shift.0 and certificate.min_gap."""
         import pandas
 
-        return pandas.DataFrame([_flat(entry) for entry in self])
+        return pandas.DataFrame([flat(entry) for entry in self])
 
 
-def _flat(value: Any, key: str = "") -> dict[str, Any]:
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """The numbers and texts of dicts and lists inside each other, by dotted keys."""
     if not isinstance(value, dict | list):
         return {key: value}
     parts = value.items() if isinstance(value, dict) else enumerate(value)
     found: dict[str, Any] = {}
     for name, part in parts:
-        found.update(_flat(part, f"{key}.{name}" if key else str(name)))
+        found.update(flat(part, f"{key}.{name}" if key else str(name)))
     return found
 
 
-class Result:
+class Result(OfFields):
     """The summary of a run, and the fields of its last entry.
 
     `summary` is what summary.json says (docs/results.md). `fields` is None where no increment was done; its arrays are
@@ -36,12 +45,12 @@ class Result:
 
     def __init__(self, summary: dict[str, Any], fields: dict[str, Any] | None) -> None:
         self.summary = summary
-        self.fields = None if fields is None else Fields(fields)
+        self.fields = None if fields is None else Fields(fields, summary.get("units"))
 
     @property
     def status(self) -> str:
         """converged, not-converged, failed or interrupted."""
-        return self.summary["status"]
+        return str(self.summary["status"])
 
     @property
     def reason(self) -> str | None:
@@ -51,18 +60,12 @@ class Result:
     @property
     def warnings(self) -> list[str]:
         """What the user should know."""
-        return self.summary.get("warnings", [])
+        return list(self.summary.get("warnings", []))
 
     @property
     def entries(self) -> Entries:
         """The increments and cycle jumps."""
-        return Entries(self.summary["steps"])
-
-    def __getattr__(self, name: str) -> Any:
-        fields = self.__dict__.get("fields")
-        if fields is None or name.startswith("_"):
-            raise AttributeError(f"a result without fields, or no attribute {name!r}")
-        return getattr(fields, name)
+        return Entries(self.summary["steps"], self.summary.get("units", UNITS))
 
     def __repr__(self) -> str:
         return f"<orthowear.Result {self.summary['title']!r}: {self.status}, {len(self.summary['steps'])} entries>"

@@ -4,26 +4,66 @@ from __future__ import annotations
 
 import operator
 import os
+import reprlib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import _orthowear
 from .errors import NotConvergedWarning
-from .fields import Fields
+from .fields import Fields, OfFields
 from .flexibility import Flexibility
+from .mesh import files as meshes
 from .result import Result
 
 #: What a scene is called in messages that is no file.
 NAME = "scene"
 
 
+def _wrong(name: str, value: object, allowed: str) -> TypeError:
+    return TypeError(f"{name}: {reprlib.repr(value)} is of the type {type(value).__name__}; allowed: {allowed}")
+
+
 def _settings(threads: int | None, max_memory: int | str | None, cache: bool) -> dict[str, Any]:
-    if threads is not None and not 1 <= operator.index(threads) <= 1024:
-        raise ValueError(f"threads: {threads}: 1 to 1024 are allowed, or None for all cores")
+    if threads is not None:
+        allowed = "whole numbers from 1 to 1024, or None for all cores"
+        if isinstance(threads, bool) or not hasattr(threads, "__index__"):
+            raise _wrong("threads", threads, allowed)
+        threads = operator.index(threads)
+        if not 1 <= threads <= 1024:
+            raise ValueError(f"threads: {threads}; allowed: {allowed}")
+    if max_memory is not None and (
+        isinstance(max_memory, bool) or not (isinstance(max_memory, str | float) or hasattr(max_memory, "__index__"))
+    ):
+        raise _wrong("max_memory", max_memory, 'a number of bytes, a size like "4 GiB", a share like "50 %", or None')
+    if not isinstance(cache, bool | np.bool_):
+        raise _wrong("cache", cache, "True or False")
     limit = None if max_memory is None else str(max_memory)
-    return {"threads": threads, "max_memory": limit, "cache": cache}
+    return {"threads": threads, "max_memory": limit, "cache": bool(cache)}
+
+
+def _path(name: str, value: str | os.PathLike[str]) -> Path:
+    if not isinstance(value, str | os.PathLike):
+        raise _wrong(name, value, "a path, as a text or a pathlib.Path")
+    return Path(value)
+
+
+def _directory(out: str | os.PathLike[str] | None) -> Path | None:
+    return None if out is None else _path("out", out)
+
+
+def _table(name: str, value: Mapping[str, Any], example: str, files: list[meshes.File]) -> dict[str, Any]:
+    """A dict with paths in place of its meshes; their files are appended."""
+    if not isinstance(value, Mapping):
+        raise _wrong(name, value, f"a dict, such as {example}")
+    return {key: meshes.placed(part, str(key), files) for key, part in value.items()}
+
+
+OVERRIDES = '{"gap.radius": 25.0}'
+SCENE = '{"body1": {"kind": "rigid"}, ...}'
 
 
 def _warn(summary: Mapping[str, Any], level: int = 3) -> None:
@@ -34,10 +74,17 @@ def _warn(summary: Mapping[str, Any], level: int = 3) -> None:
 
 
 class Scene:
-    """A scene, read and checked: two bodies, a frame, laws and load steps (docs/scene.md)."""
+    """A scene, read and checked: two bodies, a frame, laws and load steps (docs/scene.md).
 
-    def __init__(self, core: _orthowear.Scene) -> None:
+    Made by `load`, `from_dict` and `replace`; it does not change. It can be pickled: its values, meshes made from objects and
+    the folder that its paths begin in go along, mesh files that it names do not.
+    """
+
+    def __init__(self, core: _orthowear.Scene, path: Path) -> None:
         self._core = core
+        # Where the process is may change.
+        self._path = path.absolute()
+        self._files = meshes.held(core.to_dict())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -45,15 +92,22 @@ class Scene:
 
         Raises InputError with all mistakes at once.
         """
-        return cls(_orthowear.Scene.load(Path(path), dict(overrides or {})))
+        files: list[meshes.File] = []
+        replaced = _table("overrides", {} if overrides is None else overrides, OVERRIDES, files)
+        path = _path("path", path)
+        return cls(_orthowear.Scene.load(path, replaced), path)
 
     @classmethod
     def from_dict(cls, scene: Mapping[str, Any], folder: str | os.PathLike[str] | None = None) -> Scene:
         """The scene that a dict says, with the keys of a scene file; relative paths in it begin in `folder`.
 
         Values are numbers, texts, booleans, paths, NumPy arrays, and lists and dicts of these; None stands for an absent key.
+        A mesh may be an object instead of a path: a `meshio.Mesh`, `gmsh.model`, or an `orthowear.mesh.Mesh`. It becomes a file
+        of a temporary folder, which is kept as long as a scene uses it.
         """
-        return cls(_orthowear.Scene.from_dict(dict(scene), Path(folder or ".") / NAME))
+        path = _path("folder", "." if folder is None else folder) / NAME
+        files: list[meshes.File] = []
+        return cls(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a dict, overrides included."""
@@ -61,11 +115,15 @@ class Scene:
 
     def replace(self, overrides: Mapping[str, Any]) -> Scene:
         """The same scene with some values replaced, by dotted keys as those of `load`."""
-        return Scene(self._core.replace(dict(overrides)))
+        files: list[meshes.File] = []
+        return Scene(self._core.replace(_table("overrides", overrides, OVERRIDES, files)), self._path)
 
     def with_(self, **overrides: Any) -> Scene:
         """As `replace`: scene.with_(**{"body1.fibre.tilt": 30})."""
         return self.replace(overrides)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (meshes.with_meshes(self.to_dict(), self._files), self._path)
 
     @property
     def title(self) -> str:
@@ -103,7 +161,9 @@ class Scene:
         A run that does not converge is no exception: its `status` says so, and NotConvergedWarning is given.
         """
         settings = _settings(threads, max_memory, cache)
-        summary, fields = self._core.run(settings, None if out is None else Path(out), progress)
+        if progress is not None and not callable(progress):
+            raise _wrong("progress", progress, "a function of (stage, fraction done, residual or None), or None")
+        summary, fields = self._core.run(settings, _directory(out), progress)
         _warn(summary)
         return Result(summary, fields)
 
@@ -120,7 +180,7 @@ class Scene:
         At most one entry is computed before it is asked for. `close()` stops the run; so does leaving a `with` block.
         """
         settings = _settings(threads, max_memory, cache)
-        return Steps(self._core.steps(settings, None if out is None else Path(out)))
+        return Steps(self._core.steps(settings, _directory(out)), self)
 
     def flexibility(
         self,
@@ -140,35 +200,41 @@ class Scene:
         return f"<orthowear.Scene {self.title!r}>"
 
 
-class Entry:
+def _unpickled(scene: dict[str, Any], path: Path) -> Scene:
+    files: list[meshes.File] = []
+    return Scene(_orthowear.Scene.from_dict(_table("scene", scene, SCENE, files), path), path)
+
+
+class Entry(OfFields):
     """An increment or cycle jump: `record` as in Result.entries, and the fields of that moment.
 
     The arrays are attributes of the entry, too: entry.pressure; values of the record are had by name: entry["approach"].
     """
 
-    def __init__(self, record: dict[str, Any], fields: dict[str, Any]) -> None:
+    def __init__(self, record: dict[str, Any], fields: dict[str, Any], units: Mapping[str, str] | None = None) -> None:
         self.record = record
-        self.fields = Fields(fields)
+        self.fields: Fields = Fields(fields, units)
 
     def __getitem__(self, name: str) -> Any:
         return self.record[name]
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name in ("record", "fields"):
-            raise AttributeError(name)
-        return getattr(self.fields, name)
+    def __repr__(self) -> str:
+        return f"<orthowear.Entry {self.record['name']!r}, {self.record['increment']}>"
 
 
 class Steps(Iterator[Entry]):
     """A run in progress; made by `Scene.steps`."""
 
-    def __init__(self, core: _orthowear.Steps) -> None:
+    def __init__(self, core: _orthowear.Steps, scene: Scene) -> None:
         self._core = core
+        # Keeps the files of its meshes, too.
+        self._scene = scene
+        self._units: Mapping[str, str] = scene.to_dict().get("units", {})
         self._warned = False
 
     def __next__(self) -> Entry:
         try:
-            return Entry(*next(self._core))
+            return Entry(*next(self._core), self._units)
         except StopIteration:
             summary = self.summary
             if summary is not None and not self._warned:

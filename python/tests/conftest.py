@@ -1,6 +1,8 @@
 """Scenes of the tests."""
 
+import importlib
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,23 @@ import orthowear
 
 ROOT = Path(__file__).resolve().parents[2]
 os.environ.setdefault("ORTHOWEAR_CACHE_LIMIT", "0")
+
+
+def needed(name: str):
+    """A package; without it the test is skipped, unless all tools are required."""
+    if name == "gmsh" and (sys.platform, platform.machine()) == ("linux", "aarch64"):
+        pytest.skip("gmsh has no Python package for Linux on ARM")
+    try:
+        return importlib.import_module(name)
+    except (ImportError, OSError) as error:  # gmsh's package needs libraries of the system
+        return missing(f"{name} is missing ({error}): scripts/setup installs it")
+
+
+def missing(what: str):
+    """Skips the test, unless all tools are required."""
+    if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
+        pytest.fail(what)
+    pytest.skip(what)
 
 
 def small() -> dict:
@@ -42,9 +61,7 @@ def program():
     path = ROOT / "target" / "release" / ("orthowear.exe" if sys.platform == "win32" else "orthowear")
     found = path if path.exists() else shutil.which("orthowear")
     if found is None:
-        if os.environ.get("ORTHOWEAR_REQUIRE_TOOLS"):
-            pytest.fail("the program is not built: cargo build --release")
-        pytest.skip("the program is not built: cargo build --release")
+        missing("the program is not built: cargo build --release")
 
     def run(*arguments, **more):
         return subprocess.run([found, *map(str, arguments)], capture_output=True, text=True, check=False, **more)

@@ -78,3 +78,28 @@ def test_wrong_shapes_and_sizes(scene):
         operator.to_dense(largest=1000)
     with pytest.raises(orthowear.InputError, match="E"):
         orthowear.green({"model": "isotropic", "E": -1.0, "nu": 0.3}, 0.0)
+
+
+def test_green_refuses_what_is_no_angle():
+    """Truth: docs/scene.md: tilts are from -90 to 90; a message says what was found and what is allowed, whatever the material."""
+    cfrp = {"model": "transversely-isotropic", "E1": 140e3, "E2": 10e3, "G12": 5e3, "nu12": 0.3, "nu23": 0.4}
+    for material in (STEEL, cfrp):
+        for tilt in (90.5, -120.0):
+            with pytest.raises(orthowear.InputError, match=f"tilt: {tilt:g}; allowed: at least -90 and at most 90"):
+                orthowear.green(material, 0.0, tilt=tilt)
+        for name in ("tilt", "azimuth", "angles"):
+            for wrong in (np.nan, np.inf):
+                with pytest.raises(orthowear.InputError, match=f"{name}: {wrong}; allowed: finite numbers") as caught:
+                    orthowear.green(material, **{"angles": 0.0, name: wrong})
+                assert caught.value.exit_code == 2
+    with pytest.raises(orthowear.InputError, match="angles: nan"):
+        orthowear.green(STEEL, [0.0, np.nan])
+    with pytest.raises(orthowear.InputError, match=r"tilt: an array of the shape \(2,\); allowed: one"):
+        orthowear.green(STEEL, 0.0, tilt=[0.0, 1.0])
+    with pytest.raises(TypeError, match="angles: 'east' is of the type str; allowed: finite numbers"):
+        orthowear.green(STEEL, "east")
+    with pytest.raises(TypeError, match="material: 'steel' is of the type str; allowed: a dict"):
+        orthowear.green("steel", 0.0)
+    # Along the normal: the isotropic plane is the surface, whatever the azimuth.
+    normal = orthowear.green(cfrp, [0.0, 70.0], tilt=90.0)[:, 2, 2]
+    assert normal[1] == pytest.approx(normal[0], rel=1e-9)

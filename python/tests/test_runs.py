@@ -164,3 +164,50 @@ def test_places_that_an_outline_leaves_out(scene):
     assert outlined.fields.places.size < 256
     for axis in (0, 1):
         assert np.allclose(outlined.fields._along(axis), places, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"threads": "two"}, r"threads: 'two' is of the type str; allowed: whole numbers from 1 to 1024, or None"),
+        ({"threads": 2.0}, "threads: 2.0 is of the type float; allowed: whole numbers"),
+        ({"threads": True}, "threads: True is of the type bool"),
+        ({"max_memory": [1]}, r'max_memory: \[1\] is of the type list; allowed: a number of bytes, a size like "4 GiB"'),
+        ({"max_memory": True}, "max_memory: True is of the type bool"),
+        ({"cache": "yes"}, "cache: 'yes' is of the type str; allowed: True or False"),
+        ({"progress": 3}, "progress: 3 is of the type int; allowed: a function of"),
+        ({"out": 3}, "out: 3 is of the type int; allowed: a path"),
+    ],
+)
+def test_settings_of_wrong_types(scene, settings, message):
+    """Truth: a message with the name, what was found and what is allowed, of each method that takes the setting."""
+    with pytest.raises(TypeError, match=message):
+        scene.run(**settings)
+    if "progress" in settings:
+        return
+    with pytest.raises(TypeError, match=message):
+        scene.steps(**settings)
+    if "out" not in settings:
+        for method in (scene.check, scene.flexibility):
+            with pytest.raises(TypeError, match=message):
+                method(**settings)
+
+
+def test_settings_of_numpy(scene):
+    """Truth: the same settings of Python."""
+    assert scene.run(threads=np.int64(1), max_memory=np.int64(1 << 30), cache=np.bool_(False)).status == "converged"
+
+
+def test_arguments_of_wrong_types(scene):
+    """Truth: a message that says what is allowed."""
+    with pytest.raises(TypeError, match="path: 3 is of the type int; allowed: a path"):
+        orthowear.Scene.load(3)
+    with pytest.raises(TypeError, match="folder: 3 is of the type int; allowed: a path"):
+        orthowear.Scene.from_dict({}, 3)
+    for wrong in (3, "frame.cells", [("a", 1)]):
+        with pytest.raises(TypeError, match="scene: .*allowed: a dict, such as"):
+            orthowear.Scene.from_dict(wrong)
+        with pytest.raises(TypeError, match="overrides: .*allowed: a dict, such as"):
+            scene.replace(wrong)
+        with pytest.raises(TypeError, match="overrides: .*allowed: a dict, such as"):
+            orthowear.Scene.load(ROOT / "scenes" / "hertz.toml", wrong)

@@ -1,0 +1,165 @@
+"""Meshes as files of a temporary folder, each as long as a scene uses it."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import tempfile
+import threading
+import time
+import weakref
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from .msh import Mesh, refuse, type_of
+from .of_gmsh import from_gmsh, is_gmsh
+from .of_meshio import from_meshio, is_meshio
+
+
+def _mesh(value: Any) -> Mesh:
+    if isinstance(value, Mesh):
+        return value
+    if is_meshio(value):
+        return from_meshio(value)
+    if is_gmsh(getattr(value, "model", value)):
+        return from_gmsh(value)
+    refuse(
+        f"a {type_of(value)} is no mesh: allowed are a path to a .msh file, a meshio.Mesh, the module gmsh or gmsh.model, and an "
+        "orthowear.mesh.Mesh"
+    )
+
+
+class File:
+    """A mesh as a file, which goes with the last scene that uses it.
+
+    It is named by its content, so that equal meshes give equal scenes.
+    """
+
+    def __init__(self, mesh: Mesh, path: Path) -> None:
+        self.mesh = mesh
+        self.path = path
+        weakref.finalize(self, _remove, path, os.getpid())
+
+
+# Collecting garbage may remove a file while another one is made.
+_lock = threading.RLock()
+_files: weakref.WeakValueDictionary[str, File] = weakref.WeakValueDictionary()
+#: By process: a forked one leaves its parent's alone.
+_folders: dict[int, Path] = {}
+
+
+def _folder() -> Path:
+    pid = os.getpid()
+    if pid not in _folders:
+        _clear_stale()
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX))
+        # Where there are no locks the folder has no such file, so that nobody takes it for stale.
+        if not _is_locked(folder / LOCK):
+            (folder / LOCK).unlink(missing_ok=True)
+        _folders[pid] = folder
+        atexit.register(_clear, pid)
+    return _folders[pid]
+
+
+def _clear(pid: int) -> None:
+    if pid == os.getpid():
+        shutil.rmtree(_folders[pid], ignore_errors=True)
+
+
+#: Folders have a file that their process keeps locked; without the lock, and after a while, they are those of one that was killed.
+PREFIX, LOCK, WHILE = "orthowear-meshes-", "lock", 60.0
+
+
+def _is_locked(path: Path) -> bool:
+    """Locks a file for the life of the process; whether it could be."""
+    try:
+        import fcntl
+    except ImportError:
+        return False
+    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(file)
+        return False
+    return True
+
+
+def _clear_stale() -> None:
+    """Removes the folders of processes of the same user that were killed."""
+    for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
+        try:
+            stale = time.time() - lock.stat().st_mtime > WHILE and _is_locked(lock)
+        except OSError:
+            continue
+        if stale:
+            shutil.rmtree(lock.parent, ignore_errors=True)
+
+
+def _remove(path: Path, pid: int) -> None:
+    with _lock:
+        if pid == os.getpid() and str(path) not in _files:
+            path.unlink(missing_ok=True)
+
+
+def _file(mesh: Mesh) -> File:
+    with _lock:
+        path = _folder() / f"{mesh.sha256[:32]}.msh"
+        file = _files.get(str(path))
+        if file is None:
+            file = File(mesh, path)
+            _files[str(path)] = file
+            mesh.write(path)
+        return file
+
+
+#: Tables inside each other that are looked through for meshes; those of a scene are at most four.
+DEEPEST = 8
+
+
+def placed(value: Any, key: str, files: list[File]) -> Any:
+    """A part of a scene with paths in place of meshes, whose files are appended."""
+    name = key.rpartition(".")[2]
+    if name == "mesh" and value is not None and not isinstance(value, str | os.PathLike):
+        try:
+            files.append(_file(_mesh(value)))
+        except InputError as error:
+            message = f"{key}: {error}"
+            mistake = {"key": key, "message": str(error), "mend": "", "line": None}
+            raise InputError(message, exit_code=2, mistakes=[mistake], report=f"error: {message}\n") from None
+        return str(files[-1].path)
+    if isinstance(value, dict) and key.count(".") < DEEPEST:
+        return {k: placed(part, f"{key}.{k}" if key else str(k), files) for k, part in value.items()}
+    return value
+
+
+def _paths(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, part in value.items():
+            if key == "mesh" and isinstance(part, str):
+                yield part
+            yield from _paths(part)
+
+
+def held(scene: Mapping[str, Any]) -> tuple[File, ...]:
+    """The files of meshes that a scene's dict names."""
+    found = (_files.get(path) for path in set(_paths(scene)))
+    return tuple(file for file in found if file is not None)
+
+
+def with_meshes(value: Any, files: Iterable[File]) -> Any:
+    """A part of a scene with meshes in place of the paths of their files; the reverse of `placed`."""
+    meshes = {str(file.path): file.mesh for file in files}
+
+    def visit(part: Any) -> Any:
+        if not isinstance(part, dict):
+            return part
+        return {
+            key: meshes[inner] if key == "mesh" and isinstance(inner, str) and inner in meshes else visit(inner)
+            for key, inner in part.items()
+        }
+
+    return visit(value)

@@ -1,0 +1,261 @@
+"""Fields on the frame: maps and sections."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..fields import Array, Fields
+from ..result import Result
+from .axes import axes_of, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..scene import Entry
+
+#: Colours of numbers from 0, of signed numbers, and of open, sticking and slipping cells (Okabe and Ito 2008).
+FROM_ZERO, SIGNED = "viridis", "RdBu_r"
+CONTACT = {"open": "#e6e6e6", "stick": "#0072b2", "slip": "#e69f00"}
+
+#: Most arrows along the longer side of a map.
+ARROWS = 16
+
+
+class _Part(NamedTuple):
+    """Values of a field (N,), what they are called with their unit, and whether they have a sign."""
+
+    values: Array
+    label: str
+    signed: bool
+
+
+#: By name: its words, the dimension of its unit, its components; the first of these is shown by default.
+FIELDS: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "pressure": ("pressure", "stress", ()),
+    "tractions": ("traction on body 2", "stress", ("tangential", "x", "y", "n")),
+    "gap": ("gap", "length", ("n", "x", "y")),
+    "slip": ("slip", "length", ("tangential", "x", "y")),
+    "wear_depth": ("worn depth", "length", ()),
+    "contact": ("contact", "", ()),
+}
+
+
+def field(
+    of: Result | Entry | Fields,
+    name: str = "pressure",
+    *,
+    component: str | None = None,
+    arrows: bool = True,
+    colorbar: bool = True,
+    xy: npt.ArrayLike | None = None,
+    ax: Axes | None = None,
+    **options: Any,
+) -> Axes:
+    """A map of a field over the frame, along the frame's x and y from its origin.
+
+    name: pressure, tractions, gap, slip, wear_depth or contact. component: of `tractions` and `slip` tangential (the magnitude
+    along x and y, the default), x or y; of `tractions` n, too; of `gap` n (the default), x or y. arrows: directions on
+    magnitudes. colorbar: with the unit. xy: other places of the cells (N, 2), such as arc length and height on a cylinder, where
+    those in the frame's plane lie over each other; only for frames that are no grids. options: of matplotlib's pcolormesh, such
+    as cmap, vmin and vmax.
+
+    Signed components have colours about 0. Slip is left out in open cells, where nothing slips. Cells of frames that are no
+    grids are squares of the cells' areas.
+    """
+    fields = _fields(of)
+    part = _part(fields, name, component)
+    places = _places(fields, xy)
+    ax = axes_of(ax)
+    if name == "contact":
+        from matplotlib.colors import BoundaryNorm, ListedColormap
+
+        options = {"cmap": ListedColormap(list(CONTACT.values())), "norm": BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), **options}
+    else:
+        known = part.values[np.isfinite(part.values)]
+        most = float(np.abs(known).max(initial=0.0)) or 1.0
+        least = -most if part.signed else min(0.0, float(known.min(initial=0.0)))
+        limits = {} if "norm" in options else {"vmin": least, "vmax": most}
+        options = {"cmap": SIGNED if part.signed else FROM_ZERO, **limits, **options}
+    drawn = _cells(ax, fields, places, part.values, options)
+    if arrows and component in (None, "tangential") and name in ("tractions", "slip"):
+        _arrows(ax, fields, places, np.where(np.isfinite(part.values)[:, None], getattr(fields, name)[:, :2], 0.0))
+    if colorbar and ax.figure is not None:
+        if name == "contact":
+            bar = ax.figure.colorbar(drawn, ax=ax, ticks=[0, 1, 2])
+            bar.ax.set_yticklabels(list(CONTACT))
+        else:
+            ax.figure.colorbar(drawn, ax=ax, label=part.label)
+    ax.set_aspect("equal")
+    for axis in ("x", "y"):
+        ax.set(**{f"{axis}label": f"{axis} [{fields.units['length']}]"})
+    return ax
+
+
+def section(
+    of: Result | Entry | Fields,
+    name: str = "pressure",
+    *,
+    component: str | None = None,
+    along: Literal["x", "y"] = "x",
+    at: float | None = None,
+    xy: npt.ArrayLike | None = None,
+    ax: Axes | None = None,
+    **options: Any,
+) -> Axes:
+    """A field in the row of cells along x or y through the middle of the frame, or the one nearest to `at` on the other axis.
+
+    name, component, xy: as of `field`. options: of matplotlib's plot; by default the line's label says where the row is. Of frames
+    that are no grids the cells that the line meets are drawn.
+    """
+    if along not in ("x", "y"):
+        raise ValueError(f"along {along!r}: allowed are 'x' and 'y'")
+    fields = _fields(of)
+    part = _part(fields, name, component)
+    k = 0 if along == "x" else 1
+    places = _places(fields, xy)
+    across = places[:, 1 - k]
+    wanted = (across.min() + across.max()) / 2 if at is None else float(at)
+    if fields.grid is not None:
+        rows = fields.places % fields.grid[1] if along == "x" else fields.places // fields.grid[1]
+        # Of two rows as near the first, whatever the rounding.
+        distance = np.abs(across - wanted)
+        near = rows[distance <= distance.min() + 1e-6 * np.sqrt(fields.areas[0])]
+        chosen = np.flatnonzero(rows == near.min())
+        row = float(across[chosen].mean())
+        options = {"marker": "."} | options
+    else:
+        row = wanted
+        chosen = np.flatnonzero(np.abs(across - row) <= np.sqrt(fields.areas) / 2)
+        options = {"marker": ".", "linestyle": "none"} | options
+    if not len(chosen):
+        raise ValueError(f"at {wanted:g}: the frame is from {across.min():g} to {across.max():g} there")
+    chosen = chosen[np.argsort(places[chosen, k], kind="stable")]
+    ax = axes_of(ax)
+    length = fields.units["length"]
+    ax.plot(places[chosen, k], part.values[chosen], **{"label": f"{'yx'[k]} = {row:.4g} {length}", **options})
+    ax.set(xlabel=f"{along} [{length}]", ylabel=part.label)
+    if name == "contact":
+        ax.set_yticks([0, 1, 2], list(CONTACT))
+    elif part.signed:
+        ax.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
+    return ax
+
+
+def _fields(of: Any) -> Fields:
+    found = of if isinstance(of, Fields) else getattr(of, "fields", None)
+    if isinstance(found, Fields):
+        return found
+    if isinstance(of, Result):
+        raise ValueError("the result has no fields: no increment was done")
+    raise TypeError(f"a value of the type {type(of).__name__} has nothing to draw; allowed: a Result, an Entry or Fields")
+
+
+def _places(fields: Fields, xy: npt.ArrayLike | None) -> Array:
+    if xy is None:
+        if fields.grid is None:
+            normals = fields.axes[:, 2]
+            mean = normals.mean(axis=0)
+            # A cylinder's cells over half a turn, 0 at its ends.
+            if not (normals @ mean).min() > 0.1 * np.linalg.norm(mean):
+                warnings.warn(
+                    "the frame is curved so far that its cells lie over each other in its plane: give their places with xy=, such "
+                    "as arc length and height",
+                    UserWarning,
+                    stacklevel=3,
+                )
+        return fields.xy
+    if fields.grid is not None:
+        raise ValueError("xy: the frame is a grid, whose cells have their places")
+    places: Array = np.asarray(xy, dtype=float)
+    if places.shape != fields.xy.shape:
+        raise ValueError(f"xy of the shape {places.shape}: it must be {fields.xy.shape}, a row for each cell")
+    return places
+
+
+def _part(fields: Fields, name: str, component: str | None) -> _Part:
+    if name not in FIELDS:
+        raise ValueError(f"field {name!r}: allowed are {', '.join(FIELDS)}")
+    words, dimension, components = FIELDS[name]
+    if component is not None and component not in components:
+        allowed = ", ".join(components) if components else "none, for it is a number"
+        raise ValueError(f"component {component!r} of {name}: allowed: {allowed}")
+    component = component or (components[0] if components else None)
+    values = np.asarray(getattr(fields, name), dtype=float)
+    if component == "tangential":
+        values = np.hypot(values[:, 0], values[:, 1])
+        words = f"tangential {words}" if name == "tractions" else words
+    elif component is not None:
+        values = values[:, "xyn".index(component)]
+        words = f"{words} along {component}"
+    if name == "slip":
+        values = np.where(fields.contact == 0, np.nan, values)
+    label = f"{words} [{unit_of(dimension, fields.units)}]" if dimension else words
+    return _Part(values, label, signed=component in ("x", "y"))
+
+
+def _cells(ax: Axes, fields: Fields, places: Array, values: Array, options: dict[str, Any]) -> Any:
+    if fields.grid is not None:
+        edges = _edges(fields)
+        # An outline that leaves a single row does not say where others would be.
+        if np.isfinite(np.concatenate(edges)).all():
+            return ax.pcolormesh(*edges, fields.to_grid(values).T, **options)
+    from matplotlib.collections import PolyCollection
+
+    half = np.sqrt(fields.areas)[:, None, None] / 2
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    low, high = options.pop("vmin", None), options.pop("vmax", None)
+    squares = PolyCollection(places[:, None, :] + half * corners, array=values, **{"edgecolors": "face", **options})
+    squares.set_clim(low, high)
+    ax.add_collection(squares)
+    ax.autoscale_view()
+    return squares
+
+
+def _edges(fields: Fields) -> tuple[Array, Array]:
+    """Where the cells of a grid begin and end along x and y."""
+    centres = [fields._along(axis) for axis in (0, 1)]
+    spacing = [(c[-1] - c[0]) / (len(c) - 1) if len(c) > 1 else np.nan for c in centres]
+    for k in (0, 1):
+        # A single row of cells is as wide as their area says.
+        if np.isnan(spacing[k]):
+            other = spacing[1 - k]
+            spacing[k] = np.sqrt(fields.areas[0]) if np.isnan(other) else fields.areas[0] / other
+    x, y = (np.append(c - h / 2, c[-1] + h / 2) for c, h in zip(centres, spacing, strict=True))
+    return x, y
+
+
+def _arrows(ax: Axes, fields: Fields, places: Array, vectors: Array) -> None:
+    """Arrows of at most the distance between them, at every so many cells; none where there is less than a percent."""
+    size = np.hypot(vectors[:, 0], vectors[:, 1])
+    largest = size.max(initial=0.0)
+    if not largest > 0:
+        return
+    if fields.grid is not None:
+        every = max(1, -(-max(fields.grid) // ARROWS))
+        nx, ny = fields.places // fields.grid[1], fields.places % fields.grid[1]
+        chosen = (nx % every == every // 2) & (ny % every == every // 2)
+    else:
+        every = max(1, -(-len(size) // ARROWS**2))
+        chosen = np.arange(len(size)) % every == 0
+    chosen &= size > 0.01 * largest
+    between = np.sqrt(fields.areas.mean() * (every**2 if fields.grid is not None else every))
+    ax.quiver(
+        *places[chosen].T,
+        *vectors[chosen].T,
+        angles="xy",
+        scale_units="xy",
+        scale=largest / (0.95 * between),
+        pivot="middle",
+        units="xy",
+        width=0.12 * between,
+        headwidth=4.0,
+        headlength=4.0,
+        headaxislength=3.5,
+        color="white",
+        edgecolor="black",
+        linewidth=0.4,
+    )

@@ -1,0 +1,82 @@
+"""The page on the package does what it says."""
+
+import base64
+import importlib.machinery
+import importlib.util
+import io
+import re
+import shutil
+import sys
+from contextlib import redirect_stdout
+
+import numpy as np
+import pytest
+from conftest import ROOT, needed
+
+PAGE = ROOT / "docs" / "python.md"
+
+
+@pytest.fixture(scope="module")
+def examples():
+    """The script that runs the examples of the other pages: how blocks look, and when lines are those that were printed."""
+    if sys.version_info < (3, 11):
+        pytest.skip("scripts/examples needs Python 3.11")
+    loader = importlib.machinery.SourceFileLoader("examples", str(ROOT / "scripts" / "examples"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("examples", loader))
+    loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, examples):
+    """Where the blocks were run, one after the other, with copies of scenes/ and meshes/."""
+    needed("matplotlib").use("agg")
+    for name in ("gmsh", "meshio", "pandas", "xarray"):
+        needed(name)
+    folder = tmp_path_factory.mktemp("page")
+    for name in ("scenes", "meshes"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("*.out", "*.study"))
+    names: dict = {}
+    printed: list = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for i, (language, body) in enumerate(examples.BLOCK.findall(PAGE.read_text(encoding="utf-8"))):
+            if language == "python":
+                heard = io.StringIO()
+                with redirect_stdout(heard):
+                    exec(compile(body, f"{PAGE.name}, block {i}", "exec"), names)
+                printed = heard.getvalue().splitlines()
+            elif language == "text":
+                missing = [line for line in body.splitlines() if line.strip() and not examples.stands(line, printed)]
+                assert not missing, f"block {i}: not printed: {missing}, but {printed}"
+    needed("matplotlib.pyplot").close("all")
+    return folder
+
+
+def test_blocks(folder):
+    """Truth: the page: what its blocks print; and that the picture is made."""
+    assert (folder / "python-plots.svg").exists()
+
+
+def test_picture_is_current(folder):
+    """Truth: the page's own block. Machines may differ in the last digits of results: numbers to a hundredth, maps to a shade."""
+    version = re.search(r"^matplotlib==(\S+)", (ROOT / "scripts" / "requirements.txt").read_text(), re.M)[1]
+    if needed("matplotlib").__version__ != version:
+        pytest.skip(f"the picture is made with matplotlib {version}")
+    from PIL import Image
+
+    made, shown = ((place / "python-plots.svg").read_text(encoding="utf-8") for place in (folder, ROOT / "docs"))
+    image = re.compile(r'data:image/png;base64,([^"]*)"')
+    pixels = [
+        [np.asarray(Image.open(io.BytesIO(base64.b64decode(found)))).astype(float) for found in image.findall(text)]
+        for text in (made, shown)
+    ]
+    assert len(pixels[0]) == len(pixels[1]) == 3
+    for a, b in zip(*pixels, strict=True):
+        assert a.shape == b.shape and np.abs(a - b).mean() < 1.0
+    number = re.compile(r"(?<![#\w])-?\d+\.?\d*(?:e-?\d+)?")
+    # Ids are made of what they name.
+    texts = [re.sub(r'(id="|#|url\(#)\w+', r"\1", image.sub("", text)) for text in (made, shown)]
+    assert number.sub("0", texts[0]) == number.sub("0", texts[1])
+    values = [np.array(number.findall(text), dtype=float) for text in texts]
+    assert np.allclose(values[0], values[1], rtol=0, atol=0.01)
