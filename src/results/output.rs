@@ -155,7 +155,8 @@ impl OutputDir {
             if !fs::metadata(&from).is_ok_and(|found| found.len() == file.bytes) {
                 return Ok(false);
             }
-            fs::copy(&from, &to).map_err(|e| failure("cannot write", &to, &e))?;
+            let copied = fs::copy(&from, &to).and_then(|_| File::open(&to)?.sync_all());
+            copied.map_err(|e| failure("cannot write", &to, &e))?;
         }
         self.files.extend_from_slice(files);
         Ok(true)
