@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from . import _orthowear
+from .errors import InputError
 from .scene import _settings
 
 #: How often a run is begun again whose worker was lost or could not begin.
@@ -26,7 +28,7 @@ class Study:
         """
         self.path = Path(path).resolve()
         self.overrides = dict(overrides or {})
-        self._core = _orthowear.Study.load(Path(path), self.overrides)
+        self._core = _orthowear.Study.load(self.path, self.overrides)
 
     @functools.cached_property
     def plan(self) -> dict[str, Any]:
@@ -67,7 +69,7 @@ class Study:
         """Runs the study; the results are the same bits for any number of threads and workers.
 
         out: folder for the table and a folder for each run; default: the study's name with .study beside it.
-        only: numbers of the runs that are wanted, from 0; no table is written then, see `collect`.
+        only: numbers of the runs that are wanted, from 0; no table is written then, see `collect`. With a client the result also has the runs that were done before.
         resume: leaves runs that have converged as they are, and goes on with unfinished ones.
         threads: of all runs together, default that of the cores; with a client of each run, default 1.
         max_memory: of all runs together; with a client of each run.
@@ -79,19 +81,26 @@ class Study:
         A run that fails or does not converge is no exception: `status` of its row says so.
         """
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
-        numbers = None if only is None else sorted(set(only))
+        numbers = None if only is None else self._numbers(only)
         if client is None:
             settings = _settings(threads, max_memory, cache)
             return StudyResult(folder, *self._core.run(settings, folder, numbers, resume, progress))
         settings = _settings(1 if threads is None else threads, max_memory, cache)
         wanted = list(range(len(self))) if numbers is None else numbers
         _on_workers(client, self, (settings, folder, resume), wanted, progress)
-        return self.collect(folder)
+        return StudyResult(folder, *self._core.collect(folder, numbers is None))
+
+    def _numbers(self, only: Iterable[int]) -> list[int]:
+        numbers = sorted({operator.index(number) for number in only})
+        for number in numbers:
+            if not 0 <= number < len(self):
+                raise InputError(f"run {number}: the study has runs 0 to {len(self) - 1}", exit_code=2)
+        return numbers
 
     def collect(self, out: str | os.PathLike[str] | None = None) -> StudyResult:
         """Writes the table from the folders of the runs in `out`, whatever ran them; those that are not there have no status."""
         folder = (self.path.with_suffix(".study") if out is None else Path(out)).resolve()
-        return StudyResult(folder, *self._core.collect(folder))
+        return StudyResult(folder, *self._core.collect(folder, True))
 
 
 class StudyResult:
@@ -180,17 +189,18 @@ def _key(values: list[Any]) -> str:
     return repr(values)
 
 
-#: Studies that a worker has read, by path, time of the file, and overrides: once for all of its runs.
-_known: dict[tuple[Path, float, str], Study] = {}
+#: The study that a worker has read last, with path, time of the file, and overrides: once for all of its runs.
+_known: tuple[tuple[Path, float, str], Study] | None = None
 
 
 def _one(number: int, path: Path, overrides: dict[str, Any], job: tuple[dict[str, Any], Path, float]) -> str | None:
     """A run, on a worker; its status. What a task of this study has begun or done there is not begun anew."""
+    global _known
     name = (path, path.stat().st_mtime, repr(sorted(overrides.items())))
-    if name not in _known:
-        _known.clear()
-        _known[name] = Study(path, overrides)
-    study = _known[name]
+    known = _known
+    if known is None or known[0] != name:
+        known = _known = (name, Study(path, overrides))
+    study = known[1]
     settings, folder, since = job
     place = folder / study.plan["runs"][number]["folder"]
     resume = any(_changed(place / file) >= since for file in ("summary.json", "checkpoint-1.bin", "checkpoint-2.bin"))
@@ -220,7 +230,8 @@ def _on_workers(
     # By the clock of the file system, which all workers share.
     begun = folder / ".begun"
     begun.touch()
-    since = -math.inf if resume else _changed(begun)
+    started = _changed(begun)
+    since = -math.inf if resume else started
     tasks = client.map(
         _one,
         numbers,
@@ -239,6 +250,6 @@ def _on_workers(
         begun.unlink(missing_ok=True)
     for number, task in zip(numbers, tasks, strict=True):
         place = folder / study.plan["runs"][number]["folder"] / "summary.json"
-        if task.status == "error" and _changed(place) < since:
+        if task.status != "finished" and _changed(place) < started:
             # Nothing is there that would say it.
             task.result()

@@ -77,13 +77,18 @@ impl Study {
         Ok((convert::to_python(py, &json!(result))?, code, kept))
     }
 
-    /// Writes the table from the folders of the runs in `out`: study.json, exit code, how many have been done.
-    fn collect<'py>(&self, py: Python<'py>, out: PathBuf) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
+    /// Collects the runs from their folders in `out`, and writes the table if wanted: study.json, exit code, how many have been done.
+    fn collect<'py>(
+        &self,
+        py: Python<'py>,
+        out: PathBuf,
+        write: bool,
+    ) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
         let ended = py.detach(|| {
             let stop = orthowear::interrupt::flag();
             let job = StudyJob { sweep: &self.sweep, directory: &out, cache: None, stop, resume: false };
-            job.make_directory()?;
-            concluded(&job, job.collect(), true)
+            job.find_directory()?;
+            concluded(&job, job.collect(), write)
         });
         let (result, code, kept) = ended.map_err(|error| errors::error(py, &error))?;
         Ok((convert::to_python(py, &json!(result))?, code, kept))

@@ -88,8 +88,18 @@ def test_parts(folder):
     assert all_of_it.kept == 3
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
     assert [run["results"] for run in all_of_it.runs] == [run["results"] for run in whole.runs]
-    with pytest.raises(orthowear.InputError, match="run 12: the study has runs 0 to 11"):
-        study.run(folder / "parts", only=[12])
+    for wrong in (12, -1):
+        with pytest.raises(orthowear.InputError, match=f"run {wrong}: the study has runs 0 to 11"):
+            study.run(folder / "parts", only=[wrong])
+
+
+def test_elsewhere(folder, monkeypatch):
+    """Truth: a study is that of its file, wherever the process has gone meanwhile."""
+    monkeypatch.chdir(folder)
+    study = Study("study.toml")
+    monkeypatch.chdir("/")
+    assert study.run(only=[3]).runs[3]["status"] == "converged"
+    assert (folder / "study.study").is_dir()
 
 
 def test_mistakes(folder):
@@ -139,7 +149,16 @@ def test_workers_that_die(folder, client):
     assert (folder / "parts/study.csv").read_bytes() == (folder / "whole/study.csv").read_bytes()
     assert len({run["folder"] for run in result.runs}) == 12
     assert not (folder / "parts/.begun").exists()
+    some = study.run(folder / "some", client=client, only=[4, 9])
+    assert [run["status"] for run in some.runs].count("converged") == 2
+    assert some.runs[9]["results"] == result.runs[9]["results"]
+    assert not (folder / "some/study.csv").exists()
     # Once more, with what is there: nothing is computed again.
     times = [run["seconds"] for run in result.runs]
     again = study.run(folder / "parts", client=client, resume=True)
     assert [run["seconds"] for run in again.runs] == times
+    # What workers cannot do is raised, whether they were to begin anew or not.
+    (folder / "study.toml").rename(folder / "other.toml")
+    for resume in (False, True):
+        with pytest.raises(OSError):
+            study.run(folder / "none", client=client, resume=resume)

@@ -51,16 +51,17 @@ pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> 
 #SBATCH --cpus-per-task={threads}
 #SBATCH --mem={memory}M
 #SBATCH --signal=B:TERM@60
-# What your cluster wants besides: --time, --partition, --account.
+# What your cluster wants besides, for both: --time, --partition, --account.
 
 orthowear=${{ORTHOWEAR:-orthowear}}
 study={study}
 out={out}
 
-if [ -z "$SLURM_ARRAY_TASK_ID" ]; then
+if [ -n "$ORTHOWEAR_COLLECT" ]; then
+    exec "$orthowear" study "$study" --out "$out" --collect{options}
+elif [ -z "$SLURM_ARRAY_TASK_ID" ]; then
     array=$(sbatch --parsable --array=1-{jobs} "$0") || exit
-    collect=$(printf '%q ' "$orthowear" study "$study" --out "$out" --collect{options})
-    exec sbatch --dependency="afterany:${{array%%;*}}" --job-name={name}-table --wrap "$collect"
+    exec sbatch --dependency="afterany:${{array%%;*}}" --job-name={name}-table --export=ALL,ORTHOWEAR_COLLECT=1 "$0"
 fi
 
 first=$(((SLURM_ARRAY_TASK_ID - 1) * {each} + 1))

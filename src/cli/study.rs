@@ -46,7 +46,7 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "NUMBERS", conflicts_with_all = ["collect", "emit"])]
     only: Option<Numbers>,
     /// Runs nothing: writes the table from the folders of the runs that have been done.
-    #[arg(long, conflicts_with_all = ["resume", "emit"])]
+    #[arg(long, conflicts_with_all = ["resume", "emit", "jobs"])]
     collect: bool,
     /// Runs nothing: prints a script that runs the study on a cluster, in an array of jobs.
     #[arg(long, value_name = "KIND", conflicts_with = "resume")]
@@ -96,7 +96,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         Ok(wanted) => wanted,
         Err(error) => return report(&error),
     };
-    if let Err(error) = job.make_directory() {
+    if let Err(error) = if arguments.collect { job.find_directory() } else { job.make_directory() } {
         return report(&error);
     }
     let (ended, shared) = if arguments.collect {
@@ -181,7 +181,7 @@ fn unfinished(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
             Some(Status::NotConverged) => format!("not converged: {}", reason(words)),
             Some(Status::Failed) => format!("failed: {}", words.unwrap_or("no reason known")),
             Some(Status::Interrupted) => "interrupted".to_owned(),
-            None => "not run".to_owned(),
+            None => words.map_or("not run".to_owned(), |why| format!("not run: {why}")),
         };
         Some(format!("{}: {why}\n", run.folder))
     };

@@ -138,7 +138,7 @@ pub fn compute(
     });
     let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
-    let mut study = match safely(plan, || job.maker().ready(plan, &stage)) {
+    let study = match safely(plan, || job.maker().ready(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
             summary.conclude(&Ok(Outcome::Interrupted));
@@ -155,7 +155,7 @@ pub fn compute(
         job.checkpoints.take().map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
     if let Some(TakenUp { snapshot, course, written, skipped }) = begun {
-        study.skipped.push(skipped);
+        summary.skipped.push(skipped);
         let records = snapshot.records().to_vec();
         let keeper = keeper.map(|keeper| keeper.after(0, Progress::of(&records)));
         let parts = Parts { output, records, written, keeper };

@@ -13,7 +13,7 @@ use super::resume::{Checkpoints, Start, recall, start};
 use super::{STACK, run, summary};
 use crate::error::{Error, Result, exit};
 use crate::fem::FlexibilityCache;
-use crate::results::output::{OutputDir, failure, write_atomically};
+use crate::results::output::{OutputDir, SUMMARY, failure, write_atomically};
 use crate::results::report::forget_report;
 use crate::results::summary::{Status, Summary};
 use crate::scene::{self, Plan};
@@ -22,6 +22,9 @@ use crate::study::sweep::share::{Share, share};
 use crate::study::sweep::table::{RunResult, StudyResult};
 use crate::study::sweep::{RunSpec, Sweep};
 use crate::study::{Failure, forecast};
+
+/// Why a folder does not count.
+const OTHER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
 
 /// A study and how it is run.
 pub struct StudyJob<'a> {
@@ -188,11 +191,14 @@ impl StudyJob<'_> {
         let mut ended = StudyEnded { runs: Vec::new(), code: exit::DONE, kept: 0, problems: Vec::new() };
         for (number, spec) in self.sweep.runs.iter().enumerate() {
             let mut result = RunResult::new(self.sweep, number);
+            let folder = self.directory.join(&spec.folder);
             let found = plan(self.sweep, spec).ok().and_then(|plan| {
                 let mut summary = summary(&plan);
-                recall(&plan, &self.directory.join(&spec.folder), &Status::ALL, &mut summary)
-                    .then_some(summary)
+                recall(&plan, &folder, &Status::ALL, &mut summary).then_some(summary)
             });
+            if found.is_none() && folder.join(SUMMARY).exists() {
+                result.reason = Some(OTHER.to_owned());
+            }
             let code = match found {
                 None => exit::FAILED,
                 Some(summary) => {
@@ -227,6 +233,16 @@ impl StudyJob<'_> {
         write_atomically(&self.directory.join("study.json"), json.as_bytes())
     }
 
+    /// Looks for the directory.
+    ///
+    /// # Errors
+    /// Input, if there is none.
+    pub fn find_directory(&self) -> Result<()> {
+        let place = self.directory.display();
+        let none = || Error::input(format!("there is no folder {place}; name that of the runs with --out"));
+        self.directory.is_dir().then_some(()).ok_or_else(none)
+    }
+
     /// Makes the directory.
     ///
     /// # Errors
@@ -252,8 +268,8 @@ fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
 
 /// The runs that are left, and the states that they go on from.
 struct Queue {
-    /// By run, another one with which it begins, and the number of common steps.
-    begins_as: Vec<Option<(usize, usize)>>,
+    /// By run, those with which it begins, the longest beginning first: the run that is the first of them, and the number of common steps.
+    begins_as: Vec<Vec<(usize, usize)>>,
     left: Mutex<Left>,
     changed: Condvar,
 }
@@ -288,14 +304,14 @@ impl Queue {
     fn new(specs: &[RunSpec], numbers: &[usize]) -> Self {
         let mut stages = vec![Stage::Over; specs.len()];
         numbers.iter().for_each(|&number| stages[number] = Stage::Waiting);
-        let mut begins_as = vec![None; specs.len()];
+        let mut begins_as = vec![Vec::new(); specs.len()];
         let mut known: HashMap<&str, usize> = HashMap::new();
         for (number, spec) in specs.iter().enumerate().filter(|(number, _)| stages[*number] == Stage::Waiting)
         {
-            let longest = spec.beginnings.iter().enumerate().rev();
-            begins_as[number] =
-                longest.filter_map(|(i, beginning)| Some((*known.get(beginning.as_str())?, i + 1))).next();
-            for beginning in &spec.beginnings {
+            let first =
+                |(steps, beginning): &(usize, String)| Some((*known.get(beginning.as_str())?, *steps));
+            begins_as[number] = spec.beginnings.iter().rev().filter_map(first).collect();
+            for (_, beginning) in &spec.beginnings {
                 known.entry(beginning).or_insert(number);
             }
         }
@@ -312,10 +328,10 @@ impl Queue {
         let mut left = self.left();
         loop {
             let waiting = |number: &usize| left.stages[*number] == Stage::Waiting;
-            let rank = |number: usize| match self.begins_as[number] {
-                Some((first, _)) if left.stages[first] == Stage::Over => Some((0, number)),
-                Some(_) => None,
-                None => Some((1, number)),
+            let rank = |number: usize| match self.begins_as[number].as_slice() {
+                [] => Some((1, number)),
+                all if all.iter().all(|(first, _)| left.stages[*first] == Stage::Over) => Some((0, number)),
+                _ => None,
             };
             let mut numbers = (0..left.stages.len()).filter(waiting).peekable();
             if numbers.peek().is_none() || stop.load(Ordering::Relaxed) {
@@ -327,28 +343,30 @@ impl Queue {
                 continue;
             };
             left.stages[number] = Stage::Active;
-            let from = self.begins_as[number].and_then(|(first, steps)| {
-                let fork = left.forks.iter().find(|(run, fork)| (*run, fork.n_steps) == (first, steps));
-                fork.map(|(_, fork)| fork.clone())
-            });
+            // The longest beginning that there is: a run that failed, or whose frame has grown, left shorter ones.
+            let fork = |wanted: &(usize, usize)| {
+                left.forks
+                    .iter()
+                    .find(|(run, fork)| (*run, fork.n_steps) == *wanted)
+                    .map(|(_, fork)| fork.clone())
+            };
+            let from = self.begins_as[number].iter().find_map(fork);
             let mut after: Vec<usize> = self.followers(&left, number).collect();
             after.sort_unstable();
             after.dedup();
-            let unused =
-                |(run, fork): &(usize, Arc<Fork>)| self.followers(&left, *run).all(|n| n != fork.n_steps);
-            let unused: Vec<bool> = left.forks.iter().map(unused).collect();
-            let mut unused = unused.into_iter();
-            left.forks.retain(|_| !unused.next().unwrap_or_default());
+            let used =
+                |(run, fork): &(usize, Arc<Fork>)| self.followers(&left, *run).any(|n| n == fork.n_steps);
+            let used: Vec<bool> = left.forks.iter().map(used).collect();
+            let mut used = used.into_iter();
+            left.forks.retain(|_| used.next().unwrap_or_default());
             return Some(Taken { queue: self, number, from, after });
         }
     }
 
     /// After how many of its steps waiting runs go on from run `first`.
     fn followers(&self, left: &Left, first: usize) -> impl Iterator<Item = usize> {
-        let begins = left.stages.iter().zip(&self.begins_as).filter(|(stage, _)| **stage == Stage::Waiting);
-        begins.filter_map(move |(_, begins_as)| {
-            begins_as.filter(|(run, _)| *run == first).map(|(_, steps)| steps)
-        })
+        let waiting = left.stages.iter().zip(&self.begins_as).filter(|(stage, _)| **stage == Stage::Waiting);
+        waiting.flat_map(|(_, all)| all).filter(move |(run, _)| *run == first).map(|(_, steps)| *steps)
     }
 }
 

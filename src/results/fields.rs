@@ -81,6 +81,13 @@ pub struct Written {
     peaks: Vec<BodyRecord>,
 }
 
+/// How far a writer had come.
+#[derive(Debug, Clone, Copy)]
+pub struct Mark {
+    increments: usize,
+    peaks: usize,
+}
+
 impl Written {
     /// Takes files out that are no longer there.
     pub fn forget(&mut self, missing: &[String]) {
@@ -177,9 +184,6 @@ impl<'a> FieldWriter<'a> {
             return Ok(());
         }
         self.written.increments += 1;
-        if self.wanted.contains(&FieldKind::Svg) {
-            self.written.pictures.keep(self.frame.n_cells(), record, state);
-        }
         if self.wanted.contains(&FieldKind::Vtu) {
             let grid = frame_grid(self.frame, (self.mesh(), &self.surface), state)?;
             self.write(output, "frame", &grid)?;
@@ -195,7 +199,25 @@ impl<'a> FieldWriter<'a> {
             self.points_inside(output, request, states)
                 .context(|| format!("output.inside, \"{}\"", request.name))?;
         }
+        // Last, since what comes before may be broken off.
+        if self.wanted.contains(&FieldKind::Svg) {
+            self.written.pictures.keep(self.frame.n_cells(), record, state);
+        }
         Ok(())
+    }
+
+    /// What was written before an entry, for [`FieldWriter::back_to`].
+    pub fn mark(&self) -> Mark {
+        Mark { increments: self.written.increments, peaks: self.written.peaks.len() }
+    }
+
+    /// Forgets the entry after `mark`, which was broken off.
+    pub fn back_to(&mut self, mark: Mark) {
+        let Written { increments, collections, pictures: _, peaks } = &mut self.written;
+        *increments = mark.increments;
+        peaks.truncate(mark.peaks);
+        collections.values_mut().for_each(|files| files.retain(|(time, _)| *time <= mark.increments as f64));
+        collections.retain(|_, files| !files.is_empty());
     }
 
     /// Displacement and stress at the points inside that are asked for.

@@ -98,6 +98,11 @@ impl OutputDir {
         &self.files
     }
 
+    /// Forgets the files after the first `n`.
+    pub fn forget_after(&mut self, n: usize) {
+        self.files.truncate(n);
+    }
+
     /// Whether this run goes on with one that lay here.
     pub fn continues(&self) -> bool {
         self.continued

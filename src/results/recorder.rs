@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::Result;
+use crate::error::{Kind, Result};
 use crate::history::Snapshot;
 use crate::history::record::{FrameState, IncrementRecord, Moment, Observer};
 use crate::linalg::course::Course;
@@ -218,10 +218,17 @@ impl Observer for Recorder<'_> {
             keeping.finished = Some((written, output.files().to_vec()));
         }
         self.records.push(record.clone());
-        match (&mut self.fields, &mut self.output) {
-            (Some(fields), Some(output)) => fields.increment(output, record, (state, inside)),
-            _ => Ok(()),
+        let (Some(fields), Some(output)) = (&mut self.fields, &mut self.output) else { return Ok(()) };
+        let (mark, files) = (fields.mark(), output.files().len());
+        let written = fields.increment(output, record, (state, inside));
+        if written.as_ref().is_err_and(|error| error.kind() == Kind::Interrupted) {
+            // As if it had not been computed: a run that goes on computes it again.
+            fields.back_to(mark);
+            output.forget_after(files);
+            self.records.pop();
+            self.keeping.iter_mut().for_each(|keeping| keeping.finished = None);
         }
+        written
     }
 
     fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {

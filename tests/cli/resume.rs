@@ -5,7 +5,7 @@ mod disk;
 mod job;
 
 use std::fs;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::moved::{SPHERE, layer};
 use job::{Job, assert_whole, results, send, whole};
@@ -271,6 +271,63 @@ points = [100, 60]
     let names = |job: &Job, end: &str| results(&job.out).keys().filter(|name| name.ends_with(end)).count();
     let done = job.summary()["steps"].as_array().unwrap().len();
     assert!(done < 3 && names(&job, ".csv") == done + 1 && names(&job, ".vtu") == done, "{done}");
+    let (code, text) = job.run(&["--resume"]);
+    assert_eq!(code, Some(0), "{text}");
+    let [found, expected] = [&job, &whole].map(|job| results(&job.out));
+    assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (name, content) in &expected {
+        assert!(found[name] == *content, "{name} differs");
+    }
+}
+
+/// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where the interrupt comes while the fields of the bodies are recovered, when that
+/// of the frame has been written: nothing of that entry is left.
+#[test]
+fn fields_of_bodies_may_be_interrupted() {
+    let scene = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[body1]
+kind = "fe"
+material = "steel"
+mesh = "layer.msh"
+contact = "top"
+fixed = [{ group = "base" }]
+[body2]
+kind = "rigid"
+[frame]
+kind = "grid"
+half_width = [1.0, 1.0]
+cells = [12, 12]
+[gap]
+kind = "sphere"
+radius = 50.0
+[[steps]]
+name = "press"
+approach = 0.006
+increments = 6
+[output]
+fields = ["vtu", "volume", "error", "svg"]
+"#;
+    let [whole, job] = [(); 2].map(|()| Job::new());
+    for job in [&whole, &job] {
+        fs::write(job.folder.path().join("layer.msh"), layer([2.4; 2], 1.2, [24, 24, 8])).unwrap();
+        fs::write(job.folder.path().join("scene.toml"), scene).unwrap();
+    }
+    let (code, text) = whole.run(&[]);
+    assert_eq!(code, Some(0), "{text}");
+    for (k, more) in [(1, &["--threads", "1"][..]), (2, &["--threads", "1", "--resume"])] {
+        let child = job.command(more).spawn().unwrap();
+        let frame = job.out.join(format!(".incoming/frame_{k:04}.vtu"));
+        let started = Instant::now();
+        while !frame.exists() {
+            assert!(started.elapsed().as_secs() < 120, "no {}", frame.display());
+        }
+        send(&child, libc::SIGINT);
+        child.wait_with_output().unwrap();
+    }
     let (code, text) = job.run(&["--resume"]);
     assert_eq!(code, Some(0), "{text}");
     let [found, expected] = [&job, &whole].map(|job| results(&job.out));

@@ -351,6 +351,15 @@ fn parts_of_a_study_make_its_table() {
     assert_eq!(run(&["--out", "parts", "--collect", "--quiet"]).0, Some(0));
     let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
     assert_eq!(table("whole"), table("parts"));
+    let (code, text, errors) = run(&["--out", "parts", "--collect", "--set", "friction.mu_L=0.45"]);
+    assert!(
+        code == Some(1) && text.contains("not run: what is in its folder is of another scene"),
+        "{text}{errors}"
+    );
+    let (code, _, errors) = run(&["--out", "prats", "--collect"]);
+    assert!(code == Some(2) && errors.contains("there is no folder prats"), "{errors}");
+    assert!(!folder.path().join("prats").exists());
+    assert_eq!(run(&["--out", "parts", "--collect", "--quiet"]).0, Some(0));
     let npz = |out: &str| fs::read(folder.path().join(out).join("study.npz")).unwrap();
     assert_eq!(npz("whole"), npz("parts"));
     let (code, _, errors) = run(&["--only", "3-5"]);
@@ -378,7 +387,8 @@ fn the_script_for_slurm_runs_the_study() {
         for word; do case $word in\n\
         --array=1-*) for task in $(seq 1 \"${word#--array=1-}\"); do SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_PER_TASK=2 bash \"${@: -1}\" || exit; done\n\
         echo '77;cluster';;\n\
-        --dependency=*) [ \"$word\" = --dependency=afterany:77 ] && bash -c \"${@: -1}\";;\n\
+        --dependency=*) [ \"$word\" = --dependency=afterany:77 ] && ORTHOWEAR_COLLECT=1 bash \"${@: -1}\";;\n\
+        --export=ALL,ORTHOWEAR_COLLECT=1) ;;\n\
         esac; done\n";
     let fake = folder.path().join("sbatch");
     fs::write(&fake, sbatch).unwrap();
@@ -497,6 +507,35 @@ collect = ["fretting.worn_volume"]
     close(worn(90, 35), worn(90, -35));
     close(worn(90, 0), worn(90, 90));
     assert!((worn(30, 0) - worn(30, 90)).abs() > 1e-3 * worn(30, 0), "tilted fibres have a direction");
+}
+
+/// Truth: docs/results.md: a folder for each run, though plain letters make their names alike.
+#[test]
+fn each_run_has_a_folder() {
+    let study = r#"
+[study]
+scene = "scene.toml"
+[[axes]]
+keys = ["body2.material"]
+values = ["a-b-3", "a b", "a-b"]
+[output]
+collect = ["indent.normal_force"]
+"#;
+    let folder = folder(study);
+    let steel =
+        |name: &str, e: f64| format!("[materials.\"{name}\"]\nmodel = \"isotropic\"\nE = {e}\nnu = 0.3\n");
+    let materials = [steel("a-b-3", 1e5), steel("a b", 2e5), steel("a-b", 3e5)].concat();
+    fs::write(folder.path().join("scene.toml"), SOUND.to_owned() + &materials).unwrap();
+    let (code, _, errors) = orthowear(folder.path(), &["study", "study.toml", "--quiet"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let out = folder.path().join("study.study");
+    let table = fs::read(out.join("study.csv")).unwrap();
+    let (heads, rows) = csv(&out.join("study.csv"));
+    let column = heads.iter().position(|head| head == "folder").unwrap();
+    let folders: std::collections::BTreeSet<&String> = rows.iter().map(|row| &row[column]).collect();
+    assert_eq!(folders.len(), 3, "{folders:?}");
+    assert_eq!(orthowear(folder.path(), &["study", "study.toml", "--quiet", "--collect"]).0, Some(0));
+    assert_eq!(fs::read(out.join("study.csv")).unwrap(), table);
 }
 
 /// Truth: docs/command-line.md: runs that do not converge are named with the reason, the others are done; the exit code is
@@ -634,6 +673,25 @@ colect = []
         &["has no even ratios"],
     );
     told(&one(&format!("[sample]\ncount = 2\n{tilt}")), &[], &["study.toml:3", "no axis is sampled"]);
+    let names =
+        one(&(tilt.clone() + "name = \"x\"\n" + &axis("[\"gap.radius\"]", "[4, 5]") + "name = \"x\"\n"));
+    told(&names, &[], &["study.toml:8", "two axes are called \"x\""]);
+    let many = "count = 100000000000";
+    told(
+        &range(&format!("from = 0, to = 90, {many}")),
+        &[],
+        &["study.toml:5", "`count` is 100000000000", "at most 10000"],
+    );
+    told(
+        &sample(&format!("[sample]\n{many}\n")),
+        &[],
+        &["study.toml:4", "`count` is 100000000000", "at most 10000"],
+    );
+    told(
+        &sample("[sample]\ncount = 2\nseed = 5000000000\n"),
+        &[],
+        &["study.toml:5", "`seed` is 5000000000", "at most"],
+    );
     let lost = one(&tilt) + "[output]\ncollect = [\"rub.worn_volume\"]\n";
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::file::MOST_RUNS;
-use super::keys::{AxisKeys, StudyFile};
+use super::keys::{AxisKeys, SampleKeys, StudyFile};
 use super::range;
 use crate::scene::Mistake;
 use crate::scene::document::{Document, Node, Value, segments};
@@ -178,6 +178,11 @@ fn sampled(own: &AxisKeys, list: Option<&Node>, wrong: &mut impl FnMut(String, S
 
 /// Draws the values of the axes that are sampled.
 fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Mistake>) {
+    // What is out of bounds has been told.
+    let allowed = |spec: &SampleKeys| (1..=MOST_RUNS).contains(&spec.count);
+    if keys.sample.is_some_and(|spec| !allowed(&spec)) {
+        return;
+    }
     let mut sampled: Vec<&mut Axis> = axes.iter_mut().filter(|axis| axis.is_sample).collect();
     let spec = match (keys.sample, sampled.first()) {
         (None, None) => return,
@@ -312,7 +317,16 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
         true => Axis { name: SAMPLE.to_owned(), ..axis },
         false => axis,
     };
-    together.into_iter().map(named).collect()
+    let axes: Vec<Axis> = together.into_iter().map(named).collect();
+    let mut names = BTreeSet::new();
+    for axis in axes.iter().filter(|axis| !axis.name.is_empty()) {
+        if !names.insert(axis.name.as_str()) {
+            let place = format!("axes.{}.keys.0", axis.written[0].axis);
+            let message = format!("two axes are called \"{}\"", axis.name);
+            mistakes.push(Mistake::at(document, &place, message).mend("give each a `name` of its own"));
+        }
+    }
+    axes
 }
 
 #[cfg(test)]

@@ -31,8 +31,8 @@ pub struct RunSpec {
     pub overrides: Vec<String>,
     /// Name of its folder.
     pub folder: String,
-    /// By number of its first steps, what runs that begin with the same ones have in common; none where it is not known beforehand.
-    pub beginnings: Vec<String>,
+    /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
+    pub beginnings: Vec<(usize, String)>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
     pub memory: MemoryLimit,
 }
@@ -196,7 +196,7 @@ fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
     overrides: &[String],
-    mut read: impl FnMut(&[usize], &[String]) -> Option<(MemoryLimit, Vec<String>)>,
+    mut read: impl FnMut(&[usize], &[String]) -> Option<(MemoryLimit, Vec<(usize, String)>)>,
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
@@ -206,15 +206,25 @@ fn runs(
             let lines = axis.keys.iter().zip(&axis.values[value]);
             own.extend(lines.map(|(key, node)| format!("{key}={}", node.to_toml())));
         }
-        let mut folder = folder(axes, &choice);
-        if folder.len() > LONGEST || folders.contains(&folder) {
-            folder = format!("{}-{}", &folder[..folder.len().min(LONGEST)], number + 1);
-        }
+        let folder = free(folder(axes, &choice), number, &folders);
         folders.insert(folder.clone());
         let Some((memory, beginnings)) = read(&choice, &own) else { continue };
         runs.push(RunSpec { choice, overrides: own, folder, beginnings, memory });
     }
     runs
+}
+
+/// A name that is not too long and not taken: with the number of the run where it has to be.
+fn free(name: String, number: usize, taken: &BTreeSet<String>) -> String {
+    if name.len() <= LONGEST && !taken.contains(&name) {
+        return name;
+    }
+    // By plain letters alone, so that any place is one between them.
+    let mut short = format!("{}-{}", &name[..name.len().min(LONGEST)], number + 1);
+    while taken.contains(&short) {
+        short.push('-');
+    }
+    short
 }
 
 /// Names of the axes with their values, as far as every file system takes them: `tilt-30_angle-45`.
@@ -237,6 +247,8 @@ fn usual(plan: &Plan) -> Vec<Quantity> {
         "peak_pressure",
         "worn_volume",
     ];
-    let quantity = |name: &&str| Quantity::parse(&format!("\"{}\".{name}", last.name)).ok();
+    let plain = last.name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c));
+    let step = if plain { last.name.clone() } else { format!("\"{}\"", last.name) };
+    let quantity = |name: &&str| Quantity::parse(&format!("{step}.{name}")).ok();
     names.iter().filter_map(quantity).collect()
 }

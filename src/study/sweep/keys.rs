@@ -95,6 +95,7 @@ pub struct SampleKeys {
     pub count: usize,
     /// Other seeds give other points; the same one the same.
     #[serde(default)]
+    #[schemars(range(max = 4_294_967_295_u32))]
     pub seed: u32,
 }
 

@@ -8,15 +8,15 @@ use sha2::{Digest, Sha256};
 use super::axes::Axis;
 use super::collect::Quantity;
 use crate::history::Outlook;
-use crate::history::step::CycleMotion;
+use crate::history::step::{CycleMotion, Step};
 use crate::linalg::memory::MemoryLimit;
 use crate::results::file::hexadecimal;
 use crate::scene::mistake::Place;
 use crate::scene::plan::Plan;
 use crate::scene::{self, Document, Mistake, Mistakes};
 
-/// By number of the first steps of a plan but the last one, a fingerprint of all that their results follow from.
-fn beginnings(plan: &Plan) -> Vec<String> {
+/// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
+fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
     let mut scene = plan.document.root.to_json();
     // Runs from coarse to fine choose what they compute by their ends.
     let (Some(steps), true) = (scene["steps"].as_array().cloned(), plan.accuracy.is_none()) else {
@@ -27,11 +27,14 @@ fn beginnings(plan: &Plan) -> Vec<String> {
     }
     let whole = serde_json::json!([scene, Outlook::of(&plan.friction, &plan.steps)]).to_string();
     let mut hash = Sha256::new_with_prefix(whole);
-    let mut beginning = |step: &serde_json::Value| {
+    // A step that the scene has as a table of rows is as many.
+    let is_first = |step: &Step| step.row.is_none_or(|row| row.index == 0);
+    let starts = plan.steps.iter().enumerate().filter(|(_, step)| is_first(step)).map(|(i, _)| i).skip(1);
+    let mut beginning = |(step, n): (&serde_json::Value, usize)| {
         hash.update(step.to_string());
-        hexadecimal(&hash.clone().finalize())
+        (n, hexadecimal(&hash.clone().finalize()))
     };
-    steps[..steps.len().saturating_sub(1)].iter().map(&mut beginning).collect()
+    steps.iter().zip(starts).map(&mut beginning).collect()
 }
 
 /// Reads the scene of each run and gathers what is wrong with them.
@@ -62,7 +65,7 @@ impl<'a> Reader<'a> {
         axes: &[Axis],
         choice: &[usize],
         overrides: &[String],
-    ) -> Option<(MemoryLimit, Vec<String>)> {
+    ) -> Option<(MemoryLimit, Vec<(usize, String)>)> {
         match scene::read(self.scene, overrides) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
