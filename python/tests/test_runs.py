@@ -108,7 +108,9 @@ def test_grids(scene):
 
 
 SLOW = """
-import sys, orthowear
+import signal, sys, orthowear
+# Shells start what they put into the background deaf to it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = orthowear.Scene.load(sys.argv[1], {
     "frame.cells": [256, 256], "steps.press.increments": 500, "output.fields": []})
 try:
