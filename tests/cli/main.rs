@@ -27,6 +27,8 @@ mod report;
 mod resume;
 mod run;
 mod study;
+mod study_orientations;
+mod study_parts;
 mod tools;
 mod mesh_mistakes;
 mod scenes;

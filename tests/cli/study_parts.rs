@@ -1,0 +1,283 @@
+//! Studies that are broken off, run in parts, or share what their runs have in common: the table and the files are those of whole runs.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::bad_input::SOUND;
+use super::study::{TWO_AXES, csv, folder, json, orthowear};
+
+/// Truth: the study that was not interrupted, bit by bit, after SIGKILL with some runs done, one begun and others not; runs that were
+/// done are left as they are, and the one that was begun goes on from its checkpoint.
+#[test]
+#[cfg(unix)]
+fn killed_studies_go_on() {
+    let folder = folder(&TWO_AXES.replace("[0, 30.0]", "[0, 15, 30.0]"));
+    let arguments = |out: &'static str| {
+        let set = ["--set", "steps.fretting.cycles.jumps=40", "--set", "output.checkpoint.seconds=1e-9"];
+        [&["study", "study.toml", "--threads", "1", "--out", out][..], &set].concat()
+    };
+    let (code, _, errors) = orthowear(folder.path(), &arguments("whole"));
+    assert_eq!(code, Some(0), "{errors}");
+    let names: Vec<String> = json(&folder.path().join("whole/study.json"))["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|run| run["folder"].as_str().unwrap().to_owned())
+        .collect();
+    let out = folder.path().join("killed");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    command.current_dir(folder.path()).args(arguments("killed")).arg("--quiet");
+    let mut child = command.spawn().unwrap();
+    let started = std::time::Instant::now();
+    while !out.join(&names[2]).join("checkpoint-2.bin").exists() {
+        assert!(started.elapsed().as_secs() < 120, "the third run has no checkpoint");
+        std::thread::sleep(std::time::Duration::from_micros(200));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let summary = |name: &String| fs::read(out.join(name).join("summary.json")).ok();
+    let before: Vec<Option<Vec<u8>>> = names.iter().map(summary).collect();
+    let done = before.iter().flatten().count();
+    assert!((2..names.len()).contains(&done) && !out.join("study.csv").exists(), "{done} runs were done");
+    let resumed = [arguments("killed"), vec!["--resume"]].concat();
+    for kept in [done, names.len()] {
+        let (code, text, errors) = orthowear(folder.path(), &resumed);
+        assert_eq!(code, Some(0), "{errors}");
+        assert!(text.contains(&format!("6 runs, {kept} as they were")), "{text}");
+        for (name, before) in names.iter().zip(&before).filter(|(_, before)| before.is_some()) {
+            assert_eq!(&summary(name), before, "{name} was computed again");
+        }
+        let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
+        assert_eq!(table("whole"), table("killed"));
+    }
+    let curves = |out: &str| {
+        let study = json(&folder.path().join(out).join("study.json"));
+        study["runs"].as_array().unwrap().iter().map(|run| run["curves"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(curves("whole"), curves("killed"));
+    let other = [resumed, vec!["--set", "friction.mu_L=0.45"]].concat();
+    let (code, text, errors) = orthowear(folder.path(), &other);
+    assert!(
+        code == Some(0) && !text.contains("as they were"),
+        "runs of another scene are no results: {text}{errors}"
+    );
+}
+
+/// Files of a folder with their contents, but for `summary.json`, which has times.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    let mut files: Vec<_> = entries.map(|path| (name(&path), fs::read(&path).unwrap())).collect();
+    files.retain(|(name, _)| name != "summary.json");
+    files.sort();
+    files
+}
+
+/// Truth: the single runs, file by file to the last bit, though of runs that begin alike one alone goes the common steps: two of them for some, one
+/// for others; steps of which the whole depends on what follows are not shared.
+#[test]
+fn common_steps_are_gone_once() {
+    let middle = "[[steps]]\nname = \"shift\"\nincrements = 2\nshift = { distance = 0.004, angle = 0.0 }\n";
+    let scene = SOUND.replacen(
+        "[[steps]]\nname = \"fretting\"",
+        &format!("{middle}[[steps]]\nname = \"fretting\""),
+        1,
+    );
+    assert_ne!(scene, SOUND);
+    let study = r#"
+[study]
+scene = "scene.toml"
+[[axes]]
+name = "direction"
+keys = ["steps.shift.shift.angle"]
+values = [0, 60]
+[[axes]]
+keys = ["body1.fibre.tilt"]
+values = [0, 30]
+[[axes]]
+keys = ["steps.fretting.cycles.angle"]
+values = [0, 45]
+[output]
+collect = ["fretting.worn_volume"]
+"#;
+    let folder = folder(study);
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let fields = ["--set", "output.fields=[\"vtu\"]"];
+    let (code, _, errors) =
+        orthowear(folder.path(), &[&["study", "study.toml", "--threads", "2"][..], &fields].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    let study = json(&folder.path().join("study.study/study.json"));
+    let mut shared = Vec::new();
+    for run in study["runs"].as_array().unwrap() {
+        let mut arguments = vec!["run", "scene.toml", "--out", "alone", "--quiet", fields[0], fields[1]];
+        let values = run["values"].as_object().unwrap();
+        let sets: Vec<String> = values.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        assert_eq!(orthowear(folder.path(), &arguments).0, Some(0));
+        let (alone, own) = (
+            folder.path().join("alone"),
+            folder.path().join("study.study").join(run["folder"].as_str().unwrap()),
+        );
+        let (found, wanted) = (files(&own), files(&alone));
+        assert!(wanted.iter().any(|(name, _)| name.ends_with(".vtu")));
+        let names =
+            |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&found), names(&wanted));
+        for ((name, found), (_, wanted)) in found.iter().zip(&wanted) {
+            // The times of entries are those of the run that spent them.
+            if name != "history.csv" {
+                assert!(found == wanted, "{name} of {}", run["folder"]);
+            }
+        }
+        let (own, alone) = (json(&own.join("summary.json")), json(&alone.join("summary.json")));
+        let entries = |summary: &Value| {
+            let mut entries = summary["steps"].clone();
+            for entry in entries.as_array_mut().unwrap() {
+                entry["seconds"] = Value::Null;
+            }
+            entries
+        };
+        assert_eq!(entries(&own), entries(&alone));
+        for key in ["warnings", "status", "files", "frame"] {
+            assert_eq!(own[key], alone[key], "{key}");
+        }
+        let skipped = own["skipped"].as_array().unwrap();
+        let why = |entry: &&Value| entry["why"].as_str().unwrap().contains("another run of the study");
+        shared.push(
+            skipped
+                .iter()
+                .find(why)
+                .map_or(String::new(), |entry| entry["what"].as_str().unwrap().to_owned()),
+        );
+    }
+    let both = "steps indent, shift";
+    assert_eq!(shared, ["", both, "", both, "step indent", both, "step indent", both]);
+}
+
+/// Truth: the study that one process runs, whatever runs its parts: jobs of an array with runs in any order, of which one was lost, then the collection,
+/// and that once more when the lost one has been done.
+#[test]
+fn parts_of_a_study_make_its_table() {
+    let folder = folder(TWO_AXES);
+    let run =
+        |arguments: &[&str]| orthowear(folder.path(), &[&["study", "study.toml"][..], arguments].concat());
+    assert_eq!(run(&["--out", "whole", "--quiet"]).0, Some(0));
+    for part in ["4,2", "3"] {
+        let (code, text, errors) = run(&["--out", "parts", "--only", part]);
+        assert_eq!(code, Some(0), "{errors}");
+        assert!(text.contains("--collect` makes the table"), "{text}");
+    }
+    assert!(!folder.path().join("parts/study.csv").exists());
+    let (code, text, errors) = run(&["--out", "parts", "--collect"]);
+    assert_eq!(code, Some(1), "{errors}");
+    assert!(
+        text.contains("4 runs, 3 of them done") && text.contains("tilt-0_depth-0.02--50.0: not run"),
+        "{text}"
+    );
+    assert_eq!(run(&["--out", "parts", "--only", "1", "--quiet"]).0, Some(0));
+    assert_eq!(run(&["--out", "parts", "--collect", "--quiet"]).0, Some(0));
+    let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
+    assert_eq!(table("whole"), table("parts"));
+    let (code, text, errors) = run(&["--out", "parts", "--collect", "--set", "friction.mu_L=0.45"]);
+    assert!(
+        code == Some(1) && text.contains("not run: what is in its folder is of another scene"),
+        "{text}{errors}"
+    );
+    let (code, _, errors) = run(&["--out", "prats", "--collect"]);
+    assert!(code == Some(2) && errors.contains("there is no folder prats"), "{errors}");
+    assert!(!folder.path().join("prats").exists());
+    assert_eq!(run(&["--out", "parts", "--collect", "--quiet"]).0, Some(0));
+    let npz = |out: &str| fs::read(folder.path().join(out).join("study.npz")).unwrap();
+    assert_eq!(npz("whole"), npz("parts"));
+    let (code, _, errors) = run(&["--only", "3-5"]);
+    assert!(code == Some(2) && errors.contains("the study has runs 1 to 4"), "{errors}");
+    let (code, _, errors) = run(&["--only", "0"]);
+    assert!(code == Some(2) && errors.contains("numbers from 1"), "{errors}");
+}
+
+/// Truth: the study that one process runs. The script runs under bash, with a sbatch that does what Slurm's does: the tasks of the array with their
+/// numbers, then what depends on them.
+#[test]
+#[cfg(unix)]
+fn the_script_for_slurm_runs_the_study() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder(TWO_AXES);
+    assert_eq!(orthowear(folder.path(), &["study", "study.toml", "--out", "whole", "--quiet"]).0, Some(0));
+    let arguments =
+        ["study", "study.toml", "--out", "it's", "--emit", "slurm", "--jobs", "3", "--threads", "2"];
+    let (code, script, errors) = orthowear(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(!folder.path().join("it's").exists(), "nothing is made");
+    assert!(script.contains("#SBATCH --cpus-per-task=2\n"), "{script}");
+    fs::write(folder.path().join("study.slurm"), script).unwrap();
+    let sbatch = "#!/bin/bash\n\
+        for word; do case $word in\n\
+        --array=1-*) for task in $(seq 1 \"${word#--array=1-}\"); do SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_PER_TASK=2 bash \"${@: -1}\" || exit; done\n\
+        echo '77;cluster';;\n\
+        --dependency=*) [ \"$word\" = --dependency=afterany:77 ] && ORTHOWEAR_COLLECT=1 bash \"${@: -1}\";;\n\
+        --export=ALL,ORTHOWEAR_COLLECT=1) ;;\n\
+        esac; done\n";
+    let fake = folder.path().join("sbatch");
+    fs::write(&fake, sbatch).unwrap();
+    fs::set_permissions(&fake, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let output = std::process::Command::new("bash")
+        .arg("study.slurm")
+        .current_dir(folder.path())
+        .env("PATH", path)
+        .env("ORTHOWEAR", assert_cmd::cargo::cargo_bin("orthowear"))
+        .output()
+        .unwrap();
+    let text =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("4 runs, 4 of them done"), "{text}");
+    let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
+    assert_eq!(table("whole"), table("it's"));
+}
+
+/// Truth: docs/study.md: of two runs that begin with two common steps, of which the second does not converge, the first goes both and the other one the second
+/// alone; both tell why they end.
+#[test]
+fn shorter_beginnings_serve_where_a_run_fails() {
+    let pressed = SOUND.replace("approach = 0.02", "approach = 0.02\nfriction = false");
+    let shift = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.003, angle = 30.0 }\n";
+    let scene =
+        pressed.replace("[[steps]]\nname = \"fretting\"", &format!("{shift}[[steps]]\nname = \"fretting\""));
+    let study = r#"
+[study]
+scene = "scene.toml"
+[[axes]]
+keys = ["steps.fretting.cycles.angle"]
+values = [0, 45]
+[output]
+collect = ["indent.normal_force"]
+"#;
+    let folder = folder(study);
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    // Enough without friction and too few with it.
+    let arguments = ["study", "study.toml", "--quiet", "--set", "solver.max_iterations=16"];
+    assert_eq!(orthowear(folder.path(), &arguments).0, Some(3));
+    let (heads, rows) = csv(&folder.path().join("study.study/study.csv"));
+    let column = |name: &str| heads.iter().position(|head| head == name).unwrap();
+    let mut shared = Vec::new();
+    for row in &rows {
+        let summary =
+            json(&folder.path().join("study.study").join(&row[column("folder")]).join("summary.json"));
+        assert_eq!(
+            (summary["status"].as_str(), summary["reason"].as_str()),
+            (Some("not-converged"), Some("iterations"))
+        );
+        let names: Vec<_> =
+            summary["steps"].as_array().unwrap().iter().map(|entry| entry["name"].clone()).collect();
+        assert_eq!(names, ["indent", "shift"]);
+        let skipped = summary["skipped"].as_array().unwrap();
+        let of_another = |entry: &&Value| entry["why"].as_str().unwrap().contains("another run of the study");
+        shared.push(skipped.iter().find(of_another).map(|entry| entry["what"].clone()));
+    }
+    assert_eq!(shared, [None, Some("step indent".into())]);
+    assert_eq!(rows[0][column("indent.normal_force")], rows[1][column("indent.normal_force")]);
+}
