@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{BodyEquations, BodyField, ElasticBody, PointState};
 use crate::bem::half_space::compressed::{DENSE, TOLERANCE};
 use crate::bem::half_space::{
-    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, PeriodicFlexibility,
+    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, Kernels, PeriodicFlexibility,
     PointForceField, Subsurface, SurfaceGreen,
 };
 use crate::error::{Error, Result};
@@ -51,6 +51,8 @@ pub struct HalfSpaceBody {
     memory: MemoryLimit,
     /// Stiffness in axes in which the outward normal is the third.
     stiffness: Stiffness,
+    /// What operators on grids are made of, kept for other runs.
+    kernels: Option<Arc<Kernels>>,
     /// Where tables of its field are kept.
     cache: Option<Cache>,
     /// The field of a point force, made when points inside are asked for.
@@ -65,10 +67,26 @@ impl HalfSpaceBody {
     /// # Errors
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
     pub fn new(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> Result<Self> {
+        Self::sharing(stiffness, side, frame, None)
+    }
+
+    /// The same with what is kept of other half-spaces.
+    ///
+    /// # Errors
+    /// As [`HalfSpaceBody::new`].
+    pub fn sharing(
+        stiffness: &Stiffness,
+        side: Side,
+        frame: &ContactFrame,
+        kernels: Option<Arc<Kernels>>,
+    ) -> Result<Self> {
         let axes = plane_axes(frame)?;
         // Active rotation by the inverse of the axes gives the components in those axes.
         let local = stiffness.rotated(&axes.0.transpose());
-        let green = SurfaceGreen::new(&local, side)?;
+        let green = match &kernels {
+            Some(kernels) => kernels.green(&local, side)?,
+            None => SurfaceGreen::new(&local, side)?,
+        };
         let (cells, cross) = (PlaneCells::new(frame)?, CrossBlocks::SkipVanishing);
         let memory = MemoryLimit::of_machine();
         Ok(Self {
@@ -80,6 +98,7 @@ impl HalfSpaceBody {
             cross,
             memory,
             stiffness: local.rotated(&upright(side)),
+            kernels,
             cache: None,
             point_force: OnceLock::new(),
             operator: OnceLock::new(),
@@ -146,7 +165,8 @@ impl HalfSpaceBody {
     }
 
     fn make(&self, cross: CrossBlocks) -> Result<Box<dyn Flexibility>> {
-        self.cells.flexibility(&self.green, cross, (self.tolerance, &self.memory))
+        let kernels = self.kernels.as_deref();
+        self.cells.flexibility(&self.green, (cross, kernels), (self.tolerance, &self.memory))
     }
 }
 
@@ -264,13 +284,15 @@ impl PlaneCells {
     fn flexibility(
         &self,
         green: &SurfaceGreen,
-        cross: CrossBlocks,
+        (cross, kernels): (CrossBlocks, Option<&Kernels>),
         (tolerance, memory): (f64, &MemoryLimit),
     ) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
                 let whole: Box<dyn Flexibility> = match periodic {
-                    [false, false] => Box::new(FftFlexibility::new(*cells, *spacing, green, cross)?),
+                    [false, false] => {
+                        Box::new(FftFlexibility::sharing(*cells, *spacing, green, cross, kernels)?)
+                    }
                     _ => Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
                 };
                 match places {
@@ -301,9 +323,9 @@ pub fn compressed(n_cells: usize, cross: CrossBlocks) -> bool {
 pub fn half_space_flexibility(
     green: &SurfaceGreen,
     frame: &ContactFrame,
-    cross: CrossBlocks,
+    (cross, kernels): (CrossBlocks, Option<&Kernels>),
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, cross, (TOLERANCE, &MemoryLimit::of_machine()))
+    PlaneCells::new(frame)?.flexibility(green, (cross, kernels), (TOLERANCE, &MemoryLimit::of_machine()))
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.

@@ -4,7 +4,7 @@ pub mod block;
 mod block_rows;
 pub mod distance;
 
-use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, Kernels, SurfaceGreen};
 use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
@@ -53,18 +53,20 @@ impl Coupled {
 }
 
 /// How the operators of half-spaces are made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HalfSpaceOperators {
+#[derive(Clone, Copy)]
+pub struct HalfSpaceOperators<'a> {
     /// What happens to vanishing blocks of each.
     pub cross: CrossBlocks,
     /// Whether two of them are one operator of their summed Green's functions.
     pub summed: bool,
+    /// What they are made of, kept for other runs.
+    pub kernels: Option<&'a Kernels>,
 }
 
-impl From<CrossBlocks> for HalfSpaceOperators {
+impl From<CrossBlocks> for HalfSpaceOperators<'_> {
     /// Summed where work is left out.
     fn from(cross: CrossBlocks) -> Self {
-        Self { cross, summed: cross == CrossBlocks::SkipVanishing }
+        Self { cross, summed: cross == CrossBlocks::SkipVanishing, kernels: None }
     }
 }
 
@@ -72,12 +74,12 @@ impl From<CrossBlocks> for HalfSpaceOperators {
 ///
 /// # Errors
 /// If both bodies are rigid, or an operator cannot be made.
-pub fn couple(
+pub fn couple<'a>(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     coupling: Coupling,
-    half_spaces: impl Into<HalfSpaceOperators>,
+    half_spaces: impl Into<HalfSpaceOperators<'a>>,
 ) -> Result<Coupled> {
     match coupling {
         Coupling::Schur => sum_of_bodies(body1, body2, frame, half_spaces.into()),
@@ -115,7 +117,7 @@ fn sum_of_bodies(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    operators: HalfSpaceOperators,
+    operators: HalfSpaceOperators<'_>,
 ) -> Result<Coupled> {
     let half_spaces = [&*body1, &*body2].map(|body| body.near_field().is_some());
     let summed = operators.summed && half_spaces == [true; 2];
@@ -135,11 +137,11 @@ fn sum_of_flexibilities(
     body1: &mut dyn ElasticBody,
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
-    HalfSpaceOperators { cross, summed }: HalfSpaceOperators,
+    HalfSpaceOperators { cross, summed, kernels }: HalfSpaceOperators<'_>,
 ) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
     if summed && let (Some(lower), Some(upper)) = (body1.near_field(), body2.near_field()) {
         let green = SurfaceGreen::sum(&[lower, upper]);
-        return Ok((with_far_fields(&green, [body1, body2], frame, cross)?, [false; 2]));
+        return Ok((with_far_fields(&green, [body1, body2], frame, (cross, kernels))?, [false; 2]));
     }
     let own = [body1.take_flexibility(cross)?, body2.take_flexibility(cross)?];
     let rigid = [own[0].is_none(), own[1].is_none()];
@@ -157,7 +159,7 @@ fn with_far_fields(
     green: &SurfaceGreen,
     bodies: [&mut dyn ElasticBody; 2],
     frame: &ContactFrame,
-    cross: CrossBlocks,
+    (cross, kernels): (CrossBlocks, Option<&Kernels>),
 ) -> Result<Box<dyn Flexibility>> {
     let far_field = |body: &&mut dyn ElasticBody| match body.equations() {
         Hybrid(body) => Some(body.far_field().clone()),
@@ -165,8 +167,10 @@ fn with_far_fields(
     };
     let far: Vec<FarField> = bodies.iter().filter_map(far_field).collect();
     match frame.grid {
-        Some(grid) if !far.is_empty() => corrected(green, far, (&grid, frame.places.as_deref()), cross),
-        _ => half_space_flexibility(green, frame, cross),
+        Some(grid) if !far.is_empty() => {
+            corrected(green, far, (&grid, frame.places.as_deref()), (cross, kernels))
+        }
+        _ => half_space_flexibility(green, frame, (cross, kernels)),
     }
 }
 

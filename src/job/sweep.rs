@@ -11,6 +11,7 @@ use super::compute::{Job, Nobody, nothing};
 use super::fork::{Fork, Forks, Shares};
 use super::resume::{Checkpoints, Start, recall, start};
 use super::{STACK, run, summary};
+use crate::bem::half_space::Kernels;
 use crate::error::{Error, Result, exit};
 use crate::fem::FlexibilityCache;
 use crate::results::output::{OutputDir, SUMMARY, failure, write_atomically};
@@ -162,6 +163,7 @@ impl StudyJob<'_> {
         let unkeyed = |error: Error| Failure { error, key: String::new() };
         let mut plan = plan(self.sweep, spec).map_err(unkeyed)?;
         plan.cache = self.cache.cloned();
+        plan.kernels = Some(taken.queue.kernels.clone());
         *summary = super::summary(&plan);
         let directory = self.directory.join(&spec.folder);
         if self.resume && recall(&plan, &directory, &[Status::Converged], summary) {
@@ -272,6 +274,8 @@ struct Queue {
     begins_as: Vec<Vec<(usize, usize)>>,
     left: Mutex<Left>,
     changed: Condvar,
+    /// What operators of half-spaces are made of, for all runs.
+    kernels: Arc<Kernels>,
 }
 
 struct Left {
@@ -315,7 +319,8 @@ impl Queue {
                 known.entry(beginning).or_insert(number);
             }
         }
-        Self { begins_as, left: Mutex::new(Left { stages, forks: Vec::new() }), changed: Condvar::new() }
+        let left = Mutex::new(Left { stages, forks: Vec::new() });
+        Self { begins_as, left, changed: Condvar::new(), kernels: Arc::default() }
     }
 
     fn left(&self) -> MutexGuard<'_, Left> {

@@ -15,6 +15,7 @@ use super::keys::laws::Integrator;
 use super::keys::solver::{Output, Solver};
 use super::variant::{CompareSpec, Discretisation};
 use crate::bem::finite::Interpolation;
+use crate::bem::half_space::Kernels;
 use crate::body;
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
@@ -71,6 +72,8 @@ pub struct Plan {
     pub fields_every: usize,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
     pub cache: Option<fem::FlexibilityCache>,
+    /// What operators of half-spaces are made of, kept for other runs of this process; `None` where it is not.
+    pub kernels: Option<Arc<Kernels>>,
     /// What the user should know before running.
     pub notes: Vec<String>,
     /// Files that the scene names, by key.

@@ -239,7 +239,10 @@ pub(super) fn half_space_of(
     index: usize,
     frame: &ContactFrame,
 ) -> Result<HalfSpaceBody, Failure> {
-    let body = half_space(elastic, index, frame)?.with_cache(plan.cache.clone());
+    let stiffness = elastic.in_axes(0.0);
+    let body =
+        HalfSpaceBody::sharing(&stiffness, SIDES[index], frame, plan.kernels.clone()).at(KEYS[index])?;
+    let body = body.with_cache(plan.cache.clone());
     Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan, frame)))
 }
 

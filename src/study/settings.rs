@@ -18,9 +18,9 @@ pub(super) fn way(plan: &Plan) -> coupling::Coupling {
 }
 
 /// How the operators of half-spaces on `frame` are made.
-pub(super) fn operators(plan: &Plan, frame: &ContactFrame) -> HalfSpaceOperators {
+pub(super) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOperators<'p> {
     let summed = plan.solver.skip.skips().has(Skip::SecondHalfSpace);
-    HalfSpaceOperators { cross: cross(plan, frame), summed }
+    HalfSpaceOperators { cross: cross(plan, frame), summed, kernels: plan.kernels.as_deref() }
 }
 
 /// Whether half-space operators on `frame` leave out what vanishes or is distant.

@@ -9,13 +9,12 @@ use super::fft_plan::{Buffers, Convolution, Transforms, fast_size};
 use super::filter::{Filter, Parts};
 use super::green::SurfaceGreen;
 use super::grid_symbol::GridSymbol;
-use super::kernel_table::KernelTable;
+use super::kernels::{Kernel, Kernels};
 use super::mirrored::MirrorFlexibility;
 use super::offsets;
 use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
 use super::symbol_inverse::inverse_of;
 use crate::error::{Error, Result};
-use crate::interrupt;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::course::Course;
@@ -78,23 +77,38 @@ impl FftFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
+        Self::sharing(cells, spacing, green, cross, None)
+    }
+
+    /// The same with what is kept of other operators.
+    ///
+    /// # Errors
+    /// As [`FftFlexibility::new`].
+    pub fn sharing(
+        cells: [usize; 2],
+        spacing: [f64; 2],
+        green: &SurfaceGreen,
+        cross: CrossBlocks,
+        kernels: Option<&Kernels>,
+    ) -> Result<Self> {
         check(cells, spacing, green)?;
-        let table = Arc::new(KernelTable::new(cells, spacing, green));
-        interrupt::check()?;
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
-        let symbol = GridSymbol::new(cells, (table, 1), coupled);
+        let kernel = match kernels {
+            Some(kernels) => kernels.kernel(green, (cells, spacing), coupled)?,
+            None => Kernel::new(green, cells, spacing, coupled)?,
+        };
         let mirrors = [0, 1].map(|across| green.mirrors(across));
-        Ok(Self::of_symbol(symbol, mirrors, spacing, Arc::new(Admittance::new(green))))
+        Ok(Self::of_symbol(kernel.symbol, mirrors, spacing, kernel.admittance))
     }
 
     fn of_symbol(
-        symbol: GridSymbol,
+        symbol: Arc<GridSymbol>,
         mirrors: [bool; 2],
         spacing: [f64; 2],
         admittance: Arc<Admittance>,
     ) -> Self {
         Self {
-            symbol: Arc::new(symbol),
+            symbol,
             mirrors,
             buffers: Mutex::new(None),
             normal_buffers: Mutex::new(None),
@@ -115,7 +129,7 @@ impl FftFlexibility {
     fn smaller_one(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
-        Arc::new(Self::of_symbol(symbol, self.mirrors, spacing, self.admittance.clone()))
+        Arc::new(Self::of_symbol(Arc::new(symbol), self.mirrors, spacing, self.admittance.clone()))
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.

@@ -169,7 +169,7 @@ impl HybridBody {
     /// Root of twice the strain energy under tractions on body 2.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
         let cells = (&self.grid, self.places.as_deref());
-        let operator = corrected(&self.green, vec![self.far.clone()], cells, CrossBlocks::Keep)?;
+        let operator = corrected(&self.green, vec![self.far.clone()], cells, (CrossBlocks::Keep, None))?;
         let mut gap = vec![0.0; tractions.len()];
         operator.apply(tractions, &mut gap);
         let area = self.grid.spacing[0] * self.grid.spacing[1];
@@ -261,7 +261,7 @@ impl ElasticBody for HybridBody {
             return Err(Error::numerical("the flexibility of a body was taken twice"));
         }
         let cells = (&self.grid, self.places.as_deref());
-        Ok(Some(corrected(&self.green, vec![self.far.clone()], cells, cross)?))
+        Ok(Some(corrected(&self.green, vec![self.far.clone()], cells, (cross, None))?))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {

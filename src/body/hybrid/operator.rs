@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use nalgebra::Matrix3;
 
 use super::far_field::{FarField, OnGrid, Work};
-use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, FftFlexibility, Kernels, SurfaceGreen};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::linalg::PerCell;
@@ -161,9 +161,9 @@ pub fn corrected(
     green: &SurfaceGreen,
     far: Vec<FarField>,
     (grid, places): (&Grid, Option<&[usize]>),
-    cross: CrossBlocks,
+    (cross, kernels): (CrossBlocks, Option<&Kernels>),
 ) -> Result<Box<dyn Flexibility>> {
-    let near = FftFlexibility::new(grid.cells, grid.spacing, green, cross)?;
+    let near = FftFlexibility::sharing(grid.cells, grid.spacing, green, cross, kernels)?;
     let whole = Box::new(CorrectedFlexibility::new(Box::new(near), far, grid));
     Ok(match places {
         None => whole,

@@ -131,10 +131,9 @@ impl MultiPatchBody {
     /// # Errors
     /// If memory does not suffice.
     pub fn flexibility(&self, cross: CrossBlocks) -> Result<BlockFlexibility> {
-        let own = self
-            .patches
-            .iter()
-            .map(|patch| corrected(&patch.green, vec![patch.far.clone()], (&patch.grid, None), cross));
+        let own = self.patches.iter().map(|patch| {
+            corrected(&patch.green, vec![patch.far.clone()], (&patch.grid, None), (cross, None))
+        });
         let mut whole = BlockFlexibility::new(own.collect::<Result<_>>()?);
         let mut firsts = vec![0];
         for patch in &self.patches {

@@ -147,6 +147,7 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         accuracy: accuracy?,
         fields_every: 1,
         cache: None,
+        kernels: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),
         document: r.document.clone(),
