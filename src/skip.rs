@@ -88,6 +88,8 @@ pub enum Work {
     MovingMeshes,
     /// Steps that another run has done.
     CommonSteps,
+    /// Steps of which another run has done the image.
+    Image,
     /// What other keys, or the cache, decide.
     Other,
 }

@@ -110,7 +110,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         progress.end();
         (ended, Some(shared))
     };
-    let StudyEnded { runs, code, kept, problems } = ended;
+    let StudyEnded { runs, code, kept, images, problems } = ended;
     problems.iter().for_each(|problem| to_stderr(&format!("error: {problem}\n")));
     let result = StudyResult::new(&sweep, runs);
     let table = if arguments.only.is_some() {
@@ -138,6 +138,11 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         Some(shared) => {
             if kept > 0 {
                 text.push_str(&format!(", {kept} as they were"));
+            }
+            match images {
+                0 => {}
+                1 => text.push_str(", 1 the image of another one"),
+                more => text.push_str(&format!(", {more} images of others")),
             }
             text.push_str(&format!(", {}, in {}", aside(shared), seconds(started.elapsed().as_secs_f64())));
         }

@@ -13,6 +13,7 @@ mod increments;
 mod jump;
 mod jump_control;
 mod jump_entry;
+pub mod image;
 pub mod ledger;
 mod loops;
 mod model;

@@ -11,10 +11,11 @@ use super::resume::Checkpoints;
 use super::turn::{Maker, Stage, Way};
 use crate::error::{Error, Kind, Result, exit};
 use crate::frame::ContactFrame;
+use crate::history::image::Tape;
 use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
 use crate::history::{RunResult, Snapshot};
 use crate::linalg::course::Course;
-use crate::results::fields::{FieldWriter, Written};
+use crate::results::fields::{FieldKind, FieldWriter, Written};
 use crate::results::keeper::{Keeper, Kept, Moves, Progress};
 use crate::results::output::OutputDir;
 use crate::results::recorder::{Parts, Recorder};
@@ -36,7 +37,7 @@ pub struct Job<'a> {
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
     pub checkpoints: Option<Checkpoints>,
-    /// What it shares with runs that begin alike.
+    /// What it shares with other runs.
     pub shares: Shares<'a>,
     /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
     pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
@@ -75,6 +76,8 @@ struct Watched<'a, 'r, 'p> {
     room: Option<Room>,
     /// The run, and what others go on from, on its first frame and with unmoved meshes.
     forks: Option<(&'a Study<'p>, &'a mut Forks)>,
+    /// Its entries for runs that are its images, and whether they need fretting loops.
+    tape: Option<(&'a mut Tape, bool)>,
 }
 
 impl Observer for Watched<'_, '_, '_> {
@@ -84,6 +87,9 @@ impl Observer for Watched<'_, '_, '_> {
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.recorder.increment_done(record, state)?;
+        if let Some((tape, _)) = &mut self.tape {
+            tape.add(record, state);
+        }
         self.watch.increment_done(record, state)
     }
 
@@ -94,7 +100,9 @@ impl Observer for Watched<'_, '_, '_> {
         };
         let snapshot = snapshot();
         if forks.after.contains(&snapshot.n_steps()) {
-            forks.made.push(Fork::new((study, snapshot), self.recorder.written(), self.recorder.folder()));
+            let tape = self.tape.as_ref().map(|(tape, _)| (**tape).clone());
+            let (written, folder) = (self.recorder.written(), self.recorder.folder());
+            forks.made.push(Fork::new((study, snapshot), written, folder, tape));
         }
         Ok(())
     }
@@ -108,11 +116,11 @@ impl Observer for Watched<'_, '_, '_> {
     }
 
     fn wants_loops(&self) -> bool {
-        self.recorder.wants_loops()
+        self.recorder.wants_loops() || self.tape.as_ref().is_some_and(|(_, loops)| *loops)
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap()
+        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap() || self.tape.is_some()
     }
 }
 
@@ -146,6 +154,12 @@ pub fn compute(
         }
         Err(failure) => return failed(early(output), summary, failure),
     };
+    if from.is_some() {
+        // The fields before the checkpoint are not known.
+        job.shares.legacy.iter_mut().for_each(|legacy| legacy.tape = None);
+        job.shares.original = None;
+    }
+    let fork = job.shares.from;
     let begun = job.shares.from.take().filter(|_| from.is_none());
     let begun = match begun.map(|fork| fork.take_up(&study, output.as_mut())).transpose() {
         Ok(taken) => taken.flatten(),
@@ -156,6 +170,7 @@ pub fn compute(
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
     if let Some(TakenUp { snapshot, course, written, skipped }) = begun {
         summary.skipped.push(skipped);
+        job.shares.legacy.iter_mut().for_each(|legacy| legacy.tape = fork.and_then(|fork| fork.tape.clone()));
         let records = snapshot.records().to_vec();
         let keeper = keeper.map(|keeper| keeper.after(0, Progress::of(&records)));
         let parts = Parts { output, records, written, keeper };
@@ -246,11 +261,19 @@ fn legs<'p>(
         job.watch.on_frame(&study.model().frame);
         let is_first = stage.growths == 0 && stage.moves == Moves::default();
         let forks = job.shares.forks.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
-        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks };
+        let loops = plan.output.fields.contains(&FieldKind::Loops);
+        let tape = job.shares.legacy.as_deref_mut().filter(|_| is_first);
+        let tape = tape.and_then(|legacy| legacy.tape.as_mut()).map(|tape| (tape, loops));
+        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks, tape };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
-        let result = catch_unwind(AssertUnwindSafe(|| study.run_from(from, &mut watched)));
+        let original = job.shares.original.take();
+        let result = catch_unwind(AssertUnwindSafe(|| {
+            let image = original.map(|original| original.deliver(&study, &mut watched)).transpose()?;
+            image.flatten().map_or_else(|| study.run_from(from, &mut watched), Ok)
+        }));
         let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
+        job.shares.legacy.iter_mut().for_each(|legacy| legacy.conclude(&study, &result));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
         let way = safely(plan, || {
             Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))

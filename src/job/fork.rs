@@ -1,10 +1,12 @@
-//! Runs that begin alike: one goes the common steps, others go on from its state.
+//! What runs share: those that begin alike go the common steps once, others go on from the state of the first.
 
 use std::path::{Path, PathBuf};
 
+use super::image::{Legacy, Original};
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::history::Snapshot;
+use crate::history::image::Tape;
 use crate::history::record::Moment;
 use crate::linalg::course::Course;
 use crate::results::fields::Written;
@@ -28,15 +30,21 @@ pub struct Fork {
     near_fields: Vec<NearFieldRecord>,
     /// Seconds that the steps took.
     seconds: f64,
+    /// Its entries so far, where some of those that go on have images.
+    pub(super) tape: Option<Tape>,
 }
 
-/// What a run shares with others that begin alike.
+/// What a run shares with others.
 #[derive(Default)]
 pub struct Shares<'a> {
     /// What it goes on from.
     pub from: Option<&'a Fork>,
     /// What others go on from.
     pub forks: Option<&'a mut Forks>,
+    /// What it leaves for its images.
+    pub legacy: Option<&'a mut Legacy>,
+    /// What it is an image of.
+    pub original: Option<Original<'a>>,
 }
 
 /// What others go on from when a run has ended.
@@ -69,6 +77,7 @@ impl Fork {
         (study, snapshot): (&Study<'_>, Snapshot),
         (written, files): (Written, Vec<Gathered>),
         folder: Option<&Path>,
+        tape: Option<Tape>,
     ) -> Self {
         let model = study.model();
         let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
@@ -83,6 +92,7 @@ impl Fork {
             initial_gap: model.initial_gap.clone(),
             near_fields: study.near_fields.clone(),
             seconds,
+            tape,
         }
     }
 

@@ -3,6 +3,7 @@
 mod accurate;
 mod compute;
 mod fork;
+mod image;
 pub mod resume;
 pub mod sweep;
 mod turn;
@@ -10,6 +11,7 @@ mod turn;
 pub use accurate::{REASON, run};
 pub use compute::{Job, Nobody, compute, nothing};
 pub use fork::{Fork, Forks, Shares};
+pub use image::{Legacy, Original};
 
 use crate::results::summary::{Summary, Units};
 use crate::scene::Plan;

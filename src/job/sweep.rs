@@ -1,4 +1,5 @@
-//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once.
+//! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once, and what is the image of
+//! another run is made of that one.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -9,19 +10,22 @@ use std::time::Instant;
 
 use super::compute::{Job, Nobody, nothing};
 use super::fork::{Fork, Forks, Shares};
+use super::image::{Legacy, Original};
 use super::resume::{Checkpoints, Start, recall, start};
 use super::{STACK, run, summary};
 use crate::bem::half_space::Kernels;
 use crate::error::{Error, Result, exit};
 use crate::fem::FlexibilityCache;
+use crate::history::image::Recording;
 use crate::results::output::{OutputDir, SUMMARY, failure, write_atomically};
 use crate::results::report::forget_report;
 use crate::results::summary::{Status, Summary};
 use crate::scene::{self, Plan};
+use crate::skip::Work;
 use crate::study::sweep::plots::pictures;
 use crate::study::sweep::share::{Share, share};
 use crate::study::sweep::table::{RunResult, StudyResult};
-use crate::study::sweep::{RunSpec, Sweep};
+use crate::study::sweep::{ImageOf, RunSpec, Sweep};
 use crate::study::{Failure, forecast};
 
 /// Why a folder does not count.
@@ -42,7 +46,7 @@ pub struct StudyJob<'a> {
 }
 
 /// What the runs of a study came to.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct StudyEnded {
     /// All of its runs, in its order; those that were not run have no status.
     pub runs: Vec<RunResult>,
@@ -50,6 +54,8 @@ pub struct StudyEnded {
     pub code: u8,
     /// Number of runs that were left as they were.
     pub kept: usize,
+    /// Number of runs that were made of those that they are images of.
+    pub images: usize,
     /// Why runs could not be begun.
     pub problems: Vec<String>,
 }
@@ -60,6 +66,7 @@ struct RunEnded {
     result: RunResult,
     code: u8,
     kept: bool,
+    image: bool,
 }
 
 /// What a worker says.
@@ -79,7 +86,7 @@ impl StudyJob<'_> {
     /// Runs those of these numbers; `show` hears of each that ends how many have.
     pub fn run(&self, numbers: &[usize], shared: Share, show: &mut dyn FnMut(usize)) -> StudyEnded {
         let runs = (0..self.sweep.runs.len()).map(|number| RunResult::new(self.sweep, number)).collect();
-        let mut ended = StudyEnded { runs, code: exit::DONE, kept: 0, problems: Vec::new() };
+        let mut ended = StudyEnded { runs, ..StudyEnded::default() };
         let queue = Queue::new(&self.sweep.runs, numbers);
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
@@ -97,10 +104,11 @@ impl StudyJob<'_> {
                 match said {
                     Said::Problem(problem) => ended.problems.push(problem),
                     Said::Ended(one) => {
-                        let RunEnded { number, result, code, kept } = *one;
+                        let RunEnded { number, result, code, kept, image } = *one;
                         ended.runs[number] = result;
                         ended.code = exit::worse(ended.code, code);
                         ended.kept += usize::from(kept);
+                        ended.images += usize::from(image);
                         done += 1;
                         show(done);
                     }
@@ -150,7 +158,8 @@ impl StudyJob<'_> {
         });
         let seconds = if kept { summary.timings.sum() } else { started.elapsed().as_secs_f64() };
         result.take(self.sweep, &summary, seconds);
-        RunEnded { number, result, code, kept }
+        let image = summary.skipped.iter().any(|entry| entry.work == Work::Image);
+        RunEnded { number, result, code, kept, image }
     }
 
     fn compute(
@@ -161,9 +170,7 @@ impl StudyJob<'_> {
     ) -> std::result::Result<u8, Failure> {
         let spec = &self.sweep.runs[taken.number];
         let unkeyed = |error: Error| Failure { error, key: String::new() };
-        let mut plan = plan(self.sweep, spec).map_err(unkeyed)?;
-        plan.cache = self.cache.cloned();
-        plan.kernels = Some(taken.queue.kernels.clone());
+        let plan = self.plan(taken.queue, spec).map_err(unkeyed)?;
         *summary = super::summary(&plan);
         let directory = self.directory.join(&spec.folder);
         if self.resume && recall(&plan, &directory, &[Status::Converged], summary) {
@@ -178,19 +185,63 @@ impl StudyJob<'_> {
                 checkpoints.from = Some(resumed);
             }
         }
+        let recording = spec.image_of.and_then(|image| self.recording(taken, image));
+        let original = spec.image_of.zip(recording.as_deref()).map(|(image, recording)| {
+            let folder = self.sweep.runs[image.run].folder.as_str();
+            Original { recording, symmetry: image.symmetry, folder }
+        });
         let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
-        let shares = Shares { from: taken.from.as_deref(), forks: Some(&mut forks) };
-        let show = &mut |_: &str, _: f64, _: Option<f64>| {};
-        let (watch, complete, checkpoints) = (&mut Nobody, &mut nothing, Some(checkpoints));
-        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints, shares, complete };
-        let code = run(&plan, Some(output), summary, job);
+        let mut legacy = taken.records.then(Legacy::default);
+        let anew = checkpoints.from.is_none();
+        let (from, legacy_of) = (taken.from.as_deref(), legacy.as_mut());
+        let shares = Shares { from, forks: Some(&mut forks), legacy: legacy_of, original };
+        let code = self.run_alone(&plan, (Some(output), Some(checkpoints)), summary, shares);
         taken.leave(forks.made);
+        if let Some(legacy) = legacy.filter(|_| anew) {
+            taken.queue.keep(taken.number, legacy.made);
+        }
         code
+    }
+
+    /// Runs a plan of which nobody hears before it ends.
+    fn run_alone(
+        &self,
+        plan: &Plan,
+        (output, checkpoints): (Option<OutputDir>, Option<Checkpoints>),
+        summary: &mut Summary,
+        shares: Shares<'_>,
+    ) -> std::result::Result<u8, Failure> {
+        let show = &mut |_: &str, _: f64, _: Option<f64>| {};
+        let (watch, complete) = (&mut Nobody, &mut nothing);
+        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints, shares, complete };
+        run(plan, output, summary, job)
+    }
+
+    /// The plan of a run, with what all runs share.
+    fn plan(&self, queue: &Queue, spec: &RunSpec) -> Result<Plan> {
+        let mut plan = plan(self.sweep, spec)?;
+        plan.cache = self.cache.cloned();
+        plan.kernels = Some(queue.kernels.clone());
+        Ok(plan)
+    }
+
+    /// What a run is an image of: that run's results, which are computed once more where nobody here has done so; `None` where there are
+    /// none.
+    fn recording(&self, taken: &Taken<'_>, image: ImageOf) -> Option<Arc<Recording>> {
+        if let Some(known) = &taken.recording {
+            return known.clone();
+        }
+        let plan = self.plan(taken.queue, &self.sweep.runs[image.run]).ok()?;
+        let mut legacy = Legacy::default();
+        let shares = Shares { legacy: Some(&mut legacy), ..Shares::default() };
+        // What is wrong with it is told by its own run, and by this one.
+        let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
+        taken.queue.keep(image.run, legacy.made)
     }
 
     /// Collects the runs from their folders, whatever made them; none is begun.
     pub fn collect(&self) -> StudyEnded {
-        let mut ended = StudyEnded { runs: Vec::new(), code: exit::DONE, kept: 0, problems: Vec::new() };
+        let mut ended = StudyEnded::default();
         for (number, spec) in self.sweep.runs.iter().enumerate() {
             let mut result = RunResult::new(self.sweep, number);
             let folder = self.directory.join(&spec.folder);
@@ -270,6 +321,10 @@ fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
 
 /// The runs that are left, and the states that they go on from.
 struct Queue {
+    /// By run, that which it is an image of.
+    image_of: Vec<Option<usize>>,
+    /// By run, whether images are made of it, or of runs that go on from it.
+    recorded: Vec<bool>,
     /// By run, those with which it begins, the longest beginning first: the run that is the first of them, and the number of common steps.
     begins_as: Vec<Vec<(usize, usize)>>,
     left: Mutex<Left>,
@@ -283,6 +338,8 @@ struct Left {
     stages: Vec<Stage>,
     /// States, with the run that left them.
     forks: Vec<(usize, Arc<Fork>)>,
+    /// What runs came to that others are images of; `None` of those that have no images.
+    recordings: Vec<(usize, Option<Arc<Recording>>)>,
 }
 
 /// How far a run is.
@@ -302,16 +359,24 @@ struct Taken<'a> {
     from: Option<Arc<Fork>>,
     /// Numbers of its steps after which others go on.
     after: Vec<usize>,
+    /// What it is an image of, as far as that is known.
+    recording: Option<Option<Arc<Recording>>>,
+    /// Whether images are made of it, or of runs that go on from it.
+    records: bool,
 }
 
 impl Queue {
     fn new(specs: &[RunSpec], numbers: &[usize]) -> Self {
         let mut stages = vec![Stage::Over; specs.len()];
         numbers.iter().for_each(|&number| stages[number] = Stage::Waiting);
+        let image_of = |(spec, stage): (&RunSpec, &Stage)| {
+            spec.image_of.filter(|_| *stage == Stage::Waiting).map(|image| image.run)
+        };
+        let image_of: Vec<_> = specs.iter().zip(&stages).map(image_of).collect();
         let mut begins_as = vec![Vec::new(); specs.len()];
         let mut known: HashMap<&str, usize> = HashMap::new();
-        for (number, spec) in specs.iter().enumerate().filter(|(number, _)| stages[*number] == Stage::Waiting)
-        {
+        let computed = |number: usize| stages[number] == Stage::Waiting && image_of[number].is_none();
+        for (number, spec) in specs.iter().enumerate().filter(|(number, _)| computed(*number)) {
             let first =
                 |(steps, beginning): &(usize, String)| Some((*known.get(beginning.as_str())?, *steps));
             begins_as[number] = spec.beginnings.iter().rev().filter_map(first).collect();
@@ -319,8 +384,14 @@ impl Queue {
                 known.entry(beginning).or_insert(number);
             }
         }
-        let left = Mutex::new(Left { stages, forks: Vec::new() });
-        Self { begins_as, left, changed: Condvar::new(), kernels: Arc::default() }
+        let mut recorded = vec![false; specs.len()];
+        for &original in image_of.iter().flatten() {
+            recorded[original] = true;
+            begins_as[original].iter().for_each(|(first, _)| recorded[*first] = true);
+        }
+        let left = Mutex::new(Left { stages, forks: Vec::new(), recordings: Vec::new() });
+        let (changed, kernels) = (Condvar::new(), Arc::default());
+        Self { image_of, recorded, begins_as, left, changed, kernels }
     }
 
     fn left(&self) -> MutexGuard<'_, Left> {
@@ -334,6 +405,10 @@ impl Queue {
         loop {
             let waiting = |number: &usize| left.stages[*number] == Stage::Waiting;
             let rank = |number: usize| match self.begins_as[number].as_slice() {
+                _ if self.image_of[number].is_some() => {
+                    let is_over = |original: usize| left.stages[original] == Stage::Over;
+                    self.image_of[number].is_some_and(is_over).then_some((0, number))
+                }
                 [] => Some((1, number)),
                 all if all.iter().all(|(first, _)| left.stages[*first] == Stage::Over) => Some((0, number)),
                 _ => None,
@@ -364,14 +439,38 @@ impl Queue {
             let used: Vec<bool> = left.forks.iter().map(used).collect();
             let mut used = used.into_iter();
             left.forks.retain(|_| used.next().unwrap_or_default());
-            return Some(Taken { queue: self, number, from, after });
+            let recording = self.image_of[number].and_then(|original| left.recording(original).cloned());
+            let Left { stages, recordings, .. } = &mut *left;
+            let waits = |of: usize| {
+                let mut images = stages.iter().zip(&self.image_of);
+                images.any(|(stage, image)| *stage == Stage::Waiting && *image == Some(of))
+            };
+            recordings.retain(|(of, _)| waits(*of));
+            let records = self.recorded[number];
+            return Some(Taken { queue: self, number, from, after, recording, records });
         }
+    }
+
+    /// Keeps what a run came to for its images.
+    fn keep(&self, number: usize, made: Option<Recording>) -> Option<Arc<Recording>> {
+        let made = made.map(Arc::new);
+        let mut left = self.left();
+        if left.recording(number).is_none() {
+            left.recordings.push((number, made.clone()));
+        }
+        made
     }
 
     /// After how many of its steps waiting runs go on from run `first`.
     fn followers(&self, left: &Left, first: usize) -> impl Iterator<Item = usize> {
         let waiting = left.stages.iter().zip(&self.begins_as).filter(|(stage, _)| **stage == Stage::Waiting);
         waiting.flat_map(|(_, all)| all).filter(move |(run, _)| *run == first).map(|(_, steps)| *steps)
+    }
+}
+
+impl Left {
+    fn recording(&self, number: usize) -> Option<&Option<Arc<Recording>>> {
+        self.recordings.iter().find(|(of, _)| *of == number).map(|(_, recording)| recording)
     }
 }
 

@@ -72,14 +72,14 @@ impl Spent {
 /// Says of the entries of `ledger` what they save, where that is not known yet.
 pub fn estimate(plan: &Plan, frame: &ContactFrame, spent: &Spent, ledger: &mut [Skipped]) {
     // Meshes that move are factorised anew, whatever the cache had.
-    let making = ledger.iter().filter(|entry| entry.work != Work::CommonSteps);
+    let making = ledger.iter().filter(|entry| !matches!(entry.work, Work::CommonSteps | Work::Image));
     let measured: f64 = making.filter_map(|entry| entry.saved).map(|saved| saved.seconds).sum();
     for entry in ledger.iter_mut().filter(|entry| entry.saved.is_none()) {
         let seconds = match entry.work {
             Work::Named(skip) => Some(of_skip(plan, frame, spent, skip)),
             Work::Cycles => Some(of_cycles(plan, spent)),
             Work::MovingMeshes => Some((spent.bodies + measured) * entries(&plan.steps, spent)),
-            Work::CommonSteps | Work::Other => None,
+            Work::CommonSteps | Work::Image | Work::Other => None,
         };
         let known = seconds.filter(|seconds| seconds.is_finite());
         entry.saved = known.map(|seconds| Saved { seconds: seconds.max(0.0), basis: Basis::Estimated });

@@ -1,13 +1,15 @@
 //! Reads a study file: its axes, its runs, and everything wrong with it or with the scenes it makes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::axes::{Axis, axes};
 use super::collect::Quantity;
+use super::images::Shape;
 use super::keys::StudyFile;
 use super::require::{Requirement, combinations};
-use super::scenes::Reader;
+use super::scenes::{Read, Reader};
+use crate::geometry::GridSymmetry;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::summary::Units;
 use crate::scene::document::Document;
@@ -33,8 +35,19 @@ pub struct RunSpec {
     pub folder: String,
     /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
     pub beginnings: Vec<(usize, String)>,
+    /// The run that it is an image of, if it is one of an earlier run and images are wanted.
+    pub image_of: Option<ImageOf>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
     pub memory: MemoryLimit,
+}
+
+/// That a run is the image of another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageOf {
+    /// Number of that run, from 0.
+    pub run: usize,
+    /// What makes the image.
+    pub symmetry: GridSymmetry,
 }
 
 /// A study that can be run.
@@ -124,7 +137,7 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
     let left_out = all - choices.len();
-    let mut reader = Reader::new(&document, &scene);
+    let mut reader = Reader::new(&document, &scene, keys.study.symmetry);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
     let Reader { of_study: mistakes, of_scene, first, jumping, .. } = reader;
@@ -191,15 +204,16 @@ fn choices(
     choices
 }
 
-/// The runs of all combinations; `read` hears of each and says what it may take, and its beginnings.
+/// The runs of all combinations; `read` hears of each and says what it found.
 fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
     overrides: &[String],
-    mut read: impl FnMut(&[usize], &[String]) -> Option<(MemoryLimit, Vec<(usize, String)>)>,
+    mut read: impl FnMut(&[usize], &[String]) -> Option<Read>,
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
+    let mut shapes: HashMap<String, (usize, Shape)> = HashMap::new();
     for (number, choice) in choices.into_iter().enumerate() {
         let mut own = overrides.to_vec();
         for (axis, &value) in axes.iter().zip(&choice) {
@@ -208,8 +222,14 @@ fn runs(
         }
         let folder = free(folder(axes, &choice), number, &folders);
         folders.insert(folder.clone());
-        let Some((memory, beginnings)) = read(&choice, &own) else { continue };
-        runs.push(RunSpec { choice, overrides: own, folder, beginnings, memory });
+        let Some(Read { memory, beginnings, shape }) = read(&choice, &own) else { continue };
+        let run = runs.len();
+        let image_of = shape.and_then(|shape| {
+            let (run, first) = shapes.entry(shape.text.clone()).or_insert_with(|| (run, shape.clone()));
+            Some(ImageOf { run: *run, symmetry: shape.from(first)? })
+        });
+        let image_of = image_of.filter(|image| image.run != run);
+        runs.push(RunSpec { choice, overrides: own, folder, beginnings, image_of, memory });
     }
     runs
 }

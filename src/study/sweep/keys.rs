@@ -33,6 +33,13 @@ pub struct Study {
     /// Comparisons that each run has to meet, of names of axes and numbers: "tilt + 'sliding angle' <= 120"; others are left out.
     #[serde(default)]
     pub require: Vec<String>,
+    /// Whether a run that is the image of an earlier one, mirrored or turned by right angles, is made of its results.
+    #[serde(default = "yes")]
+    pub symmetry: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// An axis of the study.

@@ -2,11 +2,12 @@
 //!
 //! [`keys`] are the keys of a study file, [`mod@file`] reads it and finds what is wrong with it, its scenes included; `axes` are lists,
 //! `range`s and what is zipped or sampled (`sample`), `require` leaves out combinations;
-//! [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
+//! `images` finds runs that are images of each other; [`collect`] takes numbers out of the results of the runs, [`table`] holds them, [`plots`] draws them.
 
 pub mod axes;
 pub mod collect;
 pub mod file;
+mod images;
 pub mod keys;
 pub mod plots;
 mod range;
@@ -17,4 +18,4 @@ pub mod share;
 pub mod table;
 
 pub use axes::Axis;
-pub use file::{RunSpec, Sweep, read};
+pub use file::{ImageOf, RunSpec, Sweep, read};

@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 
 use super::axes::Axis;
 use super::collect::Quantity;
+use super::images::Shape;
 use crate::history::Outlook;
 use crate::history::step::{CycleMotion, Step};
 use crate::linalg::memory::MemoryLimit;
@@ -37,10 +38,22 @@ fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
     steps.iter().zip(starts).map(&mut beginning).collect()
 }
 
+/// What was found of a run.
+pub(super) struct Read {
+    /// The memory that it may take.
+    pub memory: MemoryLimit,
+    /// Its beginnings.
+    pub beginnings: Vec<(usize, String)>,
+    /// What it has in common with its images, where these are wanted.
+    pub shape: Option<Shape>,
+}
+
 /// Reads the scene of each run and gathers what is wrong with them.
 pub(super) struct Reader<'a> {
     document: &'a Document,
     scene: &'a Path,
+    /// Whether runs may be made of those that they are images of.
+    symmetry: bool,
     /// What is wrong with the study file.
     pub of_study: Vec<Mistake>,
     /// What is wrong with the scene itself.
@@ -54,18 +67,13 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// Nothing read yet.
-    pub fn new(document: &'a Document, scene: &'a Path) -> Self {
+    pub fn new(document: &'a Document, scene: &'a Path, symmetry: bool) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
-        Self { document, scene, of_study: Vec::new(), of_scene: None, first: None, steps, jumping }
+        Self { document, scene, symmetry, of_study: Vec::new(), of_scene: None, first: None, steps, jumping }
     }
 
-    /// Reads the scene of a run; the memory that it may take and its beginnings, `None` if the scene is wrong.
-    pub fn run(
-        &mut self,
-        axes: &[Axis],
-        choice: &[usize],
-        overrides: &[String],
-    ) -> Option<(MemoryLimit, Vec<(usize, String)>)> {
+    /// Reads the scene of a run; `None` if it is wrong.
+    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<Read> {
         match scene::read(self.scene, overrides) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
@@ -77,6 +85,7 @@ impl<'a> Reader<'a> {
                     self.jumping.insert(step.name.clone(), along);
                 }
                 let (memory, beginnings) = (plan.memory, beginnings(&plan));
+                let shape = self.symmetry.then(|| Shape::of(&plan)).flatten();
                 if let Some(first) = &self.first {
                     // Of all runs the memory that was free before any of them.
                     let given = plan.solver.memory_limit.is_some();
@@ -85,10 +94,10 @@ impl<'a> Reader<'a> {
                         let message = "the units of the scene differ from run to run";
                         self.add(Mistake::at(self.document, "axes", message).mend("vary values, not units"));
                     }
-                    return Some((memory, beginnings));
+                    return Some(Read { memory, beginnings, shape });
                 }
                 self.first = Some(plan);
-                Some((memory, beginnings))
+                Some(Read { memory, beginnings, shape })
             }
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.

@@ -1,0 +1,324 @@
+//! Runs that are images of another one, mirrored or turned: its entries with their fields, and the image of each.
+//!
+//! Bodies and laws that are images of each other have answers that are: tractions, gaps and slips as vectors, moments and rotations as
+//! axial ones. That they are is not taken for granted: laws and initial gap are compared, and the gap of every entry is evaluated again, by the
+//! operator of the model that the image is for.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::RunResult;
+use super::model::Model;
+use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, StrokeEnd};
+use crate::frame::ContactFrame;
+use crate::friction::FrictionEllipse;
+use crate::geometry::GridSymmetry;
+use crate::wear::WearIntensity;
+
+/// Largest difference of what the image has from what its model gives, relative.
+const AGREES: f64 = 1e-9;
+
+/// Entries with their fields; a copy shares them.
+#[derive(Debug, Clone)]
+pub struct Tape {
+    entries: Vec<Arc<(IncrementRecord, FrameState)>>,
+    /// Bytes that may still be taken; `None` once they did not suffice.
+    left: Option<usize>,
+}
+
+impl Tape {
+    /// An empty one that may take so many bytes.
+    pub fn up_to(bytes: usize) -> Self {
+        Self { entries: Vec::new(), left: Some(bytes) }
+    }
+
+    /// Adds an entry; without memory for it all are forgotten.
+    pub fn add(&mut self, record: &IncrementRecord, state: &FrameState) {
+        let numbers = [&state.tractions, &state.gap, &state.slip, &state.wear_depth]
+            .map(Vec::len)
+            .iter()
+            .sum::<usize>();
+        let bytes = 8 * numbers + state.status.len() + size_of::<(IncrementRecord, FrameState)>();
+        self.left = self.left.and_then(|left| left.checked_sub(bytes));
+        match self.left {
+            Some(_) => self.entries.push(Arc::new((record.clone(), state.clone()))),
+            None => self.entries.clear(),
+        }
+    }
+}
+
+/// All of a run that converged on one frame.
+#[derive(Debug)]
+pub struct Recording {
+    frame: ContactFrame,
+    initial_gap: Vec<f64>,
+    ellipse: Option<FrictionEllipse>,
+    intensity: Option<WearIntensity>,
+    entries: Vec<Arc<(IncrementRecord, FrameState)>>,
+    warnings: Vec<String>,
+    loops: Vec<FrettingLoop>,
+}
+
+impl Recording {
+    /// That of a run on `model`; `None` if it did not converge there, or its tape did not hold all of it.
+    pub fn new(model: &Model, result: &RunResult, tape: Tape) -> Option<Self> {
+        let ended = result.outgrown.is_none() && result.outdated.is_none();
+        let complete = tape.left.is_some() && tape.entries.len() == result.records.len();
+        (result.outcome == Outcome::Converged && ended && complete).then(|| Self {
+            frame: model.frame.clone(),
+            initial_gap: model.initial_gap.clone(),
+            ellipse: model.friction.ellipse(),
+            intensity: model.wear.intensity(model.friction.ellipse()),
+            entries: tape.entries,
+            warnings: result.warnings.clone(),
+            loops: result.loops.clone(),
+        })
+    }
+
+    /// Seconds that its entries took.
+    pub fn seconds(&self) -> f64 {
+        self.entries.iter().map(|entry| entry.0.seconds).sum()
+    }
+
+    /// Delivers its image under `symmetry` as the run of `model`; `None`, and nothing delivered, if that is not the model of the image.
+    ///
+    /// # Errors
+    /// If the observer cannot write.
+    pub fn deliver_image(
+        &self,
+        model: &Model,
+        symmetry: GridSymmetry,
+        observer: &mut dyn Observer,
+    ) -> crate::error::Result<Option<RunResult>> {
+        let Some(cells) = self.cells(model, symmetry) else { return Ok(None) };
+        let image = Image { symmetry, cells };
+        if !self.has_laws(model, &image) {
+            return Ok(None);
+        }
+        let mut result = RunResult {
+            records: Vec::new(),
+            outcome: Outcome::Converged,
+            skipped: Vec::new(),
+            warnings: self.warnings.clone(),
+            timings: Vec::new(),
+            loops: self.loops.iter().map(|fretting| image.of_loop(fretting)).collect(),
+            state: FrameState::default(),
+            outgrown: None,
+            outdated: None,
+        };
+        let started = Instant::now();
+        let mut check = Check::new(model);
+        for entry in &self.entries {
+            if observer.interrupted() {
+                return Ok(Some(RunResult { outcome: Outcome::Interrupted, ..result }));
+            }
+            if !check.holds(&image.of_state(&entry.1)) {
+                return Ok(None);
+            }
+        }
+        result.timings.push(("image".to_owned(), started.elapsed().as_secs_f64()));
+        for (number, entry) in self.entries.iter().enumerate() {
+            if observer.interrupted() {
+                return Ok(Some(RunResult { outcome: Outcome::Interrupted, ..result }));
+            }
+            let clock = Instant::now();
+            let (mut record, state) = (image.of_record(&entry.0), image.of_state(&entry.1));
+            observer.progress(&record.name, number as f64 / self.entries.len() as f64, None);
+            record.seconds = clock.elapsed().as_secs_f64();
+            observer.increment_done(&record, &state)?;
+            result.records.push(record);
+            result.state = state;
+        }
+        Ok(Some(result))
+    }
+
+    /// Of each cell its image on the frame of `model`, if that is the image of this frame with its initial gap.
+    fn cells(&self, model: &Model, symmetry: GridSymmetry) -> Option<Vec<usize>> {
+        let (own, theirs) = (self.frame.grid?, model.frame.grid?);
+        let near = |(a, b): (f64, f64)| (a - b).abs() <= AGREES * a.abs();
+        let sides = symmetry.sides(own.spacing).into_iter().zip(theirs.spacing).all(near);
+        let same =
+            symmetry.sides(own.cells) == theirs.cells && symmetry.sides(own.periodic) == theirs.periodic;
+        if !sides || !same || self.frame.n_cells() != model.frame.n_cells() {
+            return None;
+        }
+        let places = symmetry.places(own.cells);
+        let number = |place: usize| match &model.frame.places {
+            Some(places) => places.binary_search(&place).ok(),
+            None => Some(place),
+        };
+        let image = |cell: usize| number(places[self.frame.places.as_ref().map_or(cell, |own| own[cell])]);
+        let cells = (0..self.frame.n_cells()).map(image).collect::<Option<Vec<_>>>()?;
+        let image = Image { symmetry, cells };
+        let gap = image.of_vectors(&self.initial_gap);
+        let scale = gap.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let alike = gap.iter().zip(&model.initial_gap).all(|(a, b)| (a - b).abs() <= AGREES * scale);
+        alike.then_some(image.cells)
+    }
+
+    /// Whether the laws of `model` are the images of its own.
+    fn has_laws(&self, model: &Model, image: &Image) -> bool {
+        let ellipse = |law: FrictionEllipse| (law.mu, law.angle);
+        let intensity = |law: WearIntensity| (law.i, law.angle);
+        let friction = model.friction.ellipse();
+        let wear = model.wear.intensity(friction);
+        image.is_law(self.ellipse.map(ellipse), friction.map(ellipse))
+            && image.is_law(self.intensity.map(intensity), wear.map(intensity))
+    }
+}
+
+/// Makes images of what a run leaves.
+struct Image {
+    symmetry: GridSymmetry,
+    /// Of each cell that of its image.
+    cells: Vec<usize>,
+}
+
+impl Image {
+    /// Whether one law, by its values along two axes and the angle of the first, is the image of another.
+    fn is_law(&self, of: Option<([f64; 2], f64)>, law: Option<([f64; 2], f64)>) -> bool {
+        let tensor = |([first, second], angle): ([f64; 2], f64), symmetry: GridSymmetry| {
+            let (sin, cos) = angle.sin_cos();
+            let axes = [[cos, sin], [-sin, cos]].map(|axis| Vector2::from(symmetry.vector(axis)));
+            axes[0] * axes[0].transpose() * first + axes[1] * axes[1].transpose() * second
+        };
+        match (of, law) {
+            (None, None) => true,
+            (Some(of), Some(law)) => {
+                let (of, law): (Matrix2<f64>, Matrix2<f64>) =
+                    (tensor(of, self.symmetry), tensor(law, GridSymmetry::IDENTITY));
+                (of - law).amax() <= AGREES * law.amax()
+            }
+            _ => false,
+        }
+    }
+
+    fn of_scalars<T: Copy + Default>(&self, values: &[T]) -> Vec<T> {
+        let mut image = vec![T::default(); values.len()];
+        self.cells.iter().zip(values).for_each(|(&cell, value)| image[cell] = *value);
+        image
+    }
+
+    /// Of vectors by planes: along x and y, and along n where they have it.
+    fn of_vectors(&self, values: &[f64]) -> Vec<f64> {
+        let n = self.cells.len();
+        let mut image = vec![0.0; values.len()];
+        for (cell, &to) in self.cells.iter().enumerate().filter(|_| !values.is_empty()) {
+            let [x, y] = self.symmetry.vector([values[cell], values[n + cell]]);
+            (image[to], image[n + to]) = (x, y);
+            if values.len() == 3 * n {
+                image[2 * n + to] = values[2 * n + cell];
+            }
+        }
+        image
+    }
+
+    fn of_state(&self, state: &FrameState) -> FrameState {
+        // Every field is named: one that is added does not compile until it has an image.
+        let FrameState { tractions, gap, slip, status, wear_depth } = state;
+        FrameState {
+            tractions: self.of_vectors(tractions),
+            gap: self.of_vectors(gap),
+            slip: self.of_vectors(slip),
+            status: self.of_scalars(status),
+            wear_depth: self.of_scalars(wear_depth),
+        }
+    }
+
+    fn of_turn(&self, [x, y]: [f64; 2], n: f64) -> ([f64; 2], f64) {
+        let [x, y, n] = self.symmetry.axial([x, y, n]);
+        ([x, y], n)
+    }
+
+    fn of_end(&self, end: &StrokeEnd) -> StrokeEnd {
+        let (rotation, twist) = self.of_turn(end.rotation, end.twist);
+        StrokeEnd {
+            shift: self.symmetry.vector(end.shift),
+            rotation,
+            twist,
+            tangential_force: self.symmetry.vector(end.tangential_force),
+            moment: self.symmetry.axial(end.moment),
+            ..*end
+        }
+    }
+
+    fn of_record(&self, record: &IncrementRecord) -> IncrementRecord {
+        let (rotation, twist) = self.of_turn(record.rotation, record.twist);
+        let hand = self.symmetry.handedness();
+        let rolling = record.rolling.map(|mut rolling| {
+            rolling.creepage[1] = hand * rolling.creepage[1] + 0.0;
+            rolling.spin = hand * rolling.spin + 0.0;
+            rolling
+        });
+        IncrementRecord {
+            shift: self.symmetry.vector(record.shift),
+            rotation,
+            twist,
+            tangential_force: self.symmetry.vector(record.tangential_force),
+            moment: self.symmetry.axial(record.moment),
+            stroke_ends: record.stroke_ends.as_ref().map(|ends| ends.each_ref().map(|end| self.of_end(end))),
+            rolling,
+            ..record.clone()
+        }
+    }
+
+    fn of_loop(&self, fretting: &FrettingLoop) -> FrettingLoop {
+        let point = |[x, y, fx, fy, force]: &[f64; 5]| {
+            let ([x, y], [fx, fy]) = (self.symmetry.vector([*x, *y]), self.symmetry.vector([*fx, *fy]));
+            [x, y, fx, fy, *force]
+        };
+        FrettingLoop { points: fretting.points.iter().map(point).collect(), ..fretting.clone() }
+    }
+}
+
+/// Evaluates gaps again.
+struct Check<'m> {
+    model: &'m Model,
+    elastic: Vec<f64>,
+    /// Coordinates of the cells along the frame's x and y.
+    places: Vec<[f64; 2]>,
+}
+
+impl<'m> Check<'m> {
+    fn new(model: &'m Model) -> Self {
+        let n = model.frame.n_cells();
+        let places = (0..n).map(|cell| model.frame.plane_coordinates(cell)).collect();
+        Self { model, elastic: vec![0.0; 3 * n], places }
+    }
+
+    /// Whether the normal gap of `state` is that of its tractions in the model, but for a rigid motion.
+    fn holds(&mut self, state: &FrameState) -> bool {
+        let n = self.places.len();
+        if state.tractions.len() != 3 * n || state.gap.len() != 3 * n || state.wear_depth.len() != n {
+            return false;
+        }
+        self.model.flexibility.apply(&state.tractions, &mut self.elastic);
+        let normal = |values: &[f64], cell: usize| values[2 * n + cell];
+        let rest: Vec<f64> = (0..n)
+            .map(|cell| {
+                let elastic = normal(&self.elastic, cell) + state.wear_depth[cell];
+                normal(&state.gap, cell) - normal(&self.model.initial_gap, cell) - elastic
+            })
+            .collect();
+        let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let scale = size(&self.elastic[2 * n..]).max(size(&state.wear_depth)).max(f64::MIN_POSITIVE);
+        // The cells' centres lie evenly about the middle of a whole grid; of a part of one about their own.
+        let count = n as f64;
+        let middle = [0, 1].map(|axis| self.places.iter().map(|place| place[axis]).sum::<f64>() / count);
+        let mean = rest.iter().sum::<f64>() / count;
+        let (mut squares, mut slopes) = (Matrix2::zeros(), Vector2::zeros());
+        for (place, value) in self.places.iter().zip(&rest) {
+            let from = Vector2::new(place[0] - middle[0], place[1] - middle[1]);
+            squares += from * from.transpose();
+            slopes += from * (value - mean);
+        }
+        // A single row of cells turns about itself as it likes.
+        let turn = squares.svd(true, true).solve(&slopes, 1e-12 * squares.amax()).unwrap_or_default();
+        self.places.iter().zip(&rest).all(|(place, value)| {
+            let rigid = mean + turn.x * (place[0] - middle[0]) + turn.y * (place[1] - middle[1]);
+            (value - rigid).abs() <= AGREES * scale.max(mean.abs())
+        })
+    }
+}

@@ -1,0 +1,319 @@
+//! Runs that are images of each other: mirrored, turned by right angles, or the same.
+//!
+//! A scene has an image where it is known of each of its keys how a reflection or a turn changes it. Half-spaces are the same wherever they are, so that
+//! such a scene is that of its frame. Of the eight images of a scene the least, as text, is the same for all runs that are images of
+//! each other.
+
+use serde_json::{Map, Value, json};
+
+use crate::geometry::GridSymmetry;
+use crate::scene::plan::Plan;
+
+type Table = Map<String, Value>;
+
+/// Components of unit vectors that differ by less are the same.
+const GRAIN: f64 = 1e12;
+
+/// A scene but for reflections and turns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shape {
+    /// The same of all scenes that are images of each other.
+    pub text: String,
+    /// What makes that image of the scene.
+    pub symmetry: GridSymmetry,
+}
+
+impl Shape {
+    /// That of a scene; `None` where not all that it has is known to have an image.
+    pub(super) fn of(plan: &Plan) -> Option<Self> {
+        if plan.accuracy.is_some() {
+            return None;
+        }
+        let root = plan.document.root.to_json();
+        let scene = root.as_object()?;
+        let shape = |symmetry: GridSymmetry| {
+            let image = Image { scene, symmetry }.of_scene()?;
+            Some(Self { text: Value::Object(image).to_string(), symmetry })
+        };
+        // All or none has an image.
+        let shapes = GridSymmetry::ALL.into_iter().map(shape).collect::<Option<Vec<_>>>()?;
+        shapes.into_iter().min_by(|a, b| a.text.cmp(&b.text))
+    }
+
+    /// What makes this scene of `other`; `None` where they are not images of each other.
+    pub fn from(&self, other: &Self) -> Option<GridSymmetry> {
+        (self.text == other.text).then(|| self.symmetry.inverse().after(other.symmetry))
+    }
+}
+
+/// Makes the image of a scene.
+struct Image<'a> {
+    scene: &'a Table,
+    symmetry: GridSymmetry,
+}
+
+/// The keys `same` of a table as they are; `None` if it has others than these and those that are `moved`.
+fn copied(table: &Table, same: &[&str], moved: &[&str]) -> Option<Table> {
+    let known = |key: &String| same.contains(&key.as_str()) || moved.contains(&key.as_str());
+    if !table.keys().all(known) {
+        return None;
+    }
+    let copied = table.iter().filter(|(key, _)| same.contains(&key.as_str()));
+    Some(copied.map(|(key, value)| (key.clone(), value.clone())).collect())
+}
+
+fn table<'v>(value: Option<&'v Value>) -> Option<&'v Table> {
+    value?.as_object()
+}
+
+fn pair(value: &Value) -> Option<[f64; 2]> {
+    let list = value.as_array()?;
+    let [x, y] = list.as_slice() else { return None };
+    Some([x.as_f64()?, y.as_f64()?])
+}
+
+/// An angle in degrees; 0 without the key.
+fn angle(table: &Table, key: &str) -> Option<f64> {
+    table.get(key).map_or(Some(0.0), Value::as_f64)
+}
+
+fn direction(degrees: f64) -> [f64; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    [cos, sin]
+}
+
+/// A unit vector in whole grains.
+fn grains(components: &[f64]) -> Vec<i64> {
+    components.iter().map(|component| (component * GRAIN).round() as i64).collect()
+}
+
+/// A vector by its length and its direction.
+fn vector([x, y]: [f64; 2]) -> Value {
+    let length = x.hypot(y);
+    let grains = if length > 0.0 { grains(&[x / length, y / length]) } else { vec![0, 0] };
+    json!([format!("{length:.11e}"), grains])
+}
+
+/// A direction without a sense.
+fn line(components: &[f64]) -> Value {
+    let mut grains = grains(components);
+    if grains.iter().find(|grain| **grain != 0).is_some_and(|first| *first < 0) {
+        grains.iter_mut().for_each(|grain| *grain = -*grain);
+    }
+    json!(grains)
+}
+
+impl Image<'_> {
+    fn of_scene(&self) -> Option<Table> {
+        let same = ["units", "materials", "solver"];
+        let moved = ["title", "body1", "body2", "frame", "gap", "friction", "wear", "steps", "output"];
+        let mut image = copied(self.scene, &same, &moved)?;
+        let mut put = |key: &str, value: Table| image.insert(key.to_owned(), Value::Object(value));
+        for key in ["body1", "body2"] {
+            put(key, self.body(table(self.scene.get(key))?)?);
+        }
+        put("frame", self.frame(table(self.scene.get("frame"))?)?);
+        put("gap", self.gap(table(self.scene.get("gap"))?)?);
+        if let Some(friction) = self.scene.get("friction") {
+            let same = ["law", "mu", "mu1", "mu2", "mu_L", "mu_T", "mu_N", "body"];
+            put("friction", self.law(friction.as_object()?, &same)?);
+        }
+        if let Some(wear) = self.scene.get("wear") {
+            let same = [
+                "law",
+                "i",
+                "i1",
+                "i2",
+                "i_L",
+                "i_T",
+                "i_N",
+                "k",
+                "body",
+                "share",
+                "integrator",
+                "tolerance",
+                "beyond_critical",
+                "move_mesh",
+            ];
+            put("wear", self.law(wear.as_object()?, &same)?);
+        }
+        if let Some(output) = self.scene.get("output") {
+            put("output", copied(output.as_object()?, &["fields", "checkpoint"], &[])?);
+        }
+        let steps = self.scene.get("steps")?.as_array()?;
+        let steps = steps.iter().map(|step| self.step(step.as_object()?).map(Value::Object));
+        image.insert("steps".to_owned(), Value::Array(steps.collect::<Option<_>>()?));
+        Some(image)
+    }
+
+    /// The image of a vector in the surface.
+    fn vector(&self, v: [f64; 2]) -> Value {
+        vector(self.symmetry.vector(v))
+    }
+
+    /// The image of an axis in the surface, `degrees` from x.
+    fn axis(&self, degrees: f64) -> Value {
+        line(&self.symmetry.vector(direction(degrees)))
+    }
+
+    fn body(&self, body: &Table) -> Option<Table> {
+        let mut image = copied(body, &["kind", "material"], &["fibre"])?;
+        match body.get("kind")?.as_str()? {
+            "rigid" => return Some(image),
+            "half-space" => {}
+            _ => return None,
+        }
+        let material = table(self.scene.get("materials"))?.get(body.get("material")?.as_str()?)?;
+        let model = material.get("model")?.as_str()?;
+        match (model, body.get("fibre")) {
+            ("isotropic", None) => return Some(image),
+            ("isotropic" | "transversely-isotropic" | "orthotropic", _) => {}
+            // An axis of its own, which a reflection may turn round.
+            _ => return None,
+        }
+        let none = Table::new();
+        let fibre = body.get("fibre").map_or(Some(&none), Value::as_object)?;
+        image.insert("fibre".to_owned(), self.fibre(fibre)?);
+        if model == "orthotropic" {
+            // Axis 2 lies in the surface, axis 3 follows.
+            image.insert("axis 2".to_owned(), self.axis(angle(fibre, "azimuth")? + 90.0));
+        }
+        Some(image)
+    }
+
+    /// The image of a fibre, which has no sense.
+    fn fibre(&self, fibre: &Table) -> Option<Value> {
+        copied(fibre, &[], &["azimuth", "tilt"])?;
+        let (sin, cos) = angle(fibre, "tilt")?.to_radians().sin_cos();
+        let [x, y] = self.symmetry.vector(direction(angle(fibre, "azimuth")?));
+        Some(line(&[cos * x, cos * y, sin]))
+    }
+
+    /// A law of friction or wear.
+    fn law(&self, law: &Table, same: &[&str]) -> Option<Table> {
+        let mut image = copied(law, same, &["angle", "fibre"])?;
+        let has_axes = matches!(law.get("law")?.as_str()?, "elliptic" | "orthotropic");
+        if has_axes || law.contains_key("angle") {
+            image.insert("axis".to_owned(), self.axis(angle(law, "angle")?));
+        }
+        if let Some(fibre) = law.get("fibre") {
+            image.insert("fibre".to_owned(), self.fibre(fibre.as_object()?)?);
+        }
+        Some(image)
+    }
+
+    fn frame(&self, frame: &Table) -> Option<Table> {
+        let sides = ["cells", "half_width", "periodic"];
+        let moved = ["azimuth", "outline", sides[0], sides[1], sides[2]];
+        let mut image = copied(frame, &["kind", "center", "grow"], &moved)?;
+        if frame.get("kind")?.as_str()? != "grid" || angle(frame, "azimuth")? != 0.0 {
+            return None;
+        }
+        for key in sides {
+            let Some(value) = frame.get(key) else { continue };
+            let [x, y] = value.as_array()?.as_slice() else { return None };
+            image.insert(key.to_owned(), json!(self.symmetry.sides([x, y])));
+        }
+        if let Some(outline) = frame.get("outline") {
+            image.insert("outline".to_owned(), Value::Object(self.outline(outline.as_object()?)?));
+        }
+        Some(image)
+    }
+
+    fn outline(&self, outline: &Table) -> Option<Table> {
+        let moved = ["center", "angle", "vertices"];
+        let mut image = copied(outline, &["shape", "radius", "semi_axes"], &moved)?;
+        self.place(outline, "center", &mut image)?;
+        if outline.get("shape")?.as_str()? == "ellipse" {
+            image.insert("axis".to_owned(), self.axis(angle(outline, "angle")?));
+        }
+        if let Some(vertices) = outline.get("vertices") {
+            let vertices = vertices.as_array()?.iter().map(|vertex| Some(self.vector(pair(vertex)?)));
+            image.insert("vertices".to_owned(), Value::Array(vertices.collect::<Option<_>>()?));
+        }
+        Some(image)
+    }
+
+    fn gap(&self, gap: &Table) -> Option<Table> {
+        let same = ["kind", "exact", "radius", "radii", "semi_axes", "slope", "coefficient", "exponent"];
+        let mut image = copied(gap, &same, &["offset", "angle"])?;
+        self.place(gap, "offset", &mut image)?;
+        match gap.get("kind")?.as_str()? {
+            "sphere" | "cone" | "flat" | "power" => {}
+            "ellipsoid" | "cylinder" => {
+                image.insert("axis".to_owned(), self.axis(angle(gap, "angle")?));
+            }
+            _ => return None,
+        }
+        Some(image)
+    }
+
+    /// The image of a place in the frame, [0, 0] without the key.
+    fn place(&self, table: &Table, key: &str, image: &mut Table) -> Option<()> {
+        let place = table.get(key).map_or(Some([0.0; 2]), pair)?;
+        image.insert(key.to_owned(), self.vector(place));
+        Some(())
+    }
+
+    fn step(&self, step: &Table) -> Option<Table> {
+        let same = ["name", "approach", "normal_force", "increments", "friction", "wear"];
+        let moved = [
+            "shift",
+            "tangential_force",
+            "rotation",
+            "moment",
+            "twist",
+            "spin_moment",
+            "cycles",
+            "sliding",
+            "rolling",
+        ];
+        let mut image = copied(step, &same, &moved)?;
+        let hand = self.symmetry.handedness();
+        let mut put = |key: &str, value: Value| image.insert(key.to_owned(), value);
+        for (key, value) in step.iter().filter(|(key, _)| moved.contains(&key.as_str())) {
+            let value = match key.as_str() {
+                "tangential_force" => self.vector(pair(value)?),
+                "rotation" | "moment" => {
+                    let [x, y] = pair(value)?;
+                    let [x, y, _] = self.symmetry.axial([x, y, 0.0]);
+                    vector([x, y])
+                }
+                "twist" | "spin_moment" => json!(format!("{:.15e}", hand * value.as_f64()? + 0.0)),
+                "shift" => {
+                    let shift = value.as_object()?;
+                    copied(shift, &[], &["distance", "angle"])?;
+                    let distance = shift.get("distance")?.as_f64()?;
+                    self.vector(direction(angle(shift, "angle")?).map(|component| distance * component))
+                }
+                "rolling" => Value::Object(self.rolling(value.as_object()?)?),
+                // To and fro, or one way, along an angle.
+                _ => Value::Object(self.motion(value.as_object()?)?),
+            };
+            put(key, value);
+        }
+        Some(image)
+    }
+
+    fn motion(&self, motion: &Table) -> Option<Table> {
+        // Round an ellipse a reflection goes the other way.
+        if motion.get("path").is_some_and(|path| path != "line") {
+            return None;
+        }
+        let same = ["amplitude", "force_amplitude", "count", "increments", "jumps", "distance", "path"];
+        let mut image = copied(motion, &same, &["angle"])?;
+        image.insert("along".to_owned(), self.vector(direction(angle(motion, "angle")?)));
+        Some(image)
+    }
+
+    fn rolling(&self, rolling: &Table) -> Option<Table> {
+        let mut image = copied(rolling, &["distance"], &["direction", "creepage", "spin"])?;
+        let hand = self.symmetry.handedness();
+        let [along, left] = rolling.get("creepage").map_or(Some([0.0; 2]), pair)?;
+        let spin = angle(rolling, "spin")?;
+        image.insert("along".to_owned(), self.vector(direction(angle(rolling, "direction")?)));
+        let creepage = [along, hand * left, hand * spin].map(|part| format!("{:.15e}", part + 0.0));
+        image.insert("creepage".to_owned(), json!(creepage));
+        Some(image)
+    }
+}
