@@ -4,6 +4,7 @@ mod accurate;
 mod compute;
 mod fork;
 mod image;
+mod queue;
 pub mod resume;
 pub mod sweep;
 mod turn;
