@@ -97,7 +97,7 @@ impl Study {
 
 /// The results, written if wanted; the first problem if no run could be begun.
 fn concluded(job: &StudyJob<'_>, ended: StudyEnded, write: bool) -> Result<(StudyResult, u8, usize), Error> {
-    let StudyEnded { runs, code, kept, problems } = ended;
+    let StudyEnded { runs, code, kept, images: _, problems } = ended;
     if let Some(problem) = problems.first() {
         return Err(Error::resources(problem));
     }

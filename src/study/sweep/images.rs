@@ -62,7 +62,7 @@ fn copied(table: &Table, same: &[&str], moved: &[&str]) -> Option<Table> {
     Some(copied.map(|(key, value)| (key.clone(), value.clone())).collect())
 }
 
-fn table<'v>(value: Option<&'v Value>) -> Option<&'v Table> {
+fn table(value: Option<&Value>) -> Option<&Table> {
     value?.as_object()
 }
 
