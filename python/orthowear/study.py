@@ -75,8 +75,8 @@ class Study:
         max_memory: of all runs together; with a client of each run.
         progress: called with how many runs have ended, and how many are wanted.
         cache: whether flexibilities of meshed bodies are kept and shared.
-        client: a dask.distributed.Client; each run is then a task of its own, and what a lost worker had begun is gone on with by another one. All
-            workers see the folders of the study and of its results under the same paths.
+        client: a dask.distributed.Client; runs that begin alike, or are images of each other, are then a task as far as there are twice as many tasks
+            as threads of workers that are there or asked for, and what a lost worker had begun is gone on with by another one. All workers see the folders of the study and of its results under the same paths.
 
         A run that fails or does not converge is no exception: `status` of its row says so.
         """
@@ -193,8 +193,8 @@ def _key(values: list[Any]) -> str:
 _known: tuple[tuple[Path, float, str], Study] | None = None
 
 
-def _one(number: int, path: Path, overrides: dict[str, Any], job: tuple[dict[str, Any], Path, float]) -> str | None:
-    """A run, on a worker; its status. What a task of this study has begun or done there is not begun anew."""
+def _part(numbers: list[int], path: Path, overrides: dict[str, Any], job: tuple[dict[str, Any], Path, float]) -> None:
+    """Some runs, on a worker. What a task of this study has begun or done there is not begun anew."""
     global _known
     name = (path, path.stat().st_mtime, repr(sorted(overrides.items())))
     known = _known
@@ -202,10 +202,12 @@ def _one(number: int, path: Path, overrides: dict[str, Any], job: tuple[dict[str
         known = _known = (name, Study(path, overrides))
     study = known[1]
     settings, folder, since = job
-    place = folder / study.plan["runs"][number]["folder"]
-    resume = any(_changed(place / file) >= since for file in ("summary.json", "checkpoint-1.bin", "checkpoint-2.bin"))
-    summary, _, _ = study._core.run(settings, folder, [number], resume, None)
-    return summary["runs"][number]["status"]
+    runs = study.plan["runs"]
+    files = ("summary.json", "checkpoint-1.bin", "checkpoint-2.bin")
+    begun = {n for n in numbers if any(_changed(folder / runs[n]["folder"] / file) >= since for file in files)}
+    for resume in (True, False):
+        if some := [number for number in numbers if (number in begun) == resume]:
+            study._core.run(settings, folder, some, resume, None)
 
 
 def _changed(path: Path) -> float:
@@ -222,7 +224,7 @@ def _on_workers(
     numbers: list[int],
     progress: Callable[[int, int], object] | None,
 ) -> None:
-    """Runs those numbers as tasks of `client`, each once however often its worker is lost."""
+    """Runs those numbers in tasks of `client`, each once however often its worker is lost."""
     from dask.distributed import as_completed
 
     settings, folder, resume = job
@@ -232,9 +234,12 @@ def _on_workers(
     begun.touch()
     started = _changed(begun)
     since = -math.inf if resume else started
+    # Workers that are there, or asked for; where neither is known, a task for each run.
+    threads = max(sum(client.nthreads().values()), len(getattr(client.cluster, "plan", ())))
+    parts = study._core.parts(numbers, 2 * threads or len(numbers))
     tasks = client.map(
-        _one,
-        numbers,
+        _part,
+        parts,
         path=study.path,
         overrides=study.overrides,
         job=(settings, folder, since),
@@ -242,14 +247,16 @@ def _on_workers(
         retries=RETRIES,
     )
     try:
-        for done, _ in enumerate(as_completed(tasks, raise_errors=False), 1):
+        done, size = 0, {task.key: len(part) for task, part in zip(tasks, parts, strict=True)}
+        for task in as_completed(tasks, raise_errors=False):
+            done += size[task.key]
             if progress is not None:
                 progress(done, len(numbers))
     finally:
         client.cancel([task for task in tasks if not task.done()])
         begun.unlink(missing_ok=True)
-    for number, task in zip(numbers, tasks, strict=True):
-        place = folder / study.plan["runs"][number]["folder"] / "summary.json"
-        if task.status != "finished" and _changed(place) < started:
+    for part, task in zip(parts, tasks, strict=True):
+        places = [folder / study.plan["runs"][number]["folder"] / "summary.json" for number in part]
+        if task.status != "finished" and any(_changed(place) < started for place in places):
             # Nothing is there that would say it.
             task.result()

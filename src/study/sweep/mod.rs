@@ -9,6 +9,7 @@ pub mod collect;
 pub mod file;
 mod images;
 pub mod keys;
+mod parts;
 pub mod plots;
 mod range;
 mod require;
@@ -19,3 +20,4 @@ pub mod table;
 
 pub use axes::Axis;
 pub use file::{ImageOf, RunSpec, Sweep, read};
+pub use parts::parts;
