@@ -6,7 +6,7 @@ use crate::study::sweep::keys::StudyFile;
 
 /// Prints the JSON Schema of a scene, or of a study.
 pub(super) fn schema(study: bool) -> u8 {
-    let schema = if study { json_schema_of::<StudyFile>() } else { json_schema() };
+    let schema = if study { json_schema_of::<StudyFile>() } else { json_schema().clone() };
     to_stdout(&format!("{schema:#}\n"));
     exit::DONE
 }

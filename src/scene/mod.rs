@@ -55,7 +55,7 @@ fn plan(mut document: Document) -> Result<Plan, Mistakes> {
         let mend = format!("run it with `orthowear study {}`", document.file);
         return Err(Mistakes::new(&document, vec![mistake.mend(mend)]));
     }
-    let (mut mistakes, unknown) = check::check(&document, &schema::json_schema());
+    let (mut mistakes, unknown) = check::check(&document, schema::json_schema());
     let clean = mistakes.is_empty();
     // Without the keys that no table knows, what is left may still be checked.
     unknown.iter().for_each(|key| document.remove(key));

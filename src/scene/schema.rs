@@ -1,5 +1,7 @@
 //! The JSON Schema of a scene, generated from the [keys](super::keys).
 
+use std::sync::LazyLock;
+
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
@@ -8,8 +10,10 @@ use serde_json::Value;
 use super::keys::Scene;
 
 /// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
-pub fn json_schema() -> Value {
-    json_schema_of::<Scene>()
+pub fn json_schema() -> &'static Value {
+    // A study reads a scene for each of its runs.
+    static SCHEMA: LazyLock<Value> = LazyLock::new(json_schema_of::<Scene>);
+    &SCHEMA
 }
 
 /// The same of a file with the keys of `T`.

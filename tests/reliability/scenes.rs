@@ -289,7 +289,7 @@ fn scene_files() {
         let read = scene::read(&path, &[]);
         assert!(read.is_ok(), "{}", read.expect_err("mistakes"));
     }
-    let words = words(&scene::schema::json_schema());
+    let words = words(scene::schema::json_schema());
     let reader = Reader { name: "scene", read: "", seeds: seeds(), words, cases: 8000 };
     reader.check(|bytes| examine(&path, bytes));
 }

@@ -31,13 +31,17 @@ impl Shape {
         }
         let root = plan.document.root.to_json();
         let scene = root.as_object()?;
-        let shape = |symmetry: GridSymmetry| {
-            let image = Image { scene, symmetry }.of_scene()?;
-            Some(Self { text: Value::Object(image).to_string(), symmetry })
-        };
-        // All or none has an image.
-        let shapes = GridSymmetry::ALL.into_iter().map(shape).collect::<Option<Vec<_>>>()?;
-        shapes.into_iter().min_by(|a, b| a.text.cmp(&b.text))
+        let mut least: Option<Self> = None;
+        for symmetry in GridSymmetry::ALL {
+            let text = Value::Object(Image { scene, symmetry }.of_scene()?).to_string();
+            if least.as_ref().is_none_or(|least| text < least.text) {
+                least = Some(Self { text, symmetry });
+            }
+        }
+        let Self { text, symmetry } = least?;
+        // What is the same of all images.
+        let same = ["units", "materials", "solver"].map(|key| scene.get(key));
+        Some(Self { text: json!([text, same]).to_string(), symmetry })
     }
 
     /// What makes this scene of `other`; `None` where they are not images of each other.
@@ -105,9 +109,21 @@ fn line(components: &[f64]) -> Value {
 
 impl Image<'_> {
     fn of_scene(&self) -> Option<Table> {
-        let same = ["units", "materials", "solver"];
-        let moved = ["title", "body1", "body2", "frame", "gap", "friction", "wear", "steps", "output"];
-        let mut image = copied(self.scene, &same, &moved)?;
+        let keys = [
+            "title",
+            "units",
+            "materials",
+            "body1",
+            "body2",
+            "frame",
+            "gap",
+            "friction",
+            "wear",
+            "steps",
+            "output",
+            "solver",
+        ];
+        let mut image = copied(self.scene, &[], &keys)?;
         let mut put = |key: &str, value: Table| image.insert(key.to_owned(), Value::Object(value));
         for key in ["body1", "body2"] {
             put(key, self.body(table(self.scene.get(key))?)?);
@@ -315,5 +331,146 @@ impl Image<'_> {
         let creepage = [along, hand * left, hand * spin].map(|part| format!("{:.15e}", part + 0.0));
         image.insert("creepage".to_owned(), json!(creepage));
         Some(image)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    const SCENE: &str = r#"
+[materials.steel]
+model = "isotropic"
+E = 210e3
+nu = 0.3
+[materials.wood]
+model = "orthotropic"
+E1 = 12e3
+E2 = 1.1e3
+E3 = 0.6e3
+nu12 = 0.4
+nu13 = 0.4
+nu23 = 0.45
+G12 = 0.9e3
+G13 = 0.7e3
+G23 = 0.06e3
+[materials.cfrp]
+model = "transversely-isotropic"
+E1 = 139e3
+E2 = 8.7e3
+nu12 = 0.32
+nu23 = 0.369
+G12 = 4.5e3
+[body1]
+kind = "half-space"
+material = "cfrp"
+fibre = { azimuth = 0.0, tilt = 30.0 }
+[body2]
+kind = "half-space"
+material = "steel"
+[frame]
+kind = "grid"
+half_width = [1.0, 1.0]
+cells = [8, 8]
+[gap]
+kind = "sphere"
+radius = 50.0
+[friction]
+law = "coulomb"
+mu = 0.4
+[[steps]]
+name = "indent"
+approach = 0.01
+[[steps]]
+name = "shift"
+shift = { distance = 0.004, angle = 20.0 }
+"#;
+
+    fn shape(changes: &[(&str, &str)]) -> Option<Shape> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("scene.toml");
+        let changed = changes.iter().fold(SCENE.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replacen(from, to, 1)
+        });
+        std::fs::write(&path, changed).expect("a file");
+        let plan = scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes:?}"));
+        Shape::of(&plan)
+    }
+
+    /// Truth: the group of the fibre's plane: y to -y leaves a fibre in the plane of x and n where it is; x to -x turns a tilted one round, not one in the
+    /// surface; of one along the normal, and of none, all that maps the grid onto itself is an image.
+    #[test]
+    fn images_of_fibres() {
+        let angle = |degrees: &'static str| ("angle = 20.0", degrees);
+        let images = |fibre: (&'static str, &'static str)| {
+            let first = shape(&[fibre]).expect("a scene with images");
+            ["angle = -20.0", "angle = 160.0", "angle = 200.0", "angle = 70.0", "angle = 30.0"].map(
+                |degrees| {
+                    let other = shape(&[fibre, angle(degrees)]).expect("a scene with images");
+                    other.from(&first).is_some()
+                },
+            )
+        };
+        let tilt = "tilt = 30.0";
+        assert_eq!(images((tilt, tilt)), [true, false, false, false, false]);
+        assert_eq!(images((tilt, "tilt = 0.0")), [true, true, true, false, false]);
+        assert_eq!(images((tilt, "tilt = 90.0")), [true, true, true, true, false]);
+        assert_eq!(
+            images(("material = \"cfrp\"\nfibre", "material = \"steel\"\nfibre")),
+            [true, false, false, false, false]
+        );
+        // Axis 2 of an orthotropic body lies in the surface.
+        let wood = "material = \"wood\"\nfibre = { azimuth = 0.0, tilt = 90.0 }";
+        let cfrp = "material = \"cfrp\"\nfibre = { azimuth = 0.0, tilt = 30.0 }";
+        assert_eq!(images((cfrp, wood)), [true, true, true, false, false]);
+    }
+
+    /// Truth: a change of one thing that has no symmetry, of two runs that are images else.
+    #[test]
+    fn what_is_no_image() {
+        let mirrored = [("azimuth = 0.0", "azimuth = 10.0"), ("angle = 20.0", "angle = -20.0")];
+        let first = shape(&[("azimuth = 0.0", "azimuth = -10.0")]).expect("a scene with images");
+        let is_image = |more: (&str, &str)| {
+            let other = shape(&[&mirrored[..], &[more]].concat());
+            other.is_some_and(|other| other.from(&first).is_some())
+        };
+        assert!(is_image(("mu = 0.4", "mu = 0.4")));
+        for change in [
+            ("mu = 0.4", "mu = 0.41"),
+            ("azimuth = 10.0", "azimuth = 10.1"),
+            ("tilt = 30.0", "tilt = -30.0"),
+            ("nu = 0.3", "nu = 0.31"),
+            ("radius = 50.0", "radius = 50.0\noffset = [0.0, 0.1]"),
+            ("cells = [8, 8]", "cells = [8, 9]"),
+            ("cells = [8, 8]", "cells = [8, 8]\nazimuth = 5.0"),
+            ("approach = 0.01", "approach = 0.01\ntwist = 0.1"),
+            ("approach = 0.01", "approach = 0.01\nrotation = [0.1, 0.0]"),
+            ("approach = 0.01", "approach = 0.01\nincrements = 2"),
+            ("distance = 0.004", "distance = -0.004"),
+        ] {
+            assert!(!is_image(change), "{change:?}");
+        }
+    }
+
+    /// Truth: the documentation: what is not known to have an image has none.
+    #[test]
+    fn scenes_without_images() {
+        assert!(shape(&[]).is_some());
+        for change in [
+            ("[materials.steel]", "accuracy = 0.01\n[materials.steel]"),
+            (
+                "[gap]",
+                "[[output.inside]]\nname = \"a\"\nbody = 1\nfrom = [0, 0, -1]\nto = [0, 0, -2]\npoints = 3\n[gap]",
+            ),
+            (
+                "shift = { distance = 0.004, angle = 20.0 }",
+                "cycles = { amplitude = 0.001, amplitude2 = 0.0005, path = \"ellipse\", count = 10, jumps = 1 }",
+            ),
+            ("material = \"steel\"", "material = \"steel\"\ntruncated = 5.0"),
+        ] {
+            assert!(shape(&[change]).is_none(), "{change:?}");
+        }
     }
 }
