@@ -80,7 +80,7 @@ def main():
             return not any("another run of the study" in skipped["why"] for skipped in summary["skipped"])
 
         leaders = [number for number, entry in enumerate(entries) if goes_all(entry)]
-        print(f"{len(runs) - len(leaders)} of {len(runs)} runs take steps from another one")
+        print(f"{len(runs) - len(leaders)} of {len(runs)} runs take steps from another one, or are its images")
         cost = [costs() for _ in range(wanted.repeats)]
         print(f"a run in the study takes {1e3 * statistics.median(cost):.1f} ms more than as a process of its own (less: negative)")
 

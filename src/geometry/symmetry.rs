@@ -75,17 +75,17 @@ impl GridSymmetry {
         (0..cells[0]).flat_map(|ix| (0..cells[1]).map(move |iy| place(ix, iy))).collect()
     }
 
-    /// What it does, as a part of a sentence on an image.
+    /// What an image is to what it is made of.
     pub fn words(self) -> &'static str {
         match self.matrix {
-            [[1, 0], [0, 1]] => "the same",
-            [[1, 0], [0, -1]] => "its mirror image, y to -y",
-            [[-1, 0], [0, 1]] => "its mirror image, x to -x",
-            [[-1, 0], [0, -1]] => "the same turned by 180 degrees",
-            [[0, 1], [1, 0]] => "its mirror image, x to y",
-            [[0, -1], [-1, 0]] => "its mirror image, x to -y",
-            [[0, -1], [1, 0]] => "the same turned by 90 degrees",
-            _ => "the same turned by -90 degrees",
+            [[1, 0], [0, 1]] => "the same as",
+            [[1, 0], [0, -1]] => "the mirror image (y to -y) of",
+            [[-1, 0], [0, 1]] => "the mirror image (x to -x) of",
+            [[-1, 0], [0, -1]] => "the image by a turn of 180 degrees of",
+            [[0, 1], [1, 0]] => "the mirror image (x to y) of",
+            [[0, -1], [-1, 0]] => "the mirror image (x to -y) of",
+            [[0, -1], [1, 0]] => "the image by a turn of 90 degrees of",
+            _ => "the image by a turn of -90 degrees of",
         }
     }
 

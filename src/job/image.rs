@@ -55,7 +55,11 @@ impl Original<'_> {
     ) -> Result<Option<RunResult>> {
         let result = self.recording.deliver_image(study.model(), self.symmetry, observer)?;
         Ok(result.map(|mut result| {
-            let why = format!("they are {}, of those of {}", self.symmetry.words(), self.folder);
+            let why = format!(
+                "they are {} those of another run of the study, {}",
+                self.symmetry.words(),
+                self.folder
+            );
             let saved = Some(Saved { seconds: self.recording.seconds(), basis: Basis::Measured });
             result.skipped.push(Skipped { saved, ..Skipped::new(Work::Image, "all steps", why) });
             result
