@@ -112,7 +112,7 @@ def test_images(folder):
     compared = 0
     for name, image in fields["true"].items():
         alone = fields["false"][name]
-        assert np.array_equal(image.points, alone.points)
+        assert np.allclose(image.points, alone.points, rtol=0, atol=1e-9)
         for own, other in ((image.cell_data, alone.cell_data), (image.point_data, alone.point_data)):
             assert own.keys() == other.keys()
             for key in own:
