@@ -116,7 +116,7 @@ fn half(n: usize, stiffness: &Stiffness) -> FeSpec {
 /// of both frames is symmetric; gaps summed cell by cell are those of the product.
 #[test]
 fn symmetric_tractions_on_both_faces() {
-    let frame = frame(16);
+    let frame = frame(12);
     let n = frame.n_cells();
     // Fibres in the plane: the slab is symmetric.
     for stiffness in [steel(), crate::common::im7(0.0)] {
