@@ -50,9 +50,7 @@ impl Study {
         let mut sweep = self.sweep.clone();
         sweep.allow(settings.limit(py)?);
         let n = sweep.runs.len();
-        if let Some(wrong) = numbers.iter().flatten().find(|number| **number >= n) {
-            return Err(errors::input(py, &format!("run {wrong}: the study has runs 0 to {}", n - 1)));
-        }
+        self.check(py, numbers.as_deref().unwrap_or_default())?;
         let cache = settings.cache(py)?;
         let sweep = Arc::new(sweep);
         let own = sweep.clone();
@@ -78,8 +76,9 @@ impl Study {
     }
 
     /// Splits the runs of these numbers into parts for workers that share nothing but files, about `wanted` of them or more.
-    fn parts(&self, numbers: Vec<usize>, wanted: usize) -> Vec<Vec<usize>> {
-        sweep::parts(&self.sweep.runs, &numbers, wanted)
+    fn parts(&self, py: Python<'_>, numbers: Vec<usize>, wanted: usize) -> PyResult<Vec<Vec<usize>>> {
+        self.check(py, &numbers)?;
+        Ok(sweep::parts(&self.sweep.runs, &numbers, wanted))
     }
 
     /// Collects the runs from their folders in `out`, and writes the table if wanted: study.json, exit code, how many have been done.
@@ -97,6 +96,17 @@ impl Study {
         });
         let (result, code, kept) = ended.map_err(|error| errors::error(py, &error))?;
         Ok((convert::to_python(py, &json!(result))?, code, kept))
+    }
+}
+
+impl Study {
+    /// Refuses numbers of runs that are not there.
+    fn check(&self, py: Python<'_>, numbers: &[usize]) -> PyResult<()> {
+        let n = self.sweep.runs.len();
+        match numbers.iter().find(|number| **number >= n) {
+            Some(wrong) => Err(errors::input(py, &format!("run {wrong}: the study has runs 0 to {}", n - 1))),
+            None => Ok(()),
+        }
     }
 }
 

@@ -1,7 +1,5 @@
 //! The symmetries of a rectangle of equal cells: reflections and turns by right angles about the normal through its middle.
 
-use super::Point;
-
 /// One of these eight; the unmoved one among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GridSymmetry {
@@ -88,17 +86,12 @@ impl GridSymmetry {
             _ => "the image by a turn of -90 degrees of",
         }
     }
-
-    /// Image of a vector (x, y, n).
-    pub fn point(self, point: Point) -> Point {
-        let [x, y] = self.vector([point.x, point.y]);
-        Point::new(x, y, point.z)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
 
     /// Truth: the group of the square: closed, with inverses, as its action on vectors says.
     #[test]
@@ -121,7 +114,11 @@ mod tests {
     fn moments_are_axial() {
         let (r, f) = (Point::new(0.4, -0.9, 0.3), Point::new(-2.0, 0.7, 1.1));
         for image in GridSymmetry::ALL {
-            let moment = image.point(r).cross(&image.point(f));
+            let of = |v: Point| {
+                let [x, y] = image.vector([v.x, v.y]);
+                Point::new(x, y, v.z)
+            };
+            let moment = of(r).cross(&of(f));
             assert!((moment - Point::from(image.axial(r.cross(&f).into()))).norm() < 1e-15);
         }
     }

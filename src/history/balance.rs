@@ -16,6 +16,14 @@ use super::step::Step;
 /// Below this a direction, whose length is 1, has no part left.
 const NO_PART: f64 = 1e-6;
 
+/// How it is told that a motion is held.
+const UNRESISTED: &str = "nothing resists the";
+
+/// Whether what a run that converged tells names a direction.
+pub(super) fn names_direction(warning: &str) -> bool {
+    warning.contains(UNRESISTED)
+}
+
 impl Run<'_> {
     /// The end of an increment under the given loads, with the balance they ask for.
     ///
@@ -42,7 +50,7 @@ impl Run<'_> {
             .map_err(|unresisted| prepared.nothing_resists(step, &unresisted))?;
         for motion in &balance.held {
             let note = format!(
-                "step \"{}\": nothing resists the {} of {} and no load drives it: it is held",
+                "step \"{}\": {UNRESISTED} {} of {} and no load drives it: it is held",
                 step.name,
                 prepared.motion_name(motion),
                 prepared.who()

@@ -10,8 +10,9 @@ use std::time::Instant;
 use nalgebra::{Matrix2, Vector2};
 
 use super::RunResult;
+use super::balance::names_direction;
 use super::model::Model;
-use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, StrokeEnd};
+use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, RollingRecord, StrokeEnd};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionEllipse;
 use crate::geometry::GridSymmetry;
@@ -22,16 +23,16 @@ const AGREES: f64 = 1e-9;
 
 /// Entries with their fields; a copy shares them.
 #[derive(Debug, Clone)]
-pub struct Tape {
-    entries: Vec<Arc<(IncrementRecord, FrameState)>>,
+pub struct Entries {
+    list: Vec<Arc<(IncrementRecord, FrameState)>>,
     /// Bytes that may still be taken; `None` once they did not suffice.
     left: Option<usize>,
 }
 
-impl Tape {
+impl Entries {
     /// An empty one that may take so many bytes.
     pub fn up_to(bytes: usize) -> Self {
-        Self { entries: Vec::new(), left: Some(bytes) }
+        Self { list: Vec::new(), left: Some(bytes) }
     }
 
     /// Adds an entry; without memory for it all are forgotten.
@@ -43,8 +44,8 @@ impl Tape {
         let bytes = 8 * numbers + state.status.len() + size_of::<(IncrementRecord, FrameState)>();
         self.left = self.left.and_then(|left| left.checked_sub(bytes));
         match self.left {
-            Some(_) => self.entries.push(Arc::new((record.clone(), state.clone()))),
-            None => self.entries.clear(),
+            Some(_) => self.list.push(Arc::new((record.clone(), state.clone()))),
+            None => self.list.clear(),
         }
     }
 }
@@ -62,16 +63,17 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// That of a run on `model`; `None` if it did not converge there, or its tape did not hold all of it.
-    pub fn new(model: &Model, result: &RunResult, tape: Tape) -> Option<Self> {
+    /// That of a run on `model`; `None` if it did not converge there, its entries did not hold all of it, or what it tells names a direction.
+    pub fn new(model: &Model, result: &RunResult, entries: Entries) -> Option<Self> {
         let ended = result.outgrown.is_none() && result.outdated.is_none();
-        let complete = tape.left.is_some() && tape.entries.len() == result.records.len();
-        (result.outcome == Outcome::Converged && ended && complete).then(|| Self {
+        let complete = entries.left.is_some() && entries.list.len() == result.records.len();
+        let directed = result.warnings.iter().any(|warning| names_direction(warning));
+        (result.outcome == Outcome::Converged && ended && complete && !directed).then(|| Self {
             frame: model.frame.clone(),
             initial_gap: model.initial_gap.clone(),
             ellipse: model.friction.ellipse(),
             intensity: model.wear.intensity(model.friction.ellipse()),
-            entries: tape.entries,
+            entries: entries.list,
             warnings: result.warnings.clone(),
             loops: result.loops.clone(),
         })
@@ -169,7 +171,7 @@ impl Recording {
     }
 }
 
-/// Makes images of what a run leaves.
+/// Makes images of what a run leaves. Every field is named: one that is added does not compile until it has an image.
 struct Image {
     symmetry: GridSymmetry,
     /// Of each cell that of its image.
@@ -216,7 +218,6 @@ impl Image {
     }
 
     fn of_state(&self, state: &FrameState) -> FrameState {
-        // Every field is named: one that is added does not compile until it has an image.
         let FrameState { tractions, gap, slip, status, wear_depth } = state;
         FrameState {
             tractions: self.of_vectors(tractions),
@@ -233,34 +234,104 @@ impl Image {
     }
 
     fn of_end(&self, end: &StrokeEnd) -> StrokeEnd {
-        let (rotation, twist) = self.of_turn(end.rotation, end.twist);
-        StrokeEnd {
-            shift: self.symmetry.vector(end.shift),
+        let StrokeEnd {
+            shift,
             rotation,
             twist,
-            tangential_force: self.symmetry.vector(end.tangential_force),
-            moment: self.symmetry.axial(end.moment),
-            ..*end
+            normal_force,
+            tangential_force,
+            moment,
+            contact_area,
+            stick_area,
+            peak_pressure,
+        } = *end;
+        let (rotation, twist) = self.of_turn(rotation, twist);
+        StrokeEnd {
+            shift: self.symmetry.vector(shift),
+            rotation,
+            twist,
+            normal_force,
+            tangential_force: self.symmetry.vector(tangential_force),
+            moment: self.symmetry.axial(moment),
+            contact_area,
+            stick_area,
+            peak_pressure,
         }
     }
 
-    fn of_record(&self, record: &IncrementRecord) -> IncrementRecord {
-        let (rotation, twist) = self.of_turn(record.rotation, record.twist);
+    fn of_rolling(&self, rolling: RollingRecord) -> RollingRecord {
         let hand = self.symmetry.handedness();
-        let rolling = record.rolling.map(|mut rolling| {
-            rolling.creepage[1] = hand * rolling.creepage[1] + 0.0;
-            rolling.spin = hand * rolling.spin + 0.0;
-            rolling
-        });
-        IncrementRecord {
-            shift: self.symmetry.vector(record.shift),
+        let RollingRecord { creepage: [along, left], spin, distance } = rolling;
+        RollingRecord { creepage: [along, hand * left + 0.0], spin: hand * spin + 0.0, distance }
+    }
+
+    fn of_record(&self, record: &IncrementRecord) -> IncrementRecord {
+        let IncrementRecord {
+            name,
+            increment,
+            approach,
+            shift,
             rotation,
             twist,
-            tangential_force: self.symmetry.vector(record.tangential_force),
-            moment: self.symmetry.axial(record.moment),
-            stroke_ends: record.stroke_ends.as_ref().map(|ends| ends.each_ref().map(|end| self.of_end(end))),
+            normal_force,
+            tangential_force,
+            moment,
+            contact_area,
+            stick_area,
+            peak_pressure,
+            contact_touches_edge,
+            worn_volume,
+            worn_volume_by_body,
+            worn_volume_error,
+            worn_volume_by_energy,
+            max_wear_depth,
+            wear_depth_error,
+            cycles_done,
+            distance_slid,
+            dissipation,
+            certificate,
+            method,
+            iterations,
+            operator_applications,
+            seconds,
+            converged,
+            stroke_ends,
+            jump,
             rolling,
-            ..record.clone()
+        } = record.clone();
+        let (rotation, twist) = self.of_turn(rotation, twist);
+        IncrementRecord {
+            name,
+            increment,
+            approach,
+            shift: self.symmetry.vector(shift),
+            rotation,
+            twist,
+            normal_force,
+            tangential_force: self.symmetry.vector(tangential_force),
+            moment: self.symmetry.axial(moment),
+            contact_area,
+            stick_area,
+            peak_pressure,
+            contact_touches_edge,
+            worn_volume,
+            worn_volume_by_body,
+            worn_volume_error,
+            worn_volume_by_energy,
+            max_wear_depth,
+            wear_depth_error,
+            cycles_done,
+            distance_slid,
+            dissipation,
+            certificate,
+            method,
+            iterations,
+            operator_applications,
+            seconds,
+            converged,
+            stroke_ends: stroke_ends.map(|ends| ends.map(|end| self.of_end(&end))),
+            jump,
+            rolling: rolling.map(|rolling| self.of_rolling(rolling)),
         }
     }
 
@@ -269,7 +340,8 @@ impl Image {
             let ([x, y], [fx, fy]) = (self.symmetry.vector([*x, *y]), self.symmetry.vector([*fx, *fy]));
             [x, y, fx, fy, *force]
         };
-        FrettingLoop { points: fretting.points.iter().map(point).collect(), ..fretting.clone() }
+        let FrettingLoop { name, cycles_done, dissipation, points } = fretting.clone();
+        FrettingLoop { name, cycles_done, dissipation, points: points.iter().map(point).collect() }
     }
 }
 
@@ -303,7 +375,9 @@ impl<'m> Check<'m> {
             })
             .collect();
         let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let scale = size(&self.elastic[2 * n..]).max(size(&state.wear_depth)).max(f64::MIN_POSITIVE);
+        let scale = size(&self.elastic[2 * n..]).max(size(&state.wear_depth));
+        // What is rounded of a gap that is much larger than what loads make of it.
+        let rounding = 8.0 * f64::EPSILON * size(&self.model.initial_gap[2 * n..]);
         // The cells' centres lie evenly about the middle of a whole grid; of a part of one about their own.
         let count = n as f64;
         let middle = [0, 1].map(|axis| self.places.iter().map(|place| place[axis]).sum::<f64>() / count);
@@ -318,7 +392,7 @@ impl<'m> Check<'m> {
         let turn = squares.svd(true, true).solve(&slopes, 1e-12 * squares.amax()).unwrap_or_default();
         self.places.iter().zip(&rest).all(|(place, value)| {
             let rigid = mean + turn.x * (place[0] - middle[0]) + turn.y * (place[1] - middle[1]);
-            (value - rigid).abs() <= AGREES * scale.max(mean.abs())
+            (value - rigid).abs() <= AGREES * scale.max(mean.abs()) + rounding
         })
     }
 }

@@ -11,7 +11,7 @@ use super::resume::Checkpoints;
 use super::turn::{Maker, Stage, Way};
 use crate::error::{Error, Kind, Result, exit};
 use crate::frame::ContactFrame;
-use crate::history::image::Tape;
+use crate::history::image::Entries;
 use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
 use crate::history::{RunResult, Snapshot};
 use crate::linalg::course::Course;
@@ -77,7 +77,7 @@ struct Watched<'a, 'r, 'p> {
     /// The run, and what others go on from, on its first frame and with unmoved meshes.
     forks: Option<(&'a Study<'p>, &'a mut Forks)>,
     /// Its entries for runs that are its images, and whether they need fretting loops.
-    tape: Option<(&'a mut Tape, bool)>,
+    entries: Option<(&'a mut Entries, bool)>,
 }
 
 impl Observer for Watched<'_, '_, '_> {
@@ -87,8 +87,8 @@ impl Observer for Watched<'_, '_, '_> {
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         self.recorder.increment_done(record, state)?;
-        if let Some((tape, _)) = &mut self.tape {
-            tape.add(record, state);
+        if let Some((entries, _)) = &mut self.entries {
+            entries.add(record, state);
         }
         self.watch.increment_done(record, state)
     }
@@ -100,9 +100,9 @@ impl Observer for Watched<'_, '_, '_> {
         };
         let snapshot = snapshot();
         if forks.after.contains(&snapshot.n_steps()) {
-            let tape = self.tape.as_ref().map(|(tape, _)| (**tape).clone());
+            let entries = self.entries.as_ref().map(|(entries, _)| (**entries).clone());
             let (written, folder) = (self.recorder.written(), self.recorder.folder());
-            forks.made.push(Fork::new((study, snapshot), written, folder, tape));
+            forks.made.push(Fork::new((study, snapshot), written, folder, entries));
         }
         Ok(())
     }
@@ -116,11 +116,11 @@ impl Observer for Watched<'_, '_, '_> {
     }
 
     fn wants_loops(&self) -> bool {
-        self.recorder.wants_loops() || self.tape.as_ref().is_some_and(|(_, loops)| *loops)
+        self.recorder.wants_loops() || self.entries.as_ref().is_some_and(|(_, loops)| *loops)
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap() || self.tape.is_some()
+        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap() || self.entries.is_some()
     }
 }
 
@@ -156,7 +156,7 @@ pub fn compute(
     };
     if from.is_some() {
         // The fields before the checkpoint are not known.
-        job.shares.legacy.iter_mut().for_each(|legacy| legacy.tape = None);
+        job.shares.for_images.iter_mut().for_each(|for_images| for_images.go_on(None));
         job.shares.original = None;
     }
     let fork = job.shares.from;
@@ -170,7 +170,8 @@ pub fn compute(
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
     if let Some(TakenUp { snapshot, course, written, skipped }) = begun {
         summary.skipped.push(skipped);
-        job.shares.legacy.iter_mut().for_each(|legacy| legacy.tape = fork.and_then(|fork| fork.tape.clone()));
+        let entries = || fork.and_then(|fork| fork.entries.clone());
+        job.shares.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
         let records = snapshot.records().to_vec();
         let keeper = keeper.map(|keeper| keeper.after(0, Progress::of(&records)));
         let parts = Parts { output, records, written, keeper };
@@ -262,9 +263,10 @@ fn legs<'p>(
         let is_first = stage.growths == 0 && stage.moves == Moves::default();
         let forks = job.shares.forks.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
         let loops = plan.output.fields.contains(&FieldKind::Loops);
-        let tape = job.shares.legacy.as_deref_mut().filter(|_| is_first);
-        let tape = tape.and_then(|legacy| legacy.tape.as_mut()).map(|tape| (tape, loops));
-        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks, tape };
+        let entries = job.shares.for_images.as_deref_mut().filter(|_| is_first);
+        let entries =
+            entries.and_then(|for_images| for_images.entries.as_mut()).map(|entries| (entries, loops));
+        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks, entries };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
         let original = job.shares.original.take();
@@ -273,7 +275,7 @@ fn legs<'p>(
             image.flatten().map_or_else(|| study.run_from(from, &mut watched), Ok)
         }));
         let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
-        job.shares.legacy.iter_mut().for_each(|legacy| legacy.conclude(&study, &result));
+        job.shares.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
         let way = safely(plan, || {
             Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::image::{Legacy, Original};
+use super::image::{ForImages, Original};
 use crate::error::Result;
 use crate::frame::ContactFrame;
 use crate::history::Snapshot;
-use crate::history::image::Tape;
+use crate::history::image::Entries;
 use crate::history::record::Moment;
 use crate::linalg::course::Course;
 use crate::results::fields::Written;
@@ -31,7 +31,7 @@ pub struct Fork {
     /// Seconds that the steps took.
     seconds: f64,
     /// Its entries so far, where some of those that go on have images.
-    pub(super) tape: Option<Tape>,
+    pub(super) entries: Option<Entries>,
 }
 
 /// What a run shares with others.
@@ -42,7 +42,7 @@ pub struct Shares<'a> {
     /// What others go on from.
     pub forks: Option<&'a mut Forks>,
     /// What it leaves for its images.
-    pub legacy: Option<&'a mut Legacy>,
+    pub for_images: Option<&'a mut ForImages>,
     /// What it is an image of.
     pub original: Option<Original<'a>>,
 }
@@ -77,7 +77,7 @@ impl Fork {
         (study, snapshot): (&Study<'_>, Snapshot),
         (written, files): (Written, Vec<Gathered>),
         folder: Option<&Path>,
-        tape: Option<Tape>,
+        entries: Option<Entries>,
     ) -> Self {
         let model = study.model();
         let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
@@ -92,7 +92,7 @@ impl Fork {
             initial_gap: model.initial_gap.clone(),
             near_fields: study.near_fields.clone(),
             seconds,
-            tape,
+            entries,
         }
     }
 
@@ -112,9 +112,10 @@ impl Fork {
         if !fits {
             return Ok(None);
         }
-        if !self.files.is_empty() {
-            let (Some(output), Some(folder)) = (output, &self.folder) else { return Ok(None) };
-            if !output.copy_from(folder, &self.files)? {
+        if let Some(output) = output {
+            // A run without files leaves none to others.
+            let Some(folder) = &self.folder else { return Ok(None) };
+            if !self.files.is_empty() && !output.copy_from(folder, &self.files)? {
                 return Ok(None);
             }
         }

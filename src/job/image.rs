@@ -3,33 +3,53 @@
 use crate::error::Result;
 use crate::geometry::GridSymmetry;
 use crate::history::RunResult;
-use crate::history::image::{Recording, Tape};
+use crate::history::image::{Entries, Recording};
 use crate::history::record::Observer;
+use crate::linalg::memory::MemoryLimit;
 use crate::skip::{Basis, Saved, Skipped, Work};
 use crate::study::Study;
 
 /// Bytes that the entries of a run may take; of a longer one there are no images.
-const MOST_BYTES: usize = 256 << 20;
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Part of the memory of a run that they may take.
+const PART: u64 = 8;
+
+/// Bytes that the entries of a run may take where it has so much memory.
+pub(super) fn most_bytes(memory: &MemoryLimit) -> usize {
+    memory.remaining().map_or(MOST_BYTES, |bytes| MOST_BYTES.min(bytes / PART)) as usize
+}
 
 /// What a run leaves for its images.
-pub struct Legacy {
+pub struct ForImages {
     /// Its entries so far; `None` if some of them are not known.
-    pub(super) tape: Option<Tape>,
-    /// All of it, if it has converged.
-    pub made: Option<Recording>,
+    pub(super) entries: Option<Entries>,
+    /// Whether they are all known, if there are any.
+    known: bool,
+    made: Option<Recording>,
 }
 
-impl Default for Legacy {
-    fn default() -> Self {
-        Self { tape: Some(Tape::up_to(MOST_BYTES)), made: None }
+impl ForImages {
+    /// For a run that may take so much memory.
+    pub fn within(memory: &MemoryLimit) -> Self {
+        let bytes = most_bytes(memory);
+        Self { entries: Some(Entries::up_to(bytes)), known: true, made: None }
     }
-}
 
-impl Legacy {
-    /// Makes a whole of the tape, if it has all that the run came to.
+    /// The run goes on from a state that was left with these entries.
+    pub(super) fn go_on(&mut self, entries: Option<Entries>) {
+        (self.known, self.entries) = (entries.is_some(), entries);
+    }
+
+    /// What the run came to; `None` if that is not known, as it began before.
+    pub fn made(self) -> Option<Option<Recording>> {
+        self.known.then_some(self.made)
+    }
+
+    /// Makes a whole of the entries, if it has all that the run came to.
     pub(super) fn conclude(&mut self, study: &Study<'_>, result: &Result<RunResult>) {
-        let (Some(tape), Ok(result)) = (self.tape.take(), result) else { return };
-        self.made = Recording::new(study.model(), result, tape);
+        let (Some(entries), Ok(result)) = (self.entries.take(), result) else { return };
+        self.made = Recording::new(study.model(), result, entries);
     }
 }
 

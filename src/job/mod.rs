@@ -12,7 +12,7 @@ mod turn;
 pub use accurate::{REASON, run};
 pub use compute::{Job, Nobody, compute, nothing};
 pub use fork::{Fork, Forks, Shares};
-pub use image::{Legacy, Original};
+pub use image::{ForImages, Original};
 
 use crate::results::summary::{Summary, Units};
 use crate::scene::Plan;

@@ -5,14 +5,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::fork::Fork;
+use super::image::ForImages;
 use crate::bem::half_space::Kernels;
 use crate::history::image::Recording;
 use crate::study::sweep::RunSpec;
 
-/// The runs that are left, and the states that they go on from.
+/// The runs that are left, and what they are made from.
 pub(super) struct Queue {
     /// By run, that which it is an image of.
     image_of: Vec<Option<usize>>,
+    /// By run, whether it is wanted for its images alone.
+    hidden: Vec<bool>,
     /// By run, whether images are made of it, or of runs that go on from it.
     recorded: Vec<bool>,
     /// By run, those with which it begins, the longest beginning first: the run that is the first of them, and the number of common steps.
@@ -28,8 +31,8 @@ struct Left {
     stages: Vec<Stage>,
     /// States, with the run that left them.
     forks: Vec<(usize, Arc<Fork>)>,
-    /// What runs came to that others are images of; `None` of those that have no images.
-    recordings: Vec<(usize, Option<Arc<Recording>>)>,
+    /// By run, what is known of those that others are images of.
+    originals: Vec<Known>,
 }
 
 /// How far a run is.
@@ -41,16 +44,29 @@ enum Stage {
     Over,
 }
 
+/// What is known of a run that others are images of.
+#[derive(Clone)]
+pub(super) enum Known {
+    /// Nothing: it has not been computed here from its start.
+    Nothing,
+    /// That it has no images, as it did not converge on one frame.
+    NoImages,
+    /// All of it.
+    Recording(Arc<Recording>),
+}
+
 /// A run that is to be done; it has ended when this is dropped.
 pub(super) struct Taken<'a> {
     pub queue: &'a Queue,
     pub number: usize,
+    /// Whether it is wanted for its images alone.
+    pub hidden: bool,
     /// What it goes on from.
     pub from: Option<Arc<Fork>>,
     /// Numbers of its steps after which others go on.
     pub after: Vec<usize>,
-    /// What it is an image of, as far as that is known.
-    pub recording: Option<Option<Arc<Recording>>>,
+    /// The run that it is an image of.
+    pub original: Known,
     /// Whether images are made of it, or of runs that go on from it.
     pub records: bool,
 }
@@ -59,19 +75,28 @@ impl Queue {
     pub fn new(specs: &[RunSpec], numbers: &[usize]) -> Self {
         let mut stages = vec![Stage::Over; specs.len()];
         numbers.iter().for_each(|&number| stages[number] = Stage::Waiting);
-        let image_of = |(spec, stage): (&RunSpec, &Stage)| {
-            spec.image_of.filter(|_| *stage == Stage::Waiting).map(|image| image.run)
-        };
-        let image_of: Vec<_> = specs.iter().zip(&stages).map(image_of).collect();
+        let original = |number: usize| specs[number].image_of.map(|image| image.run);
+        let wanted = |number: usize| if stages[number] == Stage::Waiting { original(number) } else { None };
+        let image_of: Vec<_> = (0..specs.len()).map(wanted).collect();
+        let mut hidden = vec![false; specs.len()];
+        for &original in image_of.iter().flatten() {
+            hidden[original] |= stages[original] == Stage::Over;
+            stages[original] = Stage::Waiting;
+        }
         let mut begins_as = vec![Vec::new(); specs.len()];
-        let mut known: HashMap<&str, usize> = HashMap::new();
+        // The first runs with a beginning: of those that leave files, and of all.
+        let (mut with_files, mut all) = (HashMap::new(), HashMap::new());
         let computed = |number: usize| stages[number] == Stage::Waiting && image_of[number].is_none();
         for (number, spec) in specs.iter().enumerate().filter(|(number, _)| computed(*number)) {
+            let known: &HashMap<&str, usize> = if hidden[number] { &all } else { &with_files };
             let first =
                 |(steps, beginning): &(usize, String)| Some((*known.get(beginning.as_str())?, *steps));
             begins_as[number] = spec.beginnings.iter().rev().filter_map(first).collect();
             for (_, beginning) in &spec.beginnings {
-                known.entry(beginning).or_insert(number);
+                all.entry(beginning).or_insert(number);
+                if !hidden[number] {
+                    with_files.entry(beginning).or_insert(number);
+                }
             }
         }
         let mut recorded = vec![false; specs.len()];
@@ -79,29 +104,30 @@ impl Queue {
             recorded[original] = true;
             begins_as[original].iter().for_each(|(first, _)| recorded[*first] = true);
         }
-        let left = Mutex::new(Left { stages, forks: Vec::new(), recordings: Vec::new() });
+        let originals = vec![Known::Nothing; specs.len()];
+        let left = Mutex::new(Left { stages, forks: Vec::new(), originals });
         let (changed, kernels) = (Condvar::new(), Arc::default());
-        Self { image_of, recorded, begins_as, left, changed, kernels }
+        Self { image_of, hidden, recorded, begins_as, left, changed, kernels }
     }
 
     fn left(&self) -> MutexGuard<'_, Left> {
         self.left.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next run; `None` if there is none left, or at the wish to stop. Runs that go on from another wait for it, and are taken before those
-    /// that do not, so that few states are kept.
+    /// The runs that `number` waits for.
+    fn waits_for(&self, number: usize) -> impl Iterator<Item = usize> {
+        self.begins_as[number].iter().map(|(first, _)| *first).chain(self.image_of[number])
+    }
+
+    /// The next run; `None` if there is none left, or at the wish to stop. Runs that go on from another, or are its image, wait for it, and are
+    /// taken before those that do not, so that little is kept.
     pub fn take(&self, stop: &AtomicBool) -> Option<Taken<'_>> {
         let mut left = self.left();
         loop {
             let waiting = |number: &usize| left.stages[*number] == Stage::Waiting;
-            let rank = |number: usize| match self.begins_as[number].as_slice() {
-                _ if self.image_of[number].is_some() => {
-                    let is_over = |original: usize| left.stages[original] == Stage::Over;
-                    self.image_of[number].is_some_and(is_over).then_some((0, number))
-                }
-                [] => Some((1, number)),
-                all if all.iter().all(|(first, _)| left.stages[*first] == Stage::Over) => Some((0, number)),
-                _ => None,
+            let rank = |number: usize| {
+                let ready = self.waits_for(number).all(|first| left.stages[first] == Stage::Over);
+                ready.then(|| (self.waits_for(number).next().is_none(), number))
             };
             let mut numbers = (0..left.stages.len()).filter(waiting).peekable();
             if numbers.peek().is_none() || stop.load(Ordering::Relaxed) {
@@ -113,41 +139,42 @@ impl Queue {
                 continue;
             };
             left.stages[number] = Stage::Active;
-            // The longest beginning that there is: a run that failed, or whose frame has grown, left shorter ones.
-            let fork = |wanted: &(usize, usize)| {
-                left.forks
-                    .iter()
-                    .find(|(run, fork)| (*run, fork.n_steps) == *wanted)
-                    .map(|(_, fork)| fork.clone())
-            };
-            let from = self.begins_as[number].iter().find_map(fork);
-            let mut after: Vec<usize> = self.followers(&left, number).collect();
-            after.sort_unstable();
-            after.dedup();
-            let used =
-                |(run, fork): &(usize, Arc<Fork>)| self.followers(&left, *run).any(|n| n == fork.n_steps);
-            let used: Vec<bool> = left.forks.iter().map(used).collect();
-            let mut used = used.into_iter();
-            left.forks.retain(|_| used.next().unwrap_or_default());
-            let recording = self.image_of[number].and_then(|original| left.recording(original).cloned());
-            let Left { stages, recordings, .. } = &mut *left;
-            let waits = |of: usize| {
-                let mut images = stages.iter().zip(&self.image_of);
-                images.any(|(stage, image)| *stage == Stage::Waiting && *image == Some(of))
-            };
-            recordings.retain(|(of, _)| waits(*of));
-            let records = self.recorded[number];
-            return Some(Taken { queue: self, number, from, after, recording, records });
+            return Some(self.taken(&mut left, number));
         }
+    }
+
+    /// Run `number` with what is left for it; what nobody waits for any more is dropped.
+    fn taken(&self, left: &mut Left, number: usize) -> Taken<'_> {
+        // The longest beginning that there is: a run that failed, or whose frame has grown, left shorter ones.
+        let fork = |wanted: &(usize, usize)| {
+            left.forks
+                .iter()
+                .find(|(run, fork)| (*run, fork.n_steps) == *wanted)
+                .map(|(_, fork)| fork.clone())
+        };
+        let from = self.begins_as[number].iter().find_map(fork);
+        let mut after: Vec<usize> = self.followers(left, number).collect();
+        after.sort_unstable();
+        after.dedup();
+        let used = |(run, fork): &(usize, Arc<Fork>)| self.followers(left, *run).any(|n| n == fork.n_steps);
+        let used: Vec<bool> = left.forks.iter().map(used).collect();
+        let mut used = used.into_iter();
+        left.forks.retain(|_| used.next().unwrap_or_default());
+        let original = self.image_of[number].map_or(Known::Nothing, |of| left.originals[of].clone());
+        let mut others = left.stages.iter().zip(&self.image_of);
+        if let Some(of) = self.image_of[number]
+            && !others.any(|(stage, image)| *stage == Stage::Waiting && *image == Some(of))
+        {
+            left.originals[of] = Known::Nothing;
+        }
+        let (hidden, records) = (self.hidden[number], self.recorded[number]);
+        Taken { queue: self, number, hidden, from, after, original, records }
     }
 
     /// Keeps what a run came to for its images.
     pub fn keep(&self, number: usize, made: Option<Recording>) -> Option<Arc<Recording>> {
         let made = made.map(Arc::new);
-        let mut left = self.left();
-        if left.recording(number).is_none() {
-            left.recordings.push((number, made.clone()));
-        }
+        self.left().originals[number] = made.clone().map_or(Known::NoImages, Known::Recording);
         made
     }
 
@@ -158,17 +185,15 @@ impl Queue {
     }
 }
 
-impl Left {
-    fn recording(&self, number: usize) -> Option<&Option<Arc<Recording>>> {
-        self.recordings.iter().find(|(of, _)| *of == number).map(|(_, recording)| recording)
-    }
-}
-
 impl Taken<'_> {
-    /// Leaves states for others.
-    pub fn leave(&self, forks: Vec<Fork>) {
-        let mut left = self.queue.left();
-        left.forks.extend(forks.into_iter().map(|fork| (self.number, Arc::new(fork))));
+    /// Leaves states, and what it came to, for others.
+    pub fn leave(&self, forks: Vec<Fork>, for_images: Option<ForImages>) {
+        let forks = forks.into_iter().map(|fork| (self.number, Arc::new(fork)));
+        self.queue.left().forks.extend(forks);
+        let has_images = self.queue.image_of.contains(&Some(self.number));
+        if let Some(made) = for_images.filter(|_| has_images).and_then(ForImages::made) {
+            self.queue.keep(self.number, made);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The runs of a study: side by side, each into a folder of its own; those that begin alike go their common steps once, and what is the image of
 //! another run is made of that one.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,8 +10,8 @@ use std::time::Instant;
 
 use super::compute::{Job, Nobody, nothing};
 use super::fork::{Forks, Shares};
-use super::image::{Legacy, Original};
-use super::queue::{Queue, Taken};
+use super::image::{ForImages, Original, most_bytes};
+use super::queue::{Known, Queue, Taken};
 use super::resume::{Checkpoints, Start, recall, start};
 use super::{STACK, run, summary};
 use crate::error::{Error, Result, exit};
@@ -77,9 +78,15 @@ enum Said {
 impl StudyJob<'_> {
     /// How the runs of these numbers share `threads` and what memory there is.
     pub fn share(&self, numbers: &[usize], threads: usize) -> Share {
-        let needed = forecast(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes);
-        let free = self.sweep.runs.first().and_then(|run| run.memory.remaining());
-        share(numbers.len(), threads, needed, free)
+        let runs = &self.sweep.runs;
+        // Images are made one after the other from what is computed.
+        let computed = numbers.iter().map(|&number| runs[number].image_of.map_or(number, |image| image.run));
+        let computed: BTreeSet<usize> = computed.collect();
+        let images = numbers.iter().any(|&number| runs[number].image_of.is_some());
+        let entries = runs.first().filter(|_| images).map_or(0, |run| most_bytes(&run.memory));
+        let needed = forecast(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes + entries as f64);
+        let free = runs.first().and_then(|run| run.memory.remaining());
+        share(computed.len(), threads, needed, free)
     }
 
     /// Runs those of these numbers; `show` hears of each that ends how many have.
@@ -135,8 +142,15 @@ impl StudyJob<'_> {
             }
         };
         while let Some(taken) = queue.take(self.stop) {
-            let ended = pool.install(|| self.one(&taken));
+            let ended = pool.install(|| match taken.hidden {
+                true => {
+                    self.hidden(&taken);
+                    None
+                }
+                false => Some(self.one(&taken)),
+            });
             drop(taken);
+            let Some(ended) = ended else { continue };
             if said.send(Said::Ended(Box::new(ended))).is_err() {
                 return;
             }
@@ -184,22 +198,32 @@ impl StudyJob<'_> {
                 checkpoints.from = Some(resumed);
             }
         }
-        let recording = spec.image_of.and_then(|image| self.recording(taken, image));
+        let anew = checkpoints.from.is_none();
+        let recording = spec.image_of.filter(|_| anew).and_then(|image| self.recording(taken, image));
         let original = spec.image_of.zip(recording.as_deref()).map(|(image, recording)| {
             let folder = self.sweep.runs[image.run].folder.as_str();
             Original { recording, symmetry: image.symmetry, folder }
         });
         let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
-        let mut legacy = taken.records.then(Legacy::default);
-        let anew = checkpoints.from.is_none();
-        let (from, legacy_of) = (taken.from.as_deref(), legacy.as_mut());
-        let shares = Shares { from, forks: Some(&mut forks), legacy: legacy_of, original };
+        let mut for_images = taken.records.then(|| ForImages::within(&plan.memory));
+        let from = taken.from.as_deref();
+        let shares = Shares { from, forks: Some(&mut forks), for_images: for_images.as_mut(), original };
         let code = self.run_alone(&plan, (Some(output), Some(checkpoints)), summary, shares);
-        taken.leave(forks.made);
-        if let Some(legacy) = legacy.filter(|_| anew) {
-            taken.queue.keep(taken.number, legacy.made);
-        }
+        taken.leave(forks.made, for_images);
         code
+    }
+
+    /// A run that is not wanted but for its images: without files.
+    fn hidden(&self, taken: &Taken<'_>) {
+        let Ok(plan) = self.plan(taken.queue, &self.sweep.runs[taken.number]) else { return };
+        let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
+        let mut for_images = ForImages::within(&plan.memory);
+        let from = taken.from.as_deref();
+        let shares =
+            Shares { from, forks: Some(&mut forks), for_images: Some(&mut for_images), original: None };
+        // What is wrong with it is told by its images.
+        let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
+        taken.leave(forks.made, Some(for_images));
     }
 
     /// Runs a plan of which nobody hears before it ends.
@@ -224,18 +248,20 @@ impl StudyJob<'_> {
         Ok(plan)
     }
 
-    /// What a run is an image of: that run's results, which are computed once more where nobody here has done so; `None` where there are
-    /// none.
+    /// What a run is an image of: that run's results, which are computed once more where it was left as it was or went on from a checkpoint; `None`
+    /// where there are none.
     fn recording(&self, taken: &Taken<'_>, image: ImageOf) -> Option<Arc<Recording>> {
-        if let Some(known) = &taken.recording {
-            return known.clone();
+        match &taken.original {
+            Known::Recording(recording) => return Some(recording.clone()),
+            Known::NoImages => return None,
+            Known::Nothing => {}
         }
         let plan = self.plan(taken.queue, &self.sweep.runs[image.run]).ok()?;
-        let mut legacy = Legacy::default();
-        let shares = Shares { legacy: Some(&mut legacy), ..Shares::default() };
+        let mut for_images = ForImages::within(&plan.memory);
+        let shares = Shares { for_images: Some(&mut for_images), ..Shares::default() };
         // What is wrong with it is told by its own run, and by this one.
         let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
-        taken.queue.keep(image.run, legacy.made)
+        taken.queue.keep(image.run, for_images.made()?)
     }
 
     /// Collects the runs from their folders, whatever made them; none is begun.

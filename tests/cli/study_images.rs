@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::study::{json, orthowear};
+use super::study_parts::files;
 
 /// One of the eight symmetries of a rectangle, by what it does to angles.
 #[derive(Clone, Copy)]
@@ -363,4 +364,99 @@ fn images_are_what_they_would_be_alone() {
             }
         }
     }
+}
+
+/// Directions of cycles about a fibre along x, of which the last two are images of the first two; all press alike before.
+const DIRECTIONS: &str = r#"
+[study]
+scene = "scene.toml"
+[[axes]]
+keys = ["steps.fretting.cycles.angle"]
+values = [30, 50, -50, -30]
+[output]
+collect = ["indent.normal_force", "fretting.worn_volume", "fretting.stroke_ends.1.tangential_force.1"]
+"#;
+
+fn folders(study: &Path) -> Vec<String> {
+    let runs = json(&study.join("study.json"))["runs"].clone();
+    runs.as_array().unwrap().iter().map(|run| run["folder"].as_str().unwrap().to_owned()).collect()
+}
+
+/// Truth: the whole study, file by file to the last bit: images whose originals are not wanted, so that these are computed for them alone, with the
+/// steps that they have in common; and images of runs that went on from others that were killed.
+#[test]
+#[cfg(unix)]
+fn images_have_the_same_bits_in_any_part() {
+    let folder = super::study::folder(DIRECTIONS);
+    let arguments = |out: &'static str| {
+        let set = ["--set", "steps.indent.increments=30", "--set", "output.checkpoint.seconds=1e-9"];
+        [&["study", "study.toml", "--threads", "1", "--out", out][..], &set].concat()
+    };
+    let (code, text, errors) = orthowear(folder.path(), &arguments("whole"));
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("4 runs, 2 images of others"), "{text}");
+    let whole = folder.path().join("whole");
+    let names = folders(&whole);
+    let (code, text, errors) = orthowear(folder.path(), &[arguments("part"), vec!["--only", "3-4"]].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("2 runs, 2 images of others"), "{text}");
+    let part = folder.path().join("part");
+    for name in &names[2..] {
+        assert_eq!(files(&part.join(name)), files(&whole.join(name)), "{name}");
+    }
+    assert_eq!(fs::read_dir(&part).unwrap().count(), 2, "originals leave nothing");
+
+    let killed = folder.path().join("killed");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    command.current_dir(folder.path()).args(arguments("killed")).arg("--quiet");
+    let mut child = command.spawn().unwrap();
+    let started = std::time::Instant::now();
+    while !killed.join(&names[0]).join("checkpoint-2.bin").exists() {
+        assert!(started.elapsed().as_secs() < 120, "the first run has no checkpoint");
+        std::thread::sleep(std::time::Duration::from_micros(200));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!killed.join(&names[1]).exists(), "the first run was over already");
+    let (code, text, errors) = orthowear(folder.path(), &[arguments("killed"), vec!["--resume"]].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("2 images of others"), "{text}");
+    for name in &names {
+        assert_eq!(files(&killed.join(name)), files(&whole.join(name)), "{name}");
+    }
+    assert_eq!(fs::read(killed.join("study.csv")).unwrap(), fs::read(whole.join("study.csv")).unwrap());
+}
+
+/// Truth: the run by itself: what it tells names directions, which an image would have wrong, so that it is none; nor is one of an original that does
+/// not converge.
+#[test]
+fn some_runs_have_no_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let [_, loads, ..] = cases();
+    fs::write(folder.path().join("scene.toml"), &loads.scene).unwrap();
+    let study = |keys: &str, values: &str| {
+        let text = format!(
+            "[study]\nscene = \"scene.toml\"\n[[axes]]\nname = \"image\"\nkeys = {keys}\nvalues = {values}\n"
+        );
+        fs::write(folder.path().join("study.toml"), text).unwrap();
+        orthowear(folder.path(), &["study", "study.toml", "--out", "o"])
+    };
+    // A row of cells, which turns freely about itself.
+    let keys = r#"["frame.cells", "frame.half_width", "body2.fibre.azimuth", "gap.angle", "friction.angle", "steps.press.moment", "steps.pull.tangential_force"]"#;
+    let rows = "[[[16, 1], [1.2, 0.06], 0, 0, 0, [0, 0], [3, 0]], [[1, 16], [0.06, 1.2], 90, 90, 90, [0, 0], [0, 3]]]";
+    let (code, text, errors) = study(keys, rows);
+    assert_eq!(code, Some(0), "{text}{errors}");
+    assert!(text.contains("2 runs, ") && !text.contains("image of"), "{text}");
+    let told: Vec<String> = folders(&folder.path().join("o"))
+        .iter()
+        .map(|name| json(&folder.path().join("o").join(name).join("summary.json"))["warnings"].to_string())
+        .collect();
+    assert!(told[0].contains("rotation about x") && told[1].contains("rotation about y"), "{told:?}");
+    // Forces beyond friction.
+    let (code, text, errors) = study(
+        r#"["body2.fibre.azimuth", "gap.angle", "friction.angle", "steps.press.moment", "steps.pull.tangential_force", "steps.pull.spin_moment"]"#,
+        "[[25, 15, 10, [2, 1], [90, 0], 0], [-25, -15, -10, [-2, 1], [90, 0], 0]]",
+    );
+    assert_eq!(code, Some(3), "{text}{errors}");
+    assert!(text.contains("2 runs, ") && !text.contains("image of"), "{text}");
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use orthowear::error::Result;
 use orthowear::geometry::GridSymmetry;
 use orthowear::history::RunResult;
-use orthowear::history::image::{Recording, Tape};
+use orthowear::history::image::{Entries, Recording};
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::study::prepare;
 
@@ -58,7 +58,7 @@ const IMAGE: [(&str, &str); 4] = [
 
 /// Keeps what it hears.
 struct Hearing {
-    tape: Tape,
+    kept: Entries,
     entries: Vec<(IncrementRecord, FrameState)>,
     /// After so many entries it wants the run to end.
     most: usize,
@@ -66,7 +66,7 @@ struct Hearing {
 
 impl Hearing {
     fn new(bytes: usize) -> Self {
-        Self { tape: Tape::up_to(bytes), entries: Vec::new(), most: usize::MAX }
+        Self { kept: Entries::up_to(bytes), entries: Vec::new(), most: usize::MAX }
     }
 }
 
@@ -74,7 +74,7 @@ impl Observer for Hearing {
     fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
-        self.tape.add(record, state);
+        self.kept.add(record, state);
         self.entries.push((record.clone(), state.clone()));
         Ok(())
     }
@@ -103,7 +103,7 @@ fn record(bytes: usize) -> (Option<Recording>, RunResult) {
         let mut hearing = Hearing::new(bytes);
         let result = study.run(&mut hearing).expect("a run");
         assert_eq!(result.outcome, Outcome::Converged);
-        (Recording::new(study.model(), &result, hearing.tape), result)
+        (Recording::new(study.model(), &result, hearing.kept), result)
     })
 }
 
@@ -182,6 +182,6 @@ fn parts_of_runs_have_no_images() {
     });
     result.outcome = Outcome::Interrupted;
     with(&[], |study| {
-        assert!(Recording::new(study.model(), &result, Tape::up_to(1 << 30)).is_none());
+        assert!(Recording::new(study.model(), &result, Entries::up_to(1 << 30)).is_none());
     });
 }

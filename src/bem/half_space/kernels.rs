@@ -17,8 +17,8 @@ const MOST_BYTES: usize = 64 << 20;
 /// Most Green's functions that are kept.
 const MOST_GREENS: usize = 64;
 
-/// Green's functions of half-spaces, and tables and transforms of kernels on grids, for all runs that are given the same; what was used longest ago
-/// goes first.
+/// Green's functions of half-spaces, and tables and transforms of kernels on grids, for all runs that are given the same. The kernel that was used, and the
+/// Green's function that was made, longest ago goes first.
 #[derive(Default)]
 pub struct Kernels {
     greens: Mutex<Vec<(Stiffness, Side, SurfaceGreen)>>,

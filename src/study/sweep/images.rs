@@ -1,7 +1,7 @@
 //! Runs that are images of each other: mirrored, turned by right angles, or the same.
 //!
 //! A scene has an image where it is known of each of its keys how a reflection or a turn changes it. Half-spaces are the same wherever they are, so that
-//! such a scene is that of its frame. Of the eight images of a scene the least, as text, is the same for all runs that are images of
+//! the middle of the frame, where it is given, counts for nothing. Of the eight images of a scene the least, as text, is the same for all runs that are images of
 //! each other.
 
 use serde_json::{Map, Value, json};
@@ -11,8 +11,8 @@ use crate::scene::plan::Plan;
 
 type Table = Map<String, Value>;
 
-/// Components of unit vectors that differ by less are the same.
-const GRAIN: f64 = 1e12;
+/// Steps of 1 to which components of unit vectors are rounded, so that those which differ by rounding alone are the same.
+const STEPS: f64 = 1e12;
 
 /// A scene but for reflections and turns.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,25 +86,41 @@ fn direction(degrees: f64) -> [f64; 2] {
     [cos, sin]
 }
 
-/// A unit vector in whole grains.
-fn grains(components: &[f64]) -> Vec<i64> {
-    components.iter().map(|component| (component * GRAIN).round() as i64).collect()
+/// A unit vector, rounded.
+fn rounded(components: &[f64]) -> Vec<i64> {
+    components.iter().map(|component| (component * STEPS).round() as i64).collect()
 }
 
 /// A vector by its length and its direction.
 fn vector([x, y]: [f64; 2]) -> Value {
     let length = x.hypot(y);
-    let grains = if length > 0.0 { grains(&[x / length, y / length]) } else { vec![0, 0] };
-    json!([format!("{length:.11e}"), grains])
+    let direction = if length > 0.0 { rounded(&[x / length, y / length]) } else { vec![0, 0] };
+    json!([format!("{length:.11e}"), direction])
 }
 
 /// A direction without a sense.
 fn line(components: &[f64]) -> Value {
-    let mut grains = grains(components);
-    if grains.iter().find(|grain| **grain != 0).is_some_and(|first| *first < 0) {
-        grains.iter_mut().for_each(|grain| *grain = -*grain);
+    let mut line = rounded(components);
+    if line.iter().find(|component| **component != 0).is_some_and(|first| *first < 0) {
+        line.iter_mut().for_each(|component| *component = -*component);
     }
-    json!(grains)
+    json!(line)
+}
+
+/// A polygon, whichever of its vertices is the first and which way round they go.
+fn polygon(mut vertices: Vec<Value>) -> Value {
+    let mut texts: Vec<String> = vertices.iter().map(Value::to_string).collect();
+    for reversed in [false, true] {
+        if reversed {
+            vertices.reverse();
+        }
+        for first in 0..vertices.len() {
+            let turned = |k: usize| vertices[(first + k) % vertices.len()].to_string();
+            let other: Vec<String> = (0..vertices.len()).map(turned).collect();
+            texts = texts.min(other);
+        }
+    }
+    json!(texts)
 }
 
 impl Image<'_> {
@@ -122,6 +138,7 @@ impl Image<'_> {
             "steps",
             "output",
             "solver",
+            "compare",
         ];
         let mut image = copied(self.scene, &[], &keys)?;
         let mut put = |key: &str, value: Table| image.insert(key.to_owned(), Value::Object(value));
@@ -220,8 +237,8 @@ impl Image<'_> {
 
     fn frame(&self, frame: &Table) -> Option<Table> {
         let sides = ["cells", "half_width", "periodic"];
-        let moved = ["azimuth", "outline", sides[0], sides[1], sides[2]];
-        let mut image = copied(frame, &["kind", "center", "grow"], &moved)?;
+        let moved = ["azimuth", "center", "outline", sides[0], sides[1], sides[2]];
+        let mut image = copied(frame, &["kind", "grow"], &moved)?;
         if frame.get("kind")?.as_str()? != "grid" || angle(frame, "azimuth")? != 0.0 {
             return None;
         }
@@ -245,7 +262,7 @@ impl Image<'_> {
         }
         if let Some(vertices) = outline.get("vertices") {
             let vertices = vertices.as_array()?.iter().map(|vertex| Some(self.vector(pair(vertex)?)));
-            image.insert("vertices".to_owned(), Value::Array(vertices.collect::<Option<_>>()?));
+            image.insert("vertices".to_owned(), polygon(vertices.collect::<Option<_>>()?));
         }
         Some(image)
     }
@@ -437,6 +454,7 @@ shift = { distance = 0.004, angle = 20.0 }
             other.is_some_and(|other| other.from(&first).is_some())
         };
         assert!(is_image(("mu = 0.4", "mu = 0.4")));
+        assert!(is_image(("cells = [8, 8]", "cells = [8, 8]\ncenter = [0.1, 0.2]")));
         for change in [
             ("mu = 0.4", "mu = 0.41"),
             ("azimuth = 10.0", "azimuth = 10.1"),
@@ -451,6 +469,25 @@ shift = { distance = 0.004, angle = 20.0 }
             ("distance = 0.004", "distance = -0.004"),
         ] {
             assert!(!is_image(change), "{change:?}");
+        }
+    }
+
+    /// Truth: a polygon is its vertices, whichever is named first and in either sense.
+    #[test]
+    fn images_of_polygons() {
+        let with = |vertices: &str, angle: &str| {
+            let outline =
+                format!("cells = [8, 8]\n[frame.outline]\nshape = \"polygon\"\nvertices = {vertices}");
+            shape(&[("cells = [8, 8]", outline.as_str()), ("angle = 20.0", angle)])
+                .expect("a scene with images")
+        };
+        let first = with("[[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]]", "angle = 20.0");
+        for (vertices, is_image) in [
+            ("[[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]]", true),
+            ("[[0.5, 0.4], [0.5, -0.4], [-0.5, -0.4], [-0.5, 0.4]]", true),
+            ("[[-0.5, -0.4], [0.5, -0.4], [0.5, 0.41], [-0.5, 0.4]]", false),
+        ] {
+            assert_eq!(with(vertices, "angle = -20.0").from(&first).is_some(), is_image, "{vertices}");
         }
     }
 

@@ -4,30 +4,40 @@ use std::collections::BTreeMap;
 
 use super::RunSpec;
 
-/// Splits the runs of these numbers into parts, about `wanted` of them or more: runs that begin alike are in the same as far as that number allows, and a
-/// run is with those that are its images.
+/// Splits the runs of these numbers into parts, at least `wanted` of them where there are as many families, an original and its images being one: runs that
+/// begin alike are in the same part as far as that number allows.
 pub fn parts(specs: &[RunSpec], numbers: &[usize], wanted: usize) -> Vec<Vec<usize>> {
-    // By what is in common, the most important first; the runs of a family are an original and its images.
     let original = |number: usize| specs[number].image_of.map_or(number, |image| image.run);
+    // By what they have in common.
     let mut families: BTreeMap<(Vec<&str>, usize), Vec<usize>> = BTreeMap::new();
     for &number in numbers {
         let first = original(number);
         let beginnings = specs[first].beginnings.iter().map(|(_, beginning)| beginning.as_str()).collect();
         families.entry((beginnings, first)).or_default().push(number);
     }
-    let most = numbers.len().div_ceil(wanted.max(1));
-    let mut parts: Vec<Vec<usize>> = Vec::new();
-    let mut last = None;
-    for ((beginnings, _), family) in families {
-        let beginning = beginnings.first().copied();
-        match parts.last_mut() {
-            Some(part) if beginning.is_some() && beginning == last && part.len() + family.len() <= most => {
-                part.extend(family);
+    let of_at_most = |most: usize| {
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        let mut last = None;
+        for ((beginnings, _), family) in &families {
+            let beginning = beginnings.first();
+            match parts.last_mut() {
+                Some(part)
+                    if beginning.is_some() && beginning == last && part.len() + family.len() <= most =>
+                {
+                    part.extend(family);
+                }
+                _ => parts.push(family.clone()),
             }
-            _ => parts.push(family),
+            last = beginning;
         }
-        last = beginning;
+        parts
+    };
+    let wanted = wanted.min(families.len());
+    let mut most = numbers.len().div_ceil(wanted.max(1)).max(1);
+    while most > 1 && of_at_most(most).len() < wanted {
+        most -= 1;
     }
+    let mut parts = of_at_most(most);
     // In the order of the study, as far as that goes.
     parts.iter_mut().for_each(|part| part.sort_unstable());
     parts.sort_unstable();
@@ -64,6 +74,7 @@ mod tests {
         assert_eq!(parts(&specs, &[3, 4], 1), [vec![3, 4]]);
         let alone: Vec<RunSpec> = (0..3).map(|_| spec(&[], None)).collect();
         assert_eq!(parts(&alone, &[0, 1, 2], 1), [vec![0], vec![1], vec![2]]);
+        assert_eq!(parts(&[0; 8].map(|_| spec(&["a"], None)), &[0, 1, 2, 3, 4, 5, 6, 7], 6).len(), 8);
         assert!(parts(&specs, &[], 4).is_empty());
     }
 }
