@@ -97,7 +97,7 @@ fn mms_isotropic() {
                 Tet4 if p == 1.0 => [6, 12, 24],
                 _ if p == 1.0 => [5, 10, 20],
                 _ if index == 0 => [3, 5, 10],
-                _ => [4, 7, 10],
+                _ => [4, 8, 12],
             };
             let runs = meshes.map(|n| solve_mms(kind, formulation, n, map));
             let finer = meshes[2] as f64 / meshes[1] as f64;

@@ -170,7 +170,7 @@ fn images_are_delivered_where_all_is_one() {
 /// Truth: a run that does not fit into the memory, or was interrupted, has no images; one that delivers them hears of a signal.
 #[test]
 fn parts_of_runs_have_no_images() {
-    assert!(record(20_000).0.is_none());
+    assert!(record(10_000).0.is_none());
     let (recording, mut result) = record(1 << 30);
     with(&IMAGE, |study| {
         let mut hearing = Hearing::new(0);

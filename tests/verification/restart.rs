@@ -278,7 +278,7 @@ increments = 2
 /// Truth: the same for a meshed body whose flexibility is formed as contact spreads: first in the middle cells only.
 #[test]
 fn growing_contact_of_a_meshed_body() {
-    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-far-field.msh");
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/cfrp-block-coarse.msh");
     let scene = format!(
         r#"{MATERIALS}
 [body1]
@@ -288,7 +288,6 @@ fibre = {{ tilt = 30.0 }}
 mesh = '{}'
 contact = "contact"
 fixed = [{{ group = "base" }}]
-near_field = "mesh"
 [body2]
 kind = "rigid"
 [frame]
