@@ -186,6 +186,12 @@ impl Queue {
 }
 
 impl Taken<'_> {
+    /// Wanted runs that are its images.
+    pub fn images(&self) -> impl Iterator<Item = usize> {
+        let image_of = self.queue.image_of.iter().enumerate();
+        image_of.filter(|(_, of)| **of == Some(self.number)).map(|(number, _)| number)
+    }
+
     /// Leaves states, and what it came to, for others.
     pub fn leave(&self, forks: Vec<Fork>, for_images: Option<ForImages>) {
         let forks = forks.into_iter().map(|fork| (self.number, Arc::new(fork)));

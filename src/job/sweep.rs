@@ -215,6 +215,9 @@ impl StudyJob<'_> {
 
     /// A run that is not wanted but for its images: without files.
     fn hidden(&self, taken: &Taken<'_>) {
+        if self.resume && taken.images().all(|number| self.is_done(number)) {
+            return;
+        }
         let Ok(plan) = self.plan(taken.queue, &self.sweep.runs[taken.number]) else { return };
         let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
         let mut for_images = ForImages::within(&plan.memory);
@@ -224,6 +227,14 @@ impl StudyJob<'_> {
         // What is wrong with it is told by its images.
         let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
         taken.leave(forks.made, Some(for_images));
+    }
+
+    /// Whether a run has converged before.
+    fn is_done(&self, number: usize) -> bool {
+        let spec = &self.sweep.runs[number];
+        let directory = self.directory.join(&spec.folder);
+        plan(self.sweep, spec)
+            .is_ok_and(|plan| recall(&plan, &directory, &[Status::Converged], &mut super::summary(&plan)))
     }
 
     /// Runs a plan of which nobody hears before it ends.

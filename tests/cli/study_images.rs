@@ -420,6 +420,10 @@ fn images_have_the_same_bits_in_any_part() {
         assert_eq!(results(&part.join(name)), results(&whole.join(name)), "{name}");
     }
     assert_eq!(fs::read_dir(&part).unwrap().count(), 2, "originals leave nothing");
+    let (code, text, errors) =
+        orthowear(folder.path(), &[arguments("part"), vec!["--only", "3-4", "--resume"]].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(text.contains("2 runs, 2 as they were"), "{text}");
 
     let killed = folder.path().join("killed");
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
