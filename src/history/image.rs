@@ -234,29 +234,24 @@ impl Image {
     }
 
     fn of_end(&self, end: &StrokeEnd) -> StrokeEnd {
+        let mut image = *end;
         let StrokeEnd {
             shift,
             rotation,
             twist,
-            normal_force,
             tangential_force,
             moment,
-            contact_area,
-            stick_area,
-            peak_pressure,
-        } = *end;
-        let (rotation, twist) = self.of_turn(rotation, twist);
-        StrokeEnd {
-            shift: self.symmetry.vector(shift),
-            rotation,
-            twist,
-            normal_force,
-            tangential_force: self.symmetry.vector(tangential_force),
-            moment: self.symmetry.axial(moment),
-            contact_area,
-            stick_area,
-            peak_pressure,
+            normal_force: _,
+            contact_area: _,
+            stick_area: _,
+            peak_pressure: _,
+        } = &mut image;
+        (*rotation, *twist) = self.of_turn(*rotation, *twist);
+        for vector in [shift, tangential_force] {
+            *vector = self.symmetry.vector(*vector);
         }
+        *moment = self.symmetry.axial(*moment);
+        image
     }
 
     fn of_rolling(&self, rolling: RollingRecord) -> RollingRecord {
@@ -266,73 +261,48 @@ impl Image {
     }
 
     fn of_record(&self, record: &IncrementRecord) -> IncrementRecord {
+        let mut image = record.clone();
         let IncrementRecord {
-            name,
-            increment,
-            approach,
             shift,
             rotation,
             twist,
-            normal_force,
             tangential_force,
             moment,
-            contact_area,
-            stick_area,
-            peak_pressure,
-            contact_touches_edge,
-            worn_volume,
-            worn_volume_by_body,
-            worn_volume_error,
-            worn_volume_by_energy,
-            max_wear_depth,
-            wear_depth_error,
-            cycles_done,
-            distance_slid,
-            dissipation,
-            certificate,
-            method,
-            iterations,
-            operator_applications,
-            seconds,
-            converged,
             stroke_ends,
-            jump,
             rolling,
-        } = record.clone();
-        let (rotation, twist) = self.of_turn(rotation, twist);
-        IncrementRecord {
-            name,
-            increment,
-            approach,
-            shift: self.symmetry.vector(shift),
-            rotation,
-            twist,
-            normal_force,
-            tangential_force: self.symmetry.vector(tangential_force),
-            moment: self.symmetry.axial(moment),
-            contact_area,
-            stick_area,
-            peak_pressure,
-            contact_touches_edge,
-            worn_volume,
-            worn_volume_by_body,
-            worn_volume_error,
-            worn_volume_by_energy,
-            max_wear_depth,
-            wear_depth_error,
-            cycles_done,
-            distance_slid,
-            dissipation,
-            certificate,
-            method,
-            iterations,
-            operator_applications,
-            seconds,
-            converged,
-            stroke_ends: stroke_ends.map(|ends| ends.map(|end| self.of_end(&end))),
-            jump,
-            rolling: rolling.map(|rolling| self.of_rolling(rolling)),
+            name: _,
+            increment: _,
+            approach: _,
+            normal_force: _,
+            contact_area: _,
+            stick_area: _,
+            peak_pressure: _,
+            contact_touches_edge: _,
+            worn_volume: _,
+            worn_volume_by_body: _,
+            worn_volume_error: _,
+            worn_volume_by_energy: _,
+            max_wear_depth: _,
+            wear_depth_error: _,
+            cycles_done: _,
+            distance_slid: _,
+            dissipation: _,
+            certificate: _,
+            method: _,
+            iterations: _,
+            operator_applications: _,
+            seconds: _,
+            converged: _,
+            jump: _,
+        } = &mut image;
+        (*rotation, *twist) = self.of_turn(*rotation, *twist);
+        for vector in [shift, tangential_force] {
+            *vector = self.symmetry.vector(*vector);
         }
+        *moment = self.symmetry.axial(*moment);
+        *stroke_ends = stroke_ends.map(|ends| ends.map(|end| self.of_end(&end)));
+        *rolling = rolling.map(|rolling| self.of_rolling(rolling));
+        image
     }
 
     fn of_loop(&self, fretting: &FrettingLoop) -> FrettingLoop {
