@@ -30,7 +30,7 @@ pub struct Entries {
 }
 
 impl Entries {
-    /// An empty one that may take so many bytes.
+    /// None yet, in so many bytes at most.
     pub fn up_to(bytes: usize) -> Self {
         Self { list: Vec::new(), left: Some(bytes) }
     }
@@ -54,6 +54,7 @@ impl Entries {
 #[derive(Debug)]
 pub struct Recording {
     frame: ContactFrame,
+    /// `[3, N]` by planes, mm.
     initial_gap: Vec<f64>,
     ellipse: Option<FrictionEllipse>,
     intensity: Option<WearIntensity>,
@@ -197,13 +198,14 @@ impl Image {
         }
     }
 
+    /// Of values by cell, `[N]`.
     fn of_scalars<T: Copy + Default>(&self, values: &[T]) -> Vec<T> {
         let mut image = vec![T::default(); values.len()];
         self.cells.iter().zip(values).for_each(|(&cell, value)| image[cell] = *value);
         image
     }
 
-    /// Of vectors by planes: along x and y, and along n where they have it.
+    /// Of vectors by planes, `[2, N]` or `[3, N]`: along x and y, and along n where they have it.
     fn of_vectors(&self, values: &[f64]) -> Vec<f64> {
         let n = self.cells.len();
         let mut image = vec![0.0; values.len()];
@@ -318,8 +320,9 @@ impl Image {
 /// Evaluates gaps again.
 struct Check<'m> {
     model: &'m Model,
+    /// S P, `[3, N]` by planes, mm.
     elastic: Vec<f64>,
-    /// Coordinates of the cells along the frame's x and y.
+    /// Coordinates of the cells along the frame's x and y, `[N]`, mm.
     places: Vec<[f64; 2]>,
 }
 
@@ -330,7 +333,10 @@ impl<'m> Check<'m> {
         Self { model, elastic: vec![0.0; 3 * n], places }
     }
 
-    /// Whether the normal gap of `state` is that of its tractions in the model, but for a rigid motion.
+    /// Whether the normal gap of `state` is that of its tractions in the model, g = g0 + S P + worn depth, but for a rigid motion.
+    ///
+    /// # Source
+    /// docs/theory-contact.md, the gap.
     fn holds(&mut self, state: &FrameState) -> bool {
         let n = self.places.len();
         if state.tractions.len() != 3 * n || state.gap.len() != 3 * n || state.wear_depth.len() != n {
