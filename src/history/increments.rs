@@ -316,7 +316,8 @@ impl Run<'_> {
         )))
     }
 
-    fn has_friction(&self, step: &Step) -> bool {
+    /// Whether friction acts in a step.
+    pub(super) fn has_friction(&self, step: &Step) -> bool {
         step.friction && self.prepared.ellipse.is_some()
     }
 

@@ -255,7 +255,8 @@ impl Run<'_> {
                 Way::Round(course) => self.ends(step, course, loads, &cycling.ring)?,
                 Way::Along(slip) => vec![self.end(step, &loads, SlipReference::Given(slip.clone()))?],
             };
-            let factors = cycling.resolved.as_ref().map(|resolved| resolved.factors.as_slice());
+            let corrected = cycling.resolved.as_ref().filter(|resolved| resolved.corrects);
+            let factors = corrected.map(|resolved| resolved.factors.as_slice());
             let laws = Laws { friction: step.friction, wear: step.wear, repeats, factors };
             let mut problem = problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(

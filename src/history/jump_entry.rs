@@ -84,7 +84,7 @@ impl Run<'_> {
             errors.for_each(|(sum, error)| *sum += error.abs());
             self.state.volume_error += jump.volume_error;
             if let Some(resolved) = &cycling.resolved {
-                self.note_doubt(resolved, &jump.worn);
+                self.note_remaining_error(resolved, &jump.worn);
             }
         }
         let half = match &cycling.way {

@@ -21,6 +21,7 @@ const RESOLVED: usize = 16;
 const CYCLES: usize = 2;
 
 /// What slip of the next increment is measured from, and what its solution begins with.
+#[derive(Clone)]
 pub(super) struct Place {
     /// Tangential gap, `[2, N]`, mm.
     pub reference: Vec<f64>,
@@ -79,7 +80,7 @@ impl Run<'_> {
             return Ok(());
         };
         let increments = RESOLVED.div_ceil(closed.increments) * closed.increments;
-        let course = coarse.resolved(&Closed { increments, ..*closed });
+        let course = coarse.resolved(&Closed { increments, ..*closed }, 1.0);
         let half = coarse.half();
         let (loads, _) = self.loads_in_cycles(step, cycling, cycling.done / cycles.count);
         // That of the - end, where the state is.

@@ -159,6 +159,20 @@ impl<'a> Prepared<'a> {
         sum
     }
 
+    /// Motion of body 2 in the tangential plane of cell `i` (its own x, y; mm) for the rigid motion `rigid` along the frame's x, y, n
+    /// and the amounts `floating` of the further motions.
+    pub fn tangential_motion(&self, i: usize, rigid: [f64; 3], floating: &[f64]) -> [f64; 2] {
+        let local = match &self.rigid_axes {
+            None => Vector3::from(rigid),
+            Some(axes) => axes[i] * Vector3::from(rigid),
+        };
+        let n = self.n();
+        [0, 1].map(|plane| {
+            let further = self.floating_gaps.iter().zip(floating);
+            further.fold(local[plane], |sum, (gap, amount)| sum + amount * gap[plane * n + i])
+        })
+    }
+
     /// Rotation of body 2 relative to body 1 about x, y, n, radians.
     pub fn turn(&self, floating: &[f64; FLOATING]) -> [f64; 3] {
         let mut sum = [0.0; 3];

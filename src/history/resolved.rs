@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Iterate;
 use crate::contact::solver::Stop;
+use crate::contact::{Increment, Iterate};
 use crate::error::Result;
 use crate::frame::grid::spread;
 
@@ -14,10 +14,16 @@ use super::increments::{Stage, mean_square};
 use super::loops::Place;
 use super::record::Observer;
 use super::ring::Course;
-use super::step::{Closed, CycleMotion, Cycles, Step};
+use super::step::{Closed, Correction, CycleMotion, Cycles, ResolvedCycles, Step};
 
 /// Increments of a stroke, at most, or four times those between the ends.
 const MOST: usize = 64;
+
+/// Remaining change of the wear volume until the tractions have settled, over the last change of half a cycle.
+const DRIFTS: f64 = 4.0;
+
+/// Increments of a resolved cycle over those between its reversal points, at least.
+const LEAST_REFINEMENT: usize = 4;
 
 /// Wear of a cell by the slip from end to end over the largest below which it says nothing.
 const NOTHING: f64 = 1e-6;
@@ -25,12 +31,23 @@ const NOTHING: f64 = 1e-6;
 /// Wear of a cell over that by the slip from end to end, at most.
 const MOST_FACTOR: f64 = 4.0;
 
+/// Smallest share of a stroke that its first increment takes.
+const LEAST_TRANSITION: f64 = 0.02;
+
 /// Share that factors may change by on the way to the middle of a jump.
 const SWING: f64 = 0.1;
 
-/// A cycle that was resolved, beside the slip from end to end.
+/// Growth of the elastic lag over the slip after which a correction that was not needed is checked again.
+const LAG_GROWTH: f64 = 2.0;
+
+/// Share of the error that it measures to which a resolved cycle is refined where it corrects nothing.
+const MEASURED_TO: f64 = 0.1;
+
+/// A resolved cycle, compared with the slip between the reversal points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Resolved {
+    /// Whether it corrects the wear. If not, all factors are 1 and it only measures the error.
+    pub corrects: bool,
     /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
     pub factors: Vec<f64>,
     /// The same as it was found.
@@ -47,36 +64,55 @@ pub(super) struct Resolved {
     pub fresh: bool,
     /// Slip from end to end then, `[E, 2, N]`, mm.
     slip: Vec<f64>,
-    /// Worn depth then, `[N]`, mm.
+    /// Elastic lag over the slip then.
+    lag: f64,
+    /// Wear depth then, `[N]`, mm.
     worn: Vec<f64>,
-    /// What more increments might change of it, relative, `[N]`.
-    doubt: Vec<f64>,
-    /// Share of its worn volume that no factor stands for.
+    /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
+    remaining: Vec<f64>,
+    /// Relative error of the wear volume per cycle that remains, beside those of the cells where it corrects.
+    remaining_volume: f64,
+    /// Share of the wear volume that no factor stands for.
     missed: f64,
 }
 
-/// Wear (`[N]`, mm) and dissipation of a cycle.
+/// Wear of a cycle.
 #[derive(Clone)]
 struct Wear {
+    /// Depth, `[N]`, mm.
     rate: Vec<f64>,
+    /// Dissipation.
     power: f64,
+    /// Change of the volume of its second half since the half cycle before it, mm3: the tractions have not settled yet.
+    drift: f64,
 }
 
 impl Wear {
     /// The limit of first order of this one and one in half as many increments.
     fn beyond(&self, coarser: &Self) -> Self {
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| (2.0 * fine - coarse).max(0.0));
-        Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power }
+        Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power, drift: self.drift }
     }
 }
 
 /// Wear of a cycle that more increments change little.
 struct Refined {
     wear: Wear,
-    /// Its last change, relative, `[N]`.
-    doubt: Vec<f64>,
+    /// Its change by the last refinement, relative, `[N]`.
+    change: Vec<f64>,
     /// Increments per stroke.
     increments: usize,
+}
+
+/// How a cycle slips between its reversal points.
+#[derive(Clone, Copy)]
+struct CycleSlip {
+    /// Whether all cells that carry pressure at a reversal point slip on the stroke to it.
+    gross: bool,
+    /// Largest elastic lag of a cell over the motion of body 2: the share of a stroke in which slip spreads over the contact.
+    transition: f64,
+    /// Elastic lag over the slip, means over the contact weighted with pressure.
+    lag: f64,
 }
 
 impl Resolved {
@@ -96,15 +132,24 @@ impl Resolved {
             slope: spread(&self.slope, places, n, |_| 0.0),
             slip: spread(&self.slip, places, n, |_| 0.0),
             worn: spread(&self.worn, places, n, |_| 0.0),
-            doubt: spread(&self.doubt, places, n, |_| 0.0),
+            remaining: spread(&self.remaining, places, n, |_| 0.0),
             ..self
+        }
+    }
+
+    /// Whether another resolved cycle is needed, which has come to `slip`; `changed` gives the relative change of the slip since this one.
+    fn is_outdated(&self, used: ResolvedCycles, slip: &CycleSlip, changed: impl Fn(&[f64]) -> f64) -> bool {
+        match used.correction {
+            _ if self.corrects => changed(&self.slip) > used.tolerance,
+            Correction::Never => false,
+            Correction::Always | Correction::WhereNeeded => !slip.gross || slip.lag > LAG_GROWTH * self.lag,
         }
     }
 }
 
 impl Run<'_> {
-    /// Resolves the cycle at the worn depth of the state if the slip from end to end has changed by more than the tolerance since it
-    /// was; factors and rates of `cycling` follow. Where increments do not converge they stay as they were.
+    /// Resolves the cycle at the wear depth of the state where that is due: factors and rates of `cycling` follow if they are
+    /// corrected, and the estimated errors in any case. Where increments do not converge all stays as it was.
     ///
     /// # Errors
     /// If a body cannot be solved.
@@ -118,29 +163,63 @@ impl Run<'_> {
         let (Way::Round(course), CycleMotion::Closed(closed)) = (&cycling.way, &cycles.motion) else {
             return Ok(());
         };
-        let (Some(tolerance), true) = (closed.resolve, step.wear && self.prepared.intensity.is_some()) else {
+        let (Some(used), true) = (closed.resolve, step.wear && self.prepared.intensity.is_some()) else {
             return Ok(());
         };
-        // A run that is taken up here has not evaluated its ends yet.
-        let worn = self.state.worn.clone();
-        self.ends_problem(step, cycling, &worn, cycling.reported_end()).evaluate(&mut cycling.ring.it);
-        let before = cycling.resolved.as_ref();
-        let slip = &cycling.ring.it.slip;
-        if before.is_some_and(|before| self.slip_change(&cycling.ring.it, &before.slip) <= tolerance) {
+        if used.correction != Correction::Always && !self.has_friction(step) {
             return Ok(());
         }
-        let (course, slip) = (course.clone(), slip.clone());
-        let by_ends =
-            Wear { rate: cycling.ring.it.wear_rate.clone(), power: cycling.power / cycling.power_factor() };
-        let way = (&course, closed, tolerance);
-        let Some(Refined { wear, doubt, increments }) =
-            self.refine(step, cycles, way, (cycling, &by_ends), observer)?
-        else {
+        // A restored run has not evaluated its reversal points yet.
+        let worn = self.state.worn.clone();
+        let problem = self.ends_problem(step, cycling, &worn, cycling.reported_end());
+        problem.evaluate(&mut cycling.ring.it);
+        let slip = self.cycle_slip(&problem, cycling);
+        drop(problem);
+        let changed = |before: &[f64]| self.slip_change(&cycling.ring.it, before);
+        if cycling.resolved.as_ref().is_some_and(|before| !before.is_outdated(used, &slip, changed)) {
+            return Ok(());
+        }
+        let course = course.clone();
+        let by_ends = Wear {
+            rate: cycling.ring.it.wear_rate.clone(),
+            power: cycling.power / cycling.power_factor(),
+            drift: 0.0,
+        };
+        let way = (&course, closed, slip);
+        let Some(refined) = self.refine(step, cycles, (way, used), (cycling, &by_ends), observer)? else {
             return Ok(());
         };
+        let difference = self.volume_difference(&by_ends, &refined.wear);
+        let corrects = match used.correction {
+            Correction::Always => true,
+            Correction::WhereNeeded => !slip.gross || difference > used.tolerance,
+            Correction::Never => false,
+        };
+        if corrects {
+            self.correct(step, (cycling, &by_ends), (refined, used.tolerance), slip.lag);
+            return Ok(());
+        }
+        if difference.max(self.apart(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
+            self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
+        }
+        cycling.resolved = Some(self.measured(cycling, (refined, &by_ends), slip.lag));
+        Ok(())
+    }
+
+    /// Takes factors and rates of `cycling` from a resolved cycle.
+    fn correct(
+        &mut self,
+        step: &Step,
+        (cycling, by_ends): (&mut Cycling, &Wear),
+        (Refined { wear, change, increments }, tolerance): (Refined, f64),
+        lag: f64,
+    ) {
+        let before = cycling.resolved.take().filter(|before| before.corrects);
         let (factors, missed) = self.factors(&wear.rate, &by_ends.rate);
-        let told = cycling.resolved.as_ref().is_some_and(|before| before.missed > tolerance);
-        if missed > tolerance && !told {
+        let volume = self.volume(&wear.rate);
+        let drift = if volume > 0.0 { DRIFTS * wear.drift.abs() / volume } else { 0.0 };
+        let known = before.as_ref().is_some_and(|before| before.missed > tolerance);
+        if missed > tolerance && !known {
             self.result.warnings.push(format!(
                 "step \"{}\": after {} cycles {:.2} % of the wear is in cells whose slip from end to end does not show it; it is left out, and \
                  in `worn_volume_error`. A number instead of `increments = \"auto\"` (4 or more) puts ends in between",
@@ -150,7 +229,7 @@ impl Run<'_> {
             ));
         }
         let done = cycling.done;
-        let slope = match &cycling.resolved {
+        let slope = match &before {
             Some(before) if done > before.done => {
                 self.note_drift(&factors, before);
                 let change = factors.iter().zip(&before.found);
@@ -162,21 +241,107 @@ impl Run<'_> {
         cycling.rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
         let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
         cycling.power = by_ends.power * power_factor;
-        let found = factors.clone();
         cycling.resolved = Some(Resolved {
+            corrects: true,
+            found: factors.clone(),
             factors,
-            found,
             slope,
             done,
             power_factor,
             increments,
             fresh: true,
-            slip,
-            worn,
-            doubt,
+            slip: cycling.ring.it.slip.clone(),
+            lag,
+            worn: self.state.worn.clone(),
+            remaining: change,
+            remaining_volume: missed.abs() + drift,
             missed,
         });
-        Ok(())
+    }
+
+    /// A resolved cycle that corrects nothing: its distance from the wear by the slip from end to end, and its own last change, are
+    /// the errors that remain.
+    fn measured(
+        &self,
+        cycling: &Cycling,
+        (Refined { wear, change, increments }, by_ends): (Refined, &Wear),
+        lag: f64,
+    ) -> Resolved {
+        let n = by_ends.rate.len();
+        let last: Vec<f64> = wear.rate.iter().zip(&change).map(|(rate, change)| rate * change).collect();
+        let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
+        let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
+        let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
+        let volume = over_all((all - resolved).abs() + last_volume.abs() + DRIFTS * wear.drift.abs());
+        Resolved {
+            corrects: false,
+            factors: vec![1.0; n],
+            found: vec![1.0; n],
+            slope: vec![0.0; n],
+            done: cycling.done,
+            power_factor: 1.0,
+            increments,
+            fresh: true,
+            slip: cycling.ring.it.slip.clone(),
+            lag,
+            worn: self.state.worn.clone(),
+            remaining: remaining.collect(),
+            remaining_volume: volume,
+            missed: 0.0,
+        }
+    }
+
+    /// Warns that the prescribed number of increments per stroke misses the tolerance.
+    fn warn_of_increments(
+        &mut self,
+        step: &Step,
+        (increments, tolerance): (usize, f64),
+        (refined, by_ends): (&Refined, &Wear),
+    ) {
+        let [all, resolved] = [&by_ends.rate, &refined.wear.rate].map(|rate| self.volume(rate));
+        let of_strokes = if increments == 1 { "increment" } else { "increments" };
+        let by = if resolved > 0.0 {
+            let depth = 100.0 * self.apart(&refined.wear.rate, &by_ends.rate);
+            format!(
+                "{:+.2} % of the wear volume per cycle and {depth:.2} % of its depth",
+                100.0 * (all / resolved - 1.0)
+            )
+        } else {
+            "all of the wear".to_owned()
+        };
+        self.result.warnings.push(format!(
+            "step \"{}\": cycles in {increments} {of_strokes} per stroke differ from one in {} by {by} (wear.tolerance = {tolerance:e}). The difference is in \
+             the estimated errors. Leave out `increments`, or take \"auto\", to correct the wear",
+            step.name, refined.increments
+        ));
+    }
+
+    /// How the cycle of `cycling`, evaluated as `problem`, slips between its reversal points.
+    fn cycle_slip(&self, problem: &Increment, cycling: &Cycling) -> CycleSlip {
+        let (it, n, areas) = (&cycling.ring.it, self.prepared.n(), &self.prepared.model.frame.areas);
+        let ends = it.rigid.len();
+        let mut found = CycleSlip { gross: true, transition: 0.0, lag: 0.0 };
+        let (mut lags, mut slips) = (0.0, 0.0);
+        for end in 0..ends {
+            let before = (end + ends - 1) % ends;
+            let moved = [0, 1, 2].map(|k| it.rigid[end][k] - it.rigid[before][k]);
+            let turned: Vec<f64> =
+                it.floating[end].iter().zip(&it.floating[before]).map(|(now, before)| now - before).collect();
+            let stroke = moved[0].hypot(moved[1]);
+            for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
+                let motion = self.prepared.tangential_motion(i, moved, &turned);
+                let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
+                let lag = (motion[0] - slip[0]).hypot(motion[1] - slip[1]);
+                let force = areas[i] * it.tractions[end * 3 * n + 2 * n + i];
+                lags += force * lag;
+                slips += force * slip[0].hypot(slip[1]);
+                found.gross &= !cycling.ring.stuck[i] && !problem.sticks(it, end, i);
+                found.transition = f64::max(found.transition, if stroke > 0.0 { lag / stroke } else { 1.0 });
+            }
+        }
+        found.transition = found.transition.clamp(LEAST_TRANSITION, 1.0);
+        found.lag = if slips > 0.0 { lags / slips } else { f64::INFINITY };
+        found
     }
 
     /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
@@ -184,10 +349,15 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        (course, closed, tolerance): (&Course, &Closed, f64),
+        ((course, closed, CycleSlip { gross, transition, .. }), used): (
+            (&Course, &Closed, CycleSlip),
+            ResolvedCycles,
+        ),
         (cycling, by_ends): (&mut Cycling, &Wear),
         observer: &mut dyn Observer,
     ) -> Result<Option<Refined>> {
+        let corrects = used.correction != Correction::Never;
+        let may_agree = gross && used.correction == Correction::WhereNeeded;
         // Polygons in an ellipse are of first order, all along it.
         let extrapolates = closed.amplitude[1] != 0.0;
         let begin = cycling
@@ -195,11 +365,13 @@ impl Run<'_> {
             .as_ref()
             .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
         let mut increments = begin.max(closed.increments);
+        // Each cycle goes on from the one before, in fewer increments: so tractions settle on the way.
+        let mut place = Place::of(&cycling.ring.it, course.half());
         let mut coarser = if increments == closed.increments && !extrapolates {
-            Wear { rate: by_ends.rate.clone(), power: by_ends.power }
+            by_ends.clone()
         } else {
-            let way = (course, closed, increments);
-            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
+            let way = (course, closed, (increments, transition));
+            let Some(wear) = self.resolved_cycle(step, cycles, way, (cycling, &mut place), observer)? else {
                 return Ok(None);
             };
             wear
@@ -207,17 +379,22 @@ impl Run<'_> {
         let mut last: Option<Wear> = (!extrapolates).then(|| coarser.clone());
         loop {
             increments *= 2;
-            let way = (course, closed, increments);
-            let Some(wear) = self.resolved_cycle(step, cycles, way, cycling, observer)? else {
-                return Ok(None);
-            };
+            let way = (course, closed, (increments, transition));
+            let cycle =
+                self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
+            let Some(wear) = cycle else { return Ok(None) };
             let limit = if extrapolates { wear.beyond(&coarser) } else { wear.clone() };
             if let Some(last) = &last {
                 let (change, most) = (self.apart(&limit.rate, &last.rate), MOST.max(4 * closed.increments));
-                if change <= tolerance || increments >= most {
+                let measured = MEASURED_TO * self.apart(&by_ends.rate, &limit.rate);
+                let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
+                let agrees = may_agree && self.volume_difference(by_ends, &limit) <= used.tolerance;
+                // Two in a row: the first refinement alone may change little by chance.
+                let twice = increments >= LEAST_REFINEMENT * closed.increments;
+                if twice && (change <= tolerance || agrees) || increments >= most {
                     // Once, not in every jump.
-                    let told = cycling.resolved.as_ref().is_some_and(|before| before.increments >= most);
-                    if change > tolerance && !told {
+                    let known = cycling.resolved.as_ref().is_some_and(|before| before.increments >= most);
+                    if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
                              of its largest from that in half as many; the difference is in the estimated errors",
@@ -227,40 +404,41 @@ impl Run<'_> {
                         ));
                     }
                     let both = limit.rate.iter().zip(&last.rate);
-                    let doubt =
+                    let change =
                         both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 }).collect();
-                    return Ok(Some(Refined { wear: limit, doubt, increments }));
+                    return Ok(Some(Refined { wear: limit, change, increments }));
                 }
             }
             (coarser, last) = (wear, Some(limit));
         }
     }
 
-    /// Wear and dissipation of a cycle in some increments per stroke, at the worn depth of the state; `None` if one is not found.
+    /// Wear and dissipation of a cycle in some increments per stroke, at the wear depth of the state. It begins at `place`, the - end, and
+    /// leaves its own state at that end there; `None` if an increment does not converge.
     fn resolved_cycle(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        (coarse, closed, increments): (&Course, &Closed, usize),
-        cycling: &mut Cycling,
+        (coarse, closed, (increments, transition)): (&Course, &Closed, (usize, f64)),
+        (cycling, place): (&mut Cycling, &mut Place),
         observer: &mut dyn Observer,
     ) -> Result<Option<Wear>> {
-        let course = coarse.resolved(&Closed { increments, ..*closed });
+        let course = coarse.resolved(&Closed { increments, ..*closed }, transition);
         let (loads, _) = self.loads_in_cycles(step, cycling, cycling.done / cycles.count);
         let (worn, options) = (self.state.worn.clone(), self.stroke_options());
         let part = cycling.done / cycles.count;
         let stage = Stage { name: &step.name, from: part, to: part };
-        let mut place = Place::of(&cycling.ring.it, coarse.half());
         let n = worn.len();
-        let mut wear = Wear { rate: vec![0.0; n], power: 0.0 };
-        // What comes before the first stroke back is forgotten but for cells that stick.
-        let up = (increments + 1..=2 * increments).map(|end| (end % (2 * increments), false));
-        let round = (1..=2 * increments).map(|end| (end % (2 * increments), true));
+        let mut wear = Wear { rate: vec![0.0; n], power: 0.0, drift: 0.0 };
+        let mut here = place.clone();
+        // What comes before the first stroke back is forgotten but for cells that stick. It is the second half of a cycle, too.
+        let up = (increments + 1..=2 * increments).map(|end| (end, false));
+        let round = (1..=2 * increments).map(|end| (end, true));
         for (end, counts) in up.chain(round) {
-            let way = (&course, end, loads);
-            let pressures = place.it.tractions[2 * n..].to_vec();
+            let way = (&course, end % (2 * increments), loads);
+            let pressures = here.it.tractions[2 * n..].to_vec();
             let (next, report, checks) =
-                self.stroke_at(step, way, (&worn, &options), place, (&mut *observer, &stage))?;
+                self.stroke_at(step, way, (&worn, &options), here, (&mut *observer, &stage))?;
             cycling.ring.spend(&report);
             if report.stop != Stop::Converged {
                 if report.stop != Stop::Interrupted {
@@ -272,13 +450,19 @@ impl Run<'_> {
                 }
                 return Ok(None);
             }
+            let pressures = pressures.iter().zip(&next.it.tractions[2 * n..]).map(|(a, b)| 0.5 * (a + b));
+            let worn: Vec<f64> = pressures.zip(&next.it.wear_path).map(|(p, path)| p * path).collect();
             if counts {
-                for (i, (sum, path)) in wear.rate.iter_mut().zip(&next.it.wear_path).enumerate() {
-                    *sum += 0.5 * (pressures[i] + next.it.tractions[2 * n + i]) * path;
-                }
+                wear.rate.iter_mut().zip(&worn).for_each(|(sum, worn)| *sum += worn);
                 wear.power += checks.dissipation;
             }
-            place = next;
+            if end > increments {
+                wear.drift += if counts { self.volume(&worn) } else { -self.volume(&worn) };
+            }
+            here = next;
+            if counts && end == increments {
+                *place = here.clone();
+            }
         }
         Ok(Some(wear))
     }
@@ -303,11 +487,20 @@ impl Run<'_> {
         if largest > 0.0 { mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
     }
 
+    /// Relative difference of the wear volume of two cycles.
+    fn volume_difference(&self, wear: &Wear, other: &Wear) -> f64 {
+        let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
+        if volume > 0.0 { (volume - others).abs() / volume } else { 0.0 }
+    }
+
+    /// Volume of a depth, `[N]`.
+    fn volume(&self, depth: &[f64]) -> f64 {
+        depth.iter().zip(&self.prepared.model.frame.areas).map(|(depth, area)| depth * area).sum()
+    }
+
     /// The wear of a cycle over that by the slip from end to end, `[N]`, and the share of the worn volume that they leave out.
     fn factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
-        let areas = &self.prepared.model.frame.areas;
-        let volume = |rates: &[f64]| rates.iter().zip(areas).map(|(rate, area)| rate * area).sum::<f64>();
-        let [all, all_by_ends] = [wear, by_ends].map(volume);
+        let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
         if all <= 0.0 || all_by_ends <= 0.0 {
             return (vec![1.0; wear.len()], 0.0);
         }
@@ -321,20 +514,17 @@ impl Run<'_> {
         };
         let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
         let covered: Vec<f64> = by_ends.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
-        (factors, 1.0 - volume(&covered) / all)
+        (factors, 1.0 - self.volume(&covered) / all)
     }
 
-    /// Adds to the estimated errors what is not known of the path that has worn `by` (`[N]`, mm) in a jump.
-    pub(super) fn note_doubt(&mut self, resolved: &Resolved, by: &[f64]) {
-        let areas = &self.prepared.model.frame.areas;
-        let (mut volume, mut all) = (0.0, 0.0);
-        for (i, by) in by.iter().enumerate() {
-            let error = resolved.doubt[i] * by;
-            self.state.depth_errors[i] += error.abs();
-            volume += areas[i] * error;
-            all += areas[i] * by;
-        }
-        self.state.volume_error += volume.abs() + resolved.missed.abs() * all.abs();
+    /// Adds to the estimated errors what remains of the error of the path that has worn `by` (`[N]`, mm) in a jump.
+    pub(super) fn note_remaining_error(&mut self, resolved: &Resolved, by: &[f64]) {
+        let volume = self.volume(by).abs();
+        let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
+        let errors: Vec<f64> = resolved.remaining.iter().zip(by).map(error).collect();
+        self.state.depth_errors.iter_mut().zip(&errors).for_each(|(sum, error)| *sum += error.abs());
+        let of_cells = if resolved.corrects { self.volume(&errors).abs() } else { 0.0 };
+        self.state.volume_error += of_cells + resolved.remaining_volume * volume;
     }
 
     /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of

@@ -64,9 +64,9 @@ impl Course {
         Self { drive, ends, center, force }
     }
 
-    /// The same path through the ends of another number of increments, shorter ones after each reversal.
-    pub fn resolved(&self, closed: &Closed) -> Self {
-        Self::through(&closed.graded_offsets(), closed.drive, (self.center, self.force))
+    /// The same path through the ends of another number of increments, shorter ones in the share `transition` of each stroke.
+    pub fn resolved(&self, closed: &Closed, transition: f64) -> Self {
+        Self::through(&closed.graded_offsets(transition), closed.drive, (self.center, self.force))
     }
 
     /// Number of ends.

@@ -76,8 +76,28 @@ pub struct Closed {
     pub angle: f64,
     /// Increments per stroke, half a cycle, between the ends that are solved together.
     pub increments: usize,
-    /// Relative tolerance to which cycles in more increments say, now and then, what wears between the ends; `None` if none do.
-    pub resolve: Option<f64>,
+    /// Resolved cycles, which show what wears between the reversal points; `None` if there are none.
+    pub resolve: Option<ResolvedCycles>,
+}
+
+/// Cycles whose strokes are taken in many increments, one after the other, beside those whose reversal points are solved together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResolvedCycles {
+    /// Relative tolerance of the wear of a cycle (largest of volume and root-mean-square depth), to which strokes are refined.
+    pub tolerance: f64,
+    /// What they are used for.
+    pub correction: Correction,
+}
+
+/// What resolved cycles change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Correction {
+    /// Wear is corrected, by a new resolved cycle wherever the slip has changed.
+    Always,
+    /// The same, but not while all of the contact slides and the first resolved cycle agrees within the tolerance.
+    WhereNeeded,
+    /// Wear stays as it is; one resolved cycle at the start of the step measures its error.
+    Never,
 }
 
 /// What is prescribed of a closed path.
@@ -128,11 +148,13 @@ impl Closed {
         self.offsets_at(|part| part)
     }
 
-    /// The same with increments of a line that begin short and grow in proportion to their number where the displacement is
-    /// prescribed: just after the reversal slip spreads over the contact.
-    pub fn graded_offsets(&self) -> Vec<[f64; 2]> {
+    /// The same with graded increments of a line where the displacement is prescribed: increment k of K ends at (k/K)^m of its stroke, so
+    /// that increments are short after each reversal, where slip spreads over the contact. `transition` (0 to 1) is the share of the stroke
+    /// in which it does so: m = max(2, log2(1/transition)) puts the first of two increments at its end.
+    pub fn graded_offsets(&self, transition: f64) -> Vec<[f64; 2]> {
         let graded = self.drive == Drive::Shift && self.amplitude[1] == 0.0;
-        self.offsets_at(|part| if graded { part * part } else { part })
+        let exponent = transition.recip().log2().max(2.0);
+        self.offsets_at(|part| if graded { part.powf(exponent) } else { part })
     }
 
     /// Offsets at the parts `of` 1/K, 2/K, .. 1 of both strokes.
@@ -222,4 +244,30 @@ pub struct Step {
     pub row: Option<Row>,
     /// Steady rolling instead of a monotone step.
     pub rolling: Option<Rolling>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: increments begin at one reversal point and end at the next, each further along; the first of two ends where the transition
+    /// does, or at a quarter of the stroke.
+    #[test]
+    fn graded_increments() {
+        let path = |increments: usize| Closed {
+            drive: Drive::Shift,
+            amplitude: [2.0, 0.0],
+            angle: 0.0,
+            increments,
+            resolve: None,
+        };
+        for (transition, first) in [(1.0, 0.25), (0.25, 0.25), (0.05, 0.05)] {
+            let offsets = path(2).graded_offsets(transition);
+            assert!((offsets[1][0] - (2.0 - 4.0 * first)).abs() < 1e-14, "{offsets:?}");
+            let offsets = path(8).graded_offsets(transition);
+            assert_eq!((offsets.len(), offsets[0][0], offsets[8][0]), (16, 2.0, -2.0));
+            assert!(offsets[..9].windows(2).all(|pair| pair[1][0] < pair[0][0]), "{offsets:?}");
+            assert!((0..8).all(|k| offsets[k + 8][0] == -offsets[k][0]), "{offsets:?}");
+        }
+    }
 }

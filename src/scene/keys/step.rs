@@ -199,8 +199,9 @@ pub struct Cycles {
     #[serde(default)]
     #[schemars(with = "Count")]
     pub jumps: Option<Count>,
-    /// Increments per stroke, half a cycle; default 1, of an ellipse 8. "auto": those, and cycles in as many more as the tolerance asks
-    /// for, now and then, which say what wears between the ends.
+    /// Increments per stroke, half a cycle. "auto": 1 (8 on an ellipse), and resolved cycles in as many more as `wear.tolerance` needs
+    /// correct the wear. Default: "auto", but no correction while all of the contact slides and the wear agrees within that tolerance. A
+    /// number is taken as it is; a resolved cycle at the start of the step measures its error.
     #[serde(default)]
     #[schemars(with = "Strokes")]
     pub increments: Option<Strokes>,

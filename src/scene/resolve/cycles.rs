@@ -4,7 +4,9 @@ use super::Resolver;
 use super::laws::Laws;
 use super::steps::controls;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Closed, CycleMotion, Cycles, Drive, Integrator, Jumps};
+use crate::history::step::{
+    Closed, Correction, CycleMotion, Cycles, Drive, Integrator, Jumps, ResolvedCycles,
+};
 use crate::scene::keys::{
     self,
     step::{Cycles as Keys, Path, Resolved, Sliding, Step as StepKeys, Strokes},
@@ -86,11 +88,12 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) ->
         }
     };
     let usual = if cycles.path == Path::Ellipse { ROUND } else { 1 };
-    let (increments, resolve) = match cycles.increments {
-        None => (usual, None),
-        Some(Strokes::Number(number)) => (number.0, None),
-        Some(Strokes::Word(Resolved::Auto)) => (usual, tolerance),
+    let (increments, correction) = match cycles.increments {
+        None => (usual, Correction::WhereNeeded),
+        Some(Strokes::Number(number)) => (number.0, Correction::Never),
+        Some(Strokes::Word(Resolved::Auto)) => (usual, Correction::Always),
     };
+    let resolve = tolerance.map(|tolerance| ResolvedCycles { tolerance, correction });
     if cycles.path == Path::Ellipse && increments < 2 {
         let message = "an ellipse of one increment per half is a line";
         r.wrong(&format!("{key}.increments"), message, "too few", "take 4 or more, or leave it out for 8");

@@ -5,7 +5,7 @@ use super::super::failure::Failure;
 use super::super::near_field::choose;
 use crate::frame::GapShape;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Closed, CycleMotion, Cycles, Jumps, Step};
+use crate::history::step::{Closed, Correction, CycleMotion, Cycles, Jumps, Step};
 use crate::scene::keys::accuracy::Knob;
 use crate::scene::plan::{AccuracySpec, BodySpec, FrameSpec, Plan};
 use crate::wear::WearLaw;
@@ -220,6 +220,9 @@ impl Ladder {
                         }
                         Jumps::Tolerance(_) => Jumps::Tolerance(share),
                     };
+                    if let CycleMotion::Closed(Closed { resolve: Some(used), .. }) = &mut cycles.motion {
+                        used.tolerance = share;
+                    }
                 }
                 None if increments && step.rolling.is_none() => step.increments *= levels.increments(),
                 _ => {}
@@ -249,10 +252,14 @@ impl Ladder {
     }
 }
 
-/// The closed path of a step whose increments are its own: that nothing else resolves between its ends.
+/// The closed path of a step whose increments may be refined: not "auto", where resolved cycles do it.
 fn ring(step: &Step) -> Option<Closed> {
     match step.cycles?.motion {
-        CycleMotion::Closed(closed) if closed.resolve.is_none() => Some(closed),
+        CycleMotion::Closed(closed)
+            if closed.resolve.is_none_or(|used| used.correction != Correction::Always) =>
+        {
+            Some(closed)
+        }
         _ => None,
     }
 }

@@ -1,14 +1,30 @@
-//! Cycles resolved now and then, which say what wears between the ends that are solved together.
+//! Resolved cycles, which show what wears between the reversal points that are solved together: corrected wear, measured errors.
 
 use orthowear::contact::SolverOptions;
-use orthowear::history::RunResult;
-use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, Jumps, Step};
+use orthowear::friction::FrictionLaw;
+use orthowear::geometry::fibre_axes;
+use orthowear::history::record::{IncrementRecord, Outcome};
+use orthowear::history::step::{Correction, Drive, Integrator, Jumps, ResolvedCycles, Step, Tangential};
+use orthowear::history::{Model, RunResult};
+use orthowear::wear::WearLaw;
 
-use crate::common::{fretting, frp_wear, indent, path_of, press, relative, solve, solve_with, sphere_on_frp};
+use crate::common::{
+    fretting, frp_wear, half_spaces, im7, indent, path_of, press, relative, solve, solve_with, sphere,
+    sphere_on_frp, steel, step,
+};
+
+/// Resolved cycles that correct the wear everywhere.
+fn always(tolerance: f64) -> Option<ResolvedCycles> {
+    Some(ResolvedCycles { tolerance, correction: Correction::Always })
+}
 
 /// Cycles of the reference scene on coarser cells: so many increments per stroke, or those and resolved cycles.
-fn reference_scene(tilt: f64, mut cycles: Step, increments: usize, resolve: Option<f64>) -> RunResult {
+fn reference_scene(
+    tilt: f64,
+    mut cycles: Step,
+    increments: usize,
+    resolve: Option<ResolvedCycles>,
+) -> RunResult {
     let path = path_of(&mut cycles);
     (path.increments, path.resolve) = (increments, resolve);
     let mut model = sphere_on_frp(tilt, 1.5, 32);
@@ -23,14 +39,14 @@ fn reference_scene(tilt: f64, mut cycles: Step, increments: usize, resolve: Opti
 #[test]
 fn factors_stand_for_ends_between() {
     for (tilt, least) in [(0.0, 0.0), (90.0, 1.5e-3)] {
-        let volume = |increments: usize, resolve: Option<f64>| {
+        let volume = |increments: usize, resolve: Option<ResolvedCycles>| {
             let cycles = fretting(100_000, 0.08, 4, Integrator::Sdirk2);
             let run = reference_scene(tilt, cycles, increments, resolve);
             let last = run.records.last().expect("records").clone();
             (last.worn_volume, last.worn_volume_by_energy.expect("wear follows friction"))
         };
         let ((alone, _), (together, _)) = (volume(1, None), volume(16, None));
-        let (found, by_energy) = volume(1, Some(1e-3));
+        let (found, by_energy) = volume(1, always(1e-3));
         assert!(relative(together, alone) >= least, "tilt {tilt}: {together} {alone}");
         assert!(relative(found, together) < 1e-3, "tilt {tilt}: {found} {together}");
         assert!(relative(found, by_energy) < 1.5e-3, "tilt {tilt}: {found} {by_energy}");
@@ -40,11 +56,11 @@ fn factors_stand_for_ends_between() {
 /// Truth: resolved strokes wear 0.4 % less per cycle than single increments at tilt 90, at the start (an independent program).
 #[test]
 fn rate_of_resolved_strokes() {
-    let rate = |resolve: Option<f64>| {
+    let rate = |resolve: Option<ResolvedCycles>| {
         let run = reference_scene(90.0, fretting(1, 0.08, 1, Integrator::BackwardEuler), 1, resolve);
         run.records[1].worn_volume - run.records[0].worn_volume
     };
-    let change = rate(Some(5e-4)) / rate(None) - 1.0;
+    let change = rate(always(5e-4)) / rate(None) - 1.0;
     assert!((-0.0047..-0.0033).contains(&change), "{change}");
 }
 
@@ -54,7 +70,7 @@ fn rate_of_resolved_strokes() {
 fn a_cycle_is_resolved_where_slip_has_changed() {
     let resolved = |first: Step, count: u64| -> Vec<Option<usize>> {
         let mut cycles = fretting(count, 0.08, 4, Integrator::Sdirk2);
-        path_of(&mut cycles).resolve = Some(1e-3);
+        path_of(&mut cycles).resolve = always(1e-3);
         let mut model = sphere_on_frp(90.0, 1.5, 32);
         model.wear = frp_wear(90.0);
         let run = solve(&model, &[first, cycles]);
@@ -73,7 +89,7 @@ fn a_cycle_is_resolved_where_slip_has_changed() {
 #[test]
 fn drift_is_in_the_estimated_error() {
     let run = |jumps: usize| {
-        let run = reference_scene(90.0, fretting(100_000, 0.08, jumps, Integrator::Sdirk2), 1, Some(1e-3));
+        let run = reference_scene(90.0, fretting(100_000, 0.08, jumps, Integrator::Sdirk2), 1, always(1e-3));
         run.records.last().expect("records").clone()
     };
     let (few, many) = (run(4), run(24));
@@ -84,7 +100,7 @@ fn drift_is_in_the_estimated_error() {
 /// Truth: bits do not depend on a resolved cycle that finds nothing new: without wear there is none.
 #[test]
 fn nothing_is_resolved_without_wear() {
-    let run = |resolve: Option<f64>| {
+    let run = |resolve: Option<ResolvedCycles>| {
         let mut cycles = fretting(1000, 0.08, 2, Integrator::Sdirk2);
         path_of(&mut cycles).resolve = resolve;
         let steps = [indent(0.02), Step { wear: false, ..cycles }];
@@ -92,7 +108,7 @@ fn nothing_is_resolved_without_wear() {
         let jumps = result.records.iter().filter_map(|record| record.jump).collect::<Vec<_>>();
         (result.state.tractions, jumps)
     };
-    assert_eq!(run(Some(1e-3)), run(None));
+    assert_eq!(run(always(1e-3)), run(None));
 }
 
 /// Truth: controlled jumps with resolved cycles converge, and their volume is within the tolerance of many jumps with all ends
@@ -101,8 +117,139 @@ fn nothing_is_resolved_without_wear() {
 fn controlled_jumps_with_resolved_cycles() {
     let mut cycles = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
     cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(1e-3);
-    let found = reference_scene(90.0, cycles, 1, Some(1e-3));
+    let found = reference_scene(90.0, cycles, 1, always(1e-3));
     let together = reference_scene(90.0, fretting(100_000, 0.08, 16, Integrator::Sdirk2), 8, None);
     let volume = |run: &RunResult| run.records.last().expect("records").worn_volume;
     assert!(relative(volume(&found), volume(&together)) < 2e-3, "{} {}", volume(&found), volume(&together));
+}
+
+/// A cycle in partial slip, or nearly so: a steel sphere on CFRP under 200 N, fibres and path in degrees; amplitude in N or mm.
+struct PartialSlip {
+    fibre: [f64; 2],
+    angle: f64,
+    mu: f64,
+    drive: Drive,
+    amplitude: f64,
+}
+
+impl PartialSlip {
+    /// Of the random scenes of benchmarks/fretting those that settle within ten cycles.
+    const SCENES: [Self; 3] = [
+        Self { fibre: [-75.9, 97.5], angle: 338.1, mu: 0.66, drive: Drive::Force, amplitude: 67.8 },
+        // Without a cell that sticks at a reversal point, but far from sliding alike on all of the stroke.
+        Self { fibre: [-10.8, 137.2], angle: 0.8, mu: 0.31, drive: Drive::Shift, amplitude: 0.00578 },
+        Self { fibre: [-12.5, 149.4], angle: 241.3, mu: 0.58, drive: Drive::Shift, amplitude: 0.00538 },
+    ];
+
+    /// The scene with so little wear that its shape stays.
+    fn model(&self) -> Model {
+        let [tilt, azimuth] = self.fibre.map(f64::to_radians);
+        let cfrp = im7(0.0).rotated(&fibre_axes(tilt, azimuth));
+        let mut model = half_spaces(&cfrp, Some(&steel()), (1.25, 12), sphere(50.0));
+        model.friction = FrictionLaw::Coulomb { mu: self.mu };
+        model.wear = WearLaw::Frp { i_l: 1e-16, i_t: 2e-16, i_n: 3e-16, tilt, azimuth };
+        model
+    }
+
+    fn pressed(&self) -> Step {
+        let tangential = (self.drive == Drive::Force).then_some(Tangential::Force([0.0; 2]));
+        Step { tangential, increments: 4, wear: false, ..press(200.0) }
+    }
+
+    /// The last of ten cycles whose strokes follow one after the other: wear volume with `increments` each.
+    fn marched(&self, increments: usize) -> f64 {
+        let (sin, cos) = self.angle.to_radians().sin_cos();
+        let to = |sign: f64| {
+            let end = [cos, sin].map(|part| sign * self.amplitude * part);
+            let tangential = match self.drive {
+                Drive::Shift => Tangential::Shift(end),
+                Drive::Force => Tangential::Force(end),
+            };
+            Step { tangential: Some(tangential), increments, ..step(&format!("to {sign}")) }
+        };
+        let strokes =
+            std::iter::once(self.pressed()).chain((0..21).map(|k| to(if k % 2 == 0 { 1.0 } else { -1.0 })));
+        let run = solve(&self.model(), &strokes.collect::<Vec<_>>());
+        assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
+        let worn = |strokes_before_last: usize| {
+            run.records[run.records.len() - 1 - strokes_before_last * increments].worn_volume
+        };
+        worn(0) - worn(2)
+    }
+
+    /// One cycle by its reversal points.
+    fn cycle(&self, increments: usize, correction: Option<Correction>) -> (IncrementRecord, RunResult) {
+        let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
+        let path = path_of(&mut cycles);
+        (path.drive, path.angle, path.increments) = (self.drive, self.angle.to_radians(), increments);
+        path.resolve = correction.map(|correction| ResolvedCycles { tolerance: 1e-3, correction });
+        let run = solve(&self.model(), &[self.pressed(), cycles]);
+        assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
+        (run.records.last().expect("records").clone(), run)
+    }
+}
+
+/// Truth: strokes in 16 and 32 increments one after the other until they settle, extrapolated with first order. By default the wear of a cycle
+/// is within 1.5 %, where single increments are 2 % and more too high; in both cases at least a third of the error is claimed. Prescribed
+/// increments are taken as they are, with a warning.
+#[test]
+fn wear_in_partial_slip_by_default() {
+    for scene in PartialSlip::SCENES {
+        let truth = 2.0 * scene.marched(32) - scene.marched(16);
+        let error = |record: &IncrementRecord| (record.worn_volume - truth).abs() / truth;
+        let claimed = |record: &IncrementRecord| record.worn_volume_error / truth;
+        let (found, _) = scene.cycle(1, Some(Correction::WhereNeeded));
+        assert!(error(&found) < 1.5e-2, "{:?}: {}", scene.fibre, error(&found));
+        assert!(claimed(&found) > error(&found) / 3.0, "{:?}: {}", scene.fibre, claimed(&found));
+        let ((single, run), (plain, _)) = (scene.cycle(1, Some(Correction::Never)), scene.cycle(1, None));
+        assert!(error(&single) > 2e-2, "{:?}: {}", scene.fibre, error(&single));
+        assert!((1.0 / 3.0..3.0).contains(&(claimed(&single) / error(&single))), "{:?}", scene.fibre);
+        assert_eq!(single.worn_volume.to_bits(), plain.worn_volume.to_bits());
+        assert!(
+            run.warnings.iter().any(|text| text.contains("1 increment per stroke")),
+            "{:?}",
+            run.warnings
+        );
+    }
+}
+
+/// Truth: where all of the contact slides far, wear and tractions are those of single increments, bit by bit, and no correction is
+/// reported; the errors are larger by what a resolved cycle differs.
+#[test]
+fn gross_slip_keeps_single_increments() {
+    let run = |correction: Option<Correction>| {
+        let resolve = correction.map(|correction| ResolvedCycles { tolerance: 1e-3, correction });
+        reference_scene(0.0, fretting(100_000, 0.08, 4, Integrator::Sdirk2), 1, resolve)
+    };
+    let (plain, found) = (run(None), run(Some(Correction::WhereNeeded)));
+    assert_eq!(found.state.wear_depth, plain.state.wear_depth);
+    assert_eq!(found.state.tractions, plain.state.tractions);
+    let error = |run: &RunResult| run.records.last().expect("records").worn_volume_error;
+    assert!(error(&found) > error(&plain));
+    assert!(!found.warnings.iter().any(|text| text.contains("per stroke")), "{:?}", found.warnings);
+}
+
+/// Truth: an octagon in a circle has the perimeter 16 sin(π/16) / (2π): in gross slip on a rigid frame of reference, polygons of 16 sides wear
+/// 0.64 % less than the circle. By default ellipses are corrected for it.
+#[test]
+fn ellipses_in_gross_slip_are_corrected() {
+    let volume = |resolve: Option<ResolvedCycles>| {
+        let mut cycles = fretting(1, 0.4, 1, Integrator::BackwardEuler);
+        let path = path_of(&mut cycles);
+        (path.amplitude, path.increments, path.resolve) = ([0.4, 0.4], 8, resolve);
+        let mut model = half_spaces(&steel(), Some(&steel()), (1.0, 8), sphere(50.0));
+        model.friction = FrictionLaw::Coulomb { mu: 0.2 };
+        model.wear = WearLaw::Archard { i: 1e-12 };
+        let run = solve(&model, &[Step { wear: false, ..press(100.0) }, cycles]);
+        assert_eq!(run.outcome, Outcome::Converged);
+        run.records.last().expect("records").worn_volume
+    };
+    let corrected = Some(ResolvedCycles { tolerance: 1e-3, correction: Correction::WhereNeeded });
+    let sixteenth = std::f64::consts::PI / 16.0;
+    let polygon = sixteenth.sin() / sixteenth;
+    assert!(
+        (volume(None) / volume(corrected) - polygon).abs() < 1e-3,
+        "{}",
+        volume(None) / volume(corrected)
+    );
 }
