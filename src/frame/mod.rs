@@ -101,7 +101,8 @@ impl ContactFrame {
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
         let planes = all().any(|(frame, _)| frame.planes.is_some()).then(|| {
-            let own = |frame: &Self| frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
+            let own =
+                |frame: &Self| frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
         Self {

@@ -26,7 +26,11 @@ impl ContactFrame {
     /// Across a plane of symmetry the traction and the relative tangential displacement vanish.
     pub fn projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
         let Some(planes) = &self.planes else { return Vec::new() };
-        planes.iter().enumerate().filter_map(|(cell, &planes)| Some((cell, self.projector(cell, planes)?))).collect()
+        planes
+            .iter()
+            .enumerate()
+            .filter_map(|(cell, &planes)| Some((cell, self.projector(cell, planes)?)))
+            .collect()
     }
 
     fn projector(&self, cell: usize, planes: [bool; 3]) -> Option<Matrix3<f64>> {
@@ -110,7 +114,14 @@ mod tests {
     fn parts_of_a_square_make_it_whole() {
         let point = |x: f64, y: f64| Point::new(x, y, 0.0);
         let quarter = [point(0.0, 0.0), point(1.0, 0.0), point(1.0, 1.0), point(0.0, 1.0)];
-        let half = [point(0.0, 0.0), point(1.0, 0.0), point(1.0, 1.0), point(0.0, 1.0), point(-1.0, 1.0), point(-1.0, 0.0)];
+        let half = [
+            point(0.0, 0.0),
+            point(1.0, 0.0),
+            point(1.0, 1.0),
+            point(0.0, 1.0),
+            point(-1.0, 1.0),
+            point(-1.0, 0.0),
+        ];
         let cases: [(&[Point], [bool; 3], f64, f64, usize); 4] = [
             (&quarter, [true, true, false], 4.0, 4.0, 8),
             (&half, [false, true, false], 2.0, 4.0, 8),
@@ -123,7 +134,11 @@ mod tests {
             assert_eq!(whole.corners.len(), corners);
             assert_eq!(vector_area(&whole.corners), point(0.0, 0.0) + Point::z() * area);
         }
-        assert_eq!(reflect(&quarter, true, [false, false, true]).images, 1.0, "the part itself lies in the plane");
+        assert_eq!(
+            reflect(&quarter, true, [false, false, true]).images,
+            1.0,
+            "the part itself lies in the plane"
+        );
         let point_only = [point(0.0, 0.0), point(1.0, 0.5), point(1.0, 1.0), point(0.5, 1.0)];
         assert_eq!(reflect(&point_only, true, [true, true, false]).images, 1.0);
     }

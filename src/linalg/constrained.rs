@@ -186,9 +186,13 @@ impl Flexibility for ConstrainedFlexibility {
             if held[i].is_none() && held[k].is_none() {
                 return now;
             }
-            let old =
-                if held[k].is_some() { before[0][position[k] * m + i] } else { before[1][position[i] * m + k] };
-            let across = held[i].filter(|_| i == k).map_or(Matrix3::zeros(), |held| held.across * held.compliance);
+            let old = if held[k].is_some() {
+                before[0][position[k] * m + i]
+            } else {
+                before[1][position[i] * m + k]
+            };
+            let across =
+                held[i].filter(|_| i == k).map_or(Matrix3::zeros(), |held| held.across * held.compliance);
             old + projector(i) * (now - old) * projector(k) + across
         });
     }
@@ -229,8 +233,9 @@ mod tests {
     impl Dense {
         fn new(areas: &[f64]) -> Self {
             let n = areas.len();
-            let factor =
-                nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| ((7 * i + 3 * j) as f64).sin() / (1 + i + j) as f64);
+            let factor = nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| {
+                ((7 * i + 3 * j) as f64).sin() / (1 + i + j) as f64
+            });
             let work = &factor * factor.transpose() + nalgebra::DMatrix::identity(3 * n, 3 * n);
             let matrix = nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| work[(i, j)] / areas[i % n]);
             Self { areas: areas.to_vec(), matrix }
