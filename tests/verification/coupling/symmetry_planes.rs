@@ -186,9 +186,25 @@ fn assert_nothing_across(found: &Found) {
     }
 }
 
+/// Truth: the full model; a rigid body has no plane of its own. 1e-9, as below.
+#[test]
+fn a_rigid_partner_needs_no_plane() {
+    let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+    let found = |pair: &Pair| {
+        let text = pair.text();
+        let (before, rest) = text.split_once("[body2]").expect("a second body");
+        let (_, after) = rest.split_once("[frame]").expect("a frame");
+        let rigid = format!("{before}[body2]\nkind = \"rigid\"\n[frame]{after}");
+        pair.run_text(&rigid).unwrap_or_else(|(key, message)| panic!("{key}: {message}"))
+    };
+    let half = found(&pair.with_planes(1));
+    let difference = difference(&half, &found(&pair), 2.0);
+    assert!(difference < 1e-9, "{difference:e}");
+    assert_nothing_across(&half);
+}
+
 /// The methods of the solver.
-const METHODS: [&str; 6] =
-    ["auto", "newton", "conjugate-gradients", "barzilai-borwein", "gauss-seidel", "uzawa"];
+const METHODS: [&str; 6] = ["auto", "newton", "cg", "bb", "gauss-seidel", "uzawa"];
 
 /// 1e-9 at a tolerance of the solver of 1e-11: the residual bounds the error of tractions up to the condition of the operator.
 #[test]
@@ -217,7 +233,7 @@ fn half_and_quarter_models_are_parts_of_the_full_one() {
 #[test]
 fn every_method_and_coupling_keeps_to_the_plane() {
     let pair =
-        Pair { domed: true, cells: [[4, 2], [3, 2]], steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+        Pair { domed: true, cells: [[4, 2], [5, 2]], steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
     let full = pair.run();
     for coupling in ["schur", "block"] {
         for method in METHODS {
@@ -231,29 +247,37 @@ fn every_method_and_coupling_keeps_to_the_plane() {
     }
 }
 
-/// Forces, moments and cycles of a half against those of the full model; the moment about y is that about the plane's normal. The
-/// tangential force of half the model is half of it, though the plane bears a part across. 1e-8: balances are solved to the same
-/// residual.
+/// Forces and moments of a half against those of the full model; the moment about y is that about the plane's normal. The tangential
+/// force of half the model is half of it, though the plane bears a part across. 1e-9, as above; 1e-5 of cycles, whose strokes are
+/// repeated until they change by less.
 #[test]
 fn prescribed_forces_keep_to_the_plane() {
-    let steps = |part: f64| {
+    let loads = |part: f64| {
         format!(
             "[[steps]]\nname = \"press\"\nnormal_force = {:?}\n[[steps]]\nname = \"pull\"\ntangential_force = [{:?}, 0.0]\n\
-             [[steps]]\nname = \"tilt\"\nmoment = [0.0, {:?}]\n[[steps]]\nname = \"fret\"\nincrements = 1\n\
-             cycles = {{ count = 1, force_amplitude = {:?} }}\n",
+             [[steps]]\nname = \"tilt\"\nmoment = [0.0, {:?}]\n",
             400.0 * part,
             60.0 * part,
-            40.0 * part,
-            30.0 * part
+            40.0 * part
         )
     };
+    let fretting = |part: f64| {
+        let amplitude = 30.0 * part;
+        format!(
+            "{}[[steps]]\nname = \"fret\"\ncycles = {{ count = 1, force_amplitude = {amplitude:?} }}\n",
+            loads(part)
+        )
+    };
+    let steps: [(&dyn Fn(f64) -> String, f64); 2] = [(&loads, 1e-9), (&fretting, 1e-5)];
     for domed in [false, true] {
-        let full = Pair { domed, steps: steps(1.0), ..Pair::default() };
-        let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
-        let found = difference(&half, &full.run(), 2.0);
-        println!("domed {domed}: {found:.1e}");
-        assert!(found < 1e-8, "{found:e}");
-        assert_nothing_across(&half);
+        for (steps, tolerance) in steps {
+            let full = Pair { domed, steps: steps(1.0), ..Pair::default() };
+            let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
+            let found = difference(&half, &full.run(), 2.0);
+            println!("domed {domed}: {found:.1e}");
+            assert!(found < tolerance, "{found:e}");
+            assert_nothing_across(&half);
+        }
     }
 }
 
@@ -261,7 +285,9 @@ fn prescribed_forces_keep_to_the_plane() {
 fn drawn(random: &mut Random) -> Pair {
     let mut modulus = || random.power(4.6, 5.4);
     let moduli = [modulus(), modulus(), modulus()];
-    let cells = [[3 + random.below(4), 2 + random.below(2)], [3 + random.below(4), 2 + random.below(2)]];
+    // Meshes of a multiple of seven nodes cannot be shuffled by the writer.
+    let mut cells = || [[4, 5, 7, 8][random.below(4)], 2 + random.below(2)];
+    let cells = [cells(), cells()];
     let domed = random.below(2) == 1;
     let element = ["hex8", "hex8-bbar", "hex8-eas"][random.below(3)];
     let radius = random.between(15.0, 60.0);
@@ -371,8 +397,9 @@ fn contradictions_are_refused() {
         refused(&[("near_field = \"mesh\"\nsymmetry = [\"low1\"]", "near_field = \"mesh\"")]);
     assert!(key == "body2.symmetry.0" && message.contains("body1 has none"), "{key}: {message}");
     let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.001] }]";
-    let (key, message) = refused(&[(SYMMETRY, moved)]);
-    assert!(message.contains("past one another"), "{key}: {message}");
+    let base = ("group = \"low2\" }", "group = \"low2\", components = [\"x\", \"z\"] }");
+    let (key, message) = refused(&[(SYMMETRY, moved), base]);
+    assert!(key == "body1.displaced.0" && message.contains("past one another"), "{key}: {message}");
 }
 
 /// Truth: the same boundary conditions in other words, or moved together, give the same tractions; without a part across them nothing
@@ -383,14 +410,19 @@ fn planes_in_other_words() {
     let half = pair.with_planes(1);
     let (text, expected) = (half.text(), half.run());
     let fixed = "fixed = [{ group = \"low1\", components = [\"y\"] }, {";
-    let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.002] }]\nfixed = [{";
+    let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.002] }]";
     let without = text.replace(SYMMETRY, "symmetry = []");
     let written = without.replace("fixed = [{", fixed);
-    let together = without.replace("fixed = [{", moved);
+    // The base must not hold what the plane moves.
+    let free = |text: &str| text.replace("2\" }]", "2\", components = [\"x\", \"z\"] }]");
+    let together = half.run_text(&free(&text.replace(SYMMETRY, moved))).expect("planes that move together");
+    let at_rest = half.run_text(&free(&text)).expect("planes at rest");
+    assert_nothing_across(&together);
+    assert!(difference(&together, &at_rest, 1.0) < 1e-9);
     let zeros =
         text.replace(SHIFT, "shift = { distance = 0.003, angle = 0.0 }\ntwist = 0.0\nrotation = [0.0, 0.0]");
-    let ellipse = text.replace(COULOMB, "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.300000001\nangle = 90.0");
-    for (text, tolerance) in [(written, 1e-9), (together, 1e-9), (zeros, 1e-9), (ellipse, 1e-6)] {
+    let ellipse = text.replace(COULOMB, "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.300000001\nangle = 0.0");
+    for (text, tolerance) in [(written, 1e-9), (zeros, 1e-9), (ellipse, 1e-6)] {
         let found = half.run_text(&text).unwrap_or_else(|(key, message)| panic!("{key}: {message}"));
         assert_nothing_across(&found);
         let difference = difference(&found, &expected, 1.0);
