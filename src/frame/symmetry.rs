@@ -122,11 +122,11 @@ mod tests {
             point(-1.0, 1.0),
             point(-1.0, 0.0),
         ];
-        let cases: [(&[Point], [bool; 3], f64, f64, usize); 4] = [
-            (&quarter, [true, true, false], 4.0, 4.0, 8),
-            (&half, [false, true, false], 2.0, 4.0, 8),
-            (&quarter, [false, true, false], 2.0, 2.0, 6),
-            (&quarter, [true, false, false], 2.0, 2.0, 6),
+        let cases = [
+            (&quarter[..], [true, true, false], 4.0, 4.0, 8),
+            (&half[..], [false, true, false], 2.0, 4.0, 8),
+            (&quarter[..], [false, true, false], 2.0, 2.0, 6),
+            (&quarter[..], [true, false, false], 2.0, 2.0, 6),
         ];
         for (part, planes, images, area, corners) in cases {
             let whole = reflect(part, true, planes);
