@@ -16,7 +16,7 @@ use crate::geometry::{Point, Triad, number};
 use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
 use crate::mesh::faces::group_faces;
 use crate::scene::keys::frame::FramePoints;
-use crate::scene::plan::{BodySpec, FrameSpec, MeshedSpec, Plan};
+use crate::scene::plan::{BodySpec, FrameSpec, Plan, Support};
 
 /// Names of the global axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -76,10 +76,19 @@ enum Partner {
     None,
 }
 
-/// The planes among the supports of a body.
-fn planes_of(body: &MeshedSpec) -> Vec<Plane> {
+/// The planes among the supports of a body that reach its contact surface; none of a body without a mesh.
+fn planes_of(body: &BodySpec) -> Vec<Plane> {
     let mut planes = Vec::new();
-    for support in &body.supports {
+    let Some(body) = body.meshed() else { return planes };
+    let nodes_of = |group: &str| {
+        let group = body.mesh.group_of_dim(group, 2);
+        group.map(|group| body.mesh.nodes_of(group)).unwrap_or_default()
+    };
+    let mut touches = vec![false; body.mesh.points.len()];
+    nodes_of(&body.contact).into_iter().for_each(|node| touches[node] = true);
+    // Outer faces are looked for in the groups that matter only: it takes time on large meshes.
+    let reaches = |support: &&Support| nodes_of(&support.group).into_iter().any(|node| touches[node]);
+    for support in body.supports.iter().filter(reaches) {
         let Ok(component) = symmetry_component(&body.mesh, &support.group) else { continue };
         let (Some(value), Ok(faces)) = (support.values[component], group_faces(&body.mesh, &support.group))
         else {
@@ -104,20 +113,16 @@ fn planes_of(body: &MeshedSpec) -> Vec<Plane> {
     planes
 }
 
-fn partner(other: &BodySpec, plane: &Plane) -> Partner {
-    match other {
-        BodySpec::Rigid if plane.displacement == (0.0, [0.0; 3]) => Partner::Same(false),
-        BodySpec::Rigid => Partner::Other,
-        BodySpec::HalfSpace(_) | BodySpec::Truncated(_) => Partner::None,
-        BodySpec::Fe(_) | BodySpec::Be(_) => {
-            let planes = other.meshed().map(planes_of).unwrap_or_default();
-            let there: Vec<&Plane> = planes.iter().filter(|other| other.is_at(plane)).collect();
-            match there.iter().find(|other| other.displacement == plane.displacement) {
-                Some(same) => Partner::Same(same.declared),
-                None if there.is_empty() => Partner::None,
-                None => Partner::Other,
-            }
-        }
+/// What the body `other`, whose planes are `planes`, has at a plane.
+fn partner(other: &BodySpec, planes: &[Plane], plane: &Plane) -> Partner {
+    if matches!(other, BodySpec::Rigid) {
+        return if plane.displacement == (0.0, [0.0; 3]) { Partner::Same(false) } else { Partner::Other };
+    }
+    let there: Vec<&Plane> = planes.iter().filter(|other| other.is_at(plane)).collect();
+    match there.iter().find(|other| other.displacement == plane.displacement) {
+        Some(same) => Partner::Same(same.declared),
+        None if there.is_empty() => Partner::None,
+        None => Partner::Other,
     }
 }
 
@@ -140,9 +145,10 @@ fn nodal(plan: &Plan) -> Option<(usize, Triad)> {
 pub(super) fn constraining(plan: &Plan) -> NodePlanes {
     let mut found = NodePlanes::new();
     let Some((body, axes)) = nodal(plan) else { return found };
-    let Some(meshed) = plan.bodies[body].meshed() else { return found };
-    for plane in planes_of(meshed) {
-        let Partner::Same(declared) = partner(&plan.bodies[1 - body], &plane) else { continue };
+    let other = &plan.bodies[1 - body];
+    let others = planes_of(other);
+    for plane in planes_of(&plan.bodies[body]) {
+        let Partner::Same(declared) = partner(other, &others, &plane) else { continue };
         let is_symmetric = || {
             across(plan, &axes, plane.component).is_none()
                 && !is_oblique(plan, &axes.to_local(&Vector3::ith(plane.component, 1.0)))
@@ -190,11 +196,11 @@ pub(super) fn refuse_contradictions(plan: &Plan, frame: &ContactFrame) -> Result
 }
 
 fn refuse_lone_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Result<(), Failure> {
-    let planes = |index: usize| plan.bodies[index].meshed().map(planes_of).unwrap_or_default();
+    let planes = plan.bodies.each_ref().map(planes_of);
     for (own, other) in [(body, 1 - body), (1 - body, body)] {
-        for plane in planes(own).iter().filter(|plane| plane.bounds(frame)) {
+        for plane in planes[own].iter().filter(|plane| plane.bounds(frame)) {
             let (has, lacks, name) = (KEYS[own], KEYS[other], plane.name());
-            let message = match partner(&plan.bodies[other], plane) {
+            let message = match partner(&plan.bodies[other], &planes[other], plane) {
                 Partner::None if plane.declared => format!(
                     "{has} has the plane of symmetry {name} under the contact, {lacks} has none there: tractions across it are then \
                      undetermined; give {lacks} `symmetry` in this plane, or take a full model"
