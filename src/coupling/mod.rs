@@ -4,6 +4,8 @@ pub mod block;
 mod block_rows;
 pub mod distance;
 
+use nalgebra::Vector3;
+
 use crate::bem::half_space::{CrossBlocks, Kernels, SurfaceGreen};
 use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
@@ -13,6 +15,7 @@ use crate::body::{ElasticBody, Floating};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::composed::SumFlexibility;
+use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::linalg::operator::Flexibility;
 use crate::skip::{Skip, Skipped, Work};
 
@@ -81,10 +84,31 @@ pub fn couple<'a>(
     coupling: Coupling,
     half_spaces: impl Into<HalfSpaceOperators<'a>>,
 ) -> Result<Coupled> {
-    match coupling {
+    let coupled = match coupling {
         Coupling::Schur => sum_of_bodies(body1, body2, frame, half_spaces.into()),
         Coupling::Block => block_of_bodies(body1, body2, frame),
+    }?;
+    Ok(constrained(coupled, frame))
+}
+
+/// The bodies without tractions and gaps across planes of symmetry in the cells on them; as they are where no cell lies on one.
+fn constrained(coupled: Coupled, frame: &ContactFrame) -> Coupled {
+    let projectors = frame.projectors();
+    if projectors.is_empty() {
+        return coupled;
     }
+    let n = frame.n_cells();
+    let project = |gap: &mut [f64]| {
+        for (cell, projector) in &projectors {
+            let local = projector * Vector3::new(gap[*cell], gap[n + cell], gap[2 * n + cell]);
+            (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
+        }
+    };
+    let Coupled { flexibility, mut free_gap, mut floating, skipped } = coupled;
+    project(&mut free_gap);
+    floating.iter_mut().flat_map(|body| &mut body.motions).for_each(|motion| project(&mut motion.gap));
+    let flexibility = Box::new(ConstrainedFlexibility::new(flexibility, &projectors));
+    Coupled { flexibility, free_gap, floating, skipped }
 }
 
 fn both_rigid() -> Error {

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::clip::area_and_centroid;
 use super::facets::outline;
+use super::symmetry::reflect;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad};
@@ -68,6 +69,7 @@ impl ContactFrame {
         self.triads.keep(kept);
         self.polygons.iter_mut().for_each(|polygons| only(polygons, kept));
         self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
+        self.planes.iter_mut().for_each(|planes| only(planes, kept));
         self.left_out += all - self.n_cells();
         self
     }
@@ -80,19 +82,35 @@ pub(super) struct Cells {
     polygons: Vec<Vec<Point>>,
     areas: Vec<f64>,
     triads: Vec<Triad>,
+    planes: Vec<[bool; 3]>,
 }
 
 impl Cells {
     /// Adds the cell with `corners`, counter-clockwise seen against its normal; `None` if it has no area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
-        let vector_area = vector_area(&corners);
-        let size = corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
+        self.push_part(corners, (false, [false; 3]), toward)
+    }
+
+    /// Adds the part with `corners` of a cell cut at planes of symmetry ([`reflect`]), with the axes and the centre of the whole cell;
+    /// `None` if it has no area.
+    pub(super) fn push_part(
+        &mut self,
+        corners: Vec<Point>,
+        (open, planes): (bool, [bool; 3]),
+        toward: Point,
+    ) -> Option<()> {
+        let whole = reflect(&corners, open, planes);
+        let mut vector_area = vector_area(&whole.corners);
+        // Rounding is all that the parts leave of components across.
+        (0..3).filter(|&c| whole.planes[c]).for_each(|c| vector_area[c] = 0.0);
+        let size = whole.corners.iter().map(|x| (x - corners[0]).norm_squared()).fold(0.0, f64::max);
         if vector_area.norm() <= 1e-12 * size {
             return None;
         }
         let triad = Triad::from_normal(vector_area, toward);
-        let mean = corners.iter().sum::<Point>() / corners.len() as f64;
-        let plane: Vec<[f64; 2]> = corners
+        let mean = whole.corners.iter().sum::<Point>() / whole.corners.len() as f64;
+        let plane: Vec<[f64; 2]> = whole
+            .corners
             .iter()
             .map(|x| {
                 let local = triad.to_local(&(x - mean));
@@ -100,16 +118,20 @@ impl Cells {
             })
             .collect();
         let (area, [x, y]) = area_and_centroid(&plane);
-        self.centers.push(mean + triad.to_global(&Point::new(x, y, 0.0)));
+        let mut center = mean + triad.to_global(&Point::new(x, y, 0.0));
+        (0..3).filter(|&c| whole.planes[c]).for_each(|c| center[c] = corners[0][c]);
+        self.centers.push(center);
         self.polygons.push(corners);
-        self.areas.push(area);
+        self.areas.push(area / whole.images);
         self.triads.push(triad);
+        self.planes.push(whole.planes);
         Some(())
     }
 
     /// The frame of these cells; its origin has their mean height.
     pub(super) fn frame(self, center: [f64; 2], azimuth: f64) -> ContactFrame {
         let total: f64 = self.areas.iter().sum();
+        let on_planes = self.planes.iter().any(|planes| planes.contains(&true));
         let height: f64 = self.areas.iter().zip(&self.centers).map(|(area, x)| area * x.z).sum();
         ContactFrame {
             centers: self.centers,
@@ -123,6 +145,7 @@ impl Cells {
             places: None,
             left_out: 0,
             candidates: None,
+            planes: on_planes.then_some(self.planes),
         }
     }
 }

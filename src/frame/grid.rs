@@ -55,6 +55,7 @@ impl ContactFrame {
             places: None,
             left_out: 0,
             candidates: None,
+            planes: None,
         }
     }
 }

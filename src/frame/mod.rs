@@ -18,6 +18,7 @@ pub mod npy;
 pub mod outline;
 mod search;
 mod shape_integrals;
+pub mod symmetry;
 mod touch;
 
 use std::borrow::Cow;
@@ -75,6 +76,9 @@ pub struct ContactFrame {
     /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
     /// others when contact comes there.
     pub candidates: Option<Vec<bool>>,
+    /// Which of the global axes x, y, z are normal to a plane of symmetry that the cell lies on, `[N]`; `None` where no cell lies on
+    /// any.
+    pub planes: Option<Vec<[bool; 3]>>,
 }
 
 impl ContactFrame {
@@ -96,6 +100,11 @@ impl ContactFrame {
             let own = |frame: &Self| frame.candidates.clone().unwrap_or_else(|| vec![true; frame.n_cells()]);
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
+        let planes = all().any(|(frame, _)| frame.planes.is_some()).then(|| {
+            let own =
+                |frame: &Self| frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
+            all().flat_map(|(frame, _)| own(frame)).collect()
+        });
         Self {
             centers: centers.collect(),
             polygons: Some(polygons.collect()),
@@ -105,6 +114,7 @@ impl ContactFrame {
             places: None,
             left_out: all().map(|(frame, _)| frame.left_out).sum(),
             candidates,
+            planes,
             ..(*first).clone()
         }
     }

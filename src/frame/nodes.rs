@@ -11,6 +11,7 @@
 use std::collections::HashMap;
 
 use super::faces::Cells;
+use super::symmetry::NodePlanes;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, place};
@@ -32,6 +33,22 @@ impl ContactFrame {
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
     pub fn from_nodes(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
+        Self::from_nodes_on_planes(mesh, (group, side), (center, azimuth), &NodePlanes::new())
+    }
+
+    /// As [`ContactFrame::from_nodes`], of a body cut at planes of symmetry that the nodes `planes` lie on.
+    ///
+    /// The cell of such a node is the half (at the corner of two planes the quarter) of the cell around it in the full model: its
+    /// axes and its centre are those of the latter, its area is their part.
+    ///
+    /// # Errors
+    /// As [`ContactFrame::from_nodes`].
+    pub fn from_nodes_on_planes(
+        mesh: &Mesh,
+        (group, side): (&str, Side),
+        (center, azimuth): ([f64; 2], f64),
+        planes: &NodePlanes,
+    ) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
         let mut around = wedges(mesh, &faces, side)?;
         let mut nodes: Vec<usize> = around.keys().copied().collect();
@@ -41,8 +58,9 @@ impl ContactFrame {
         for node in nodes {
             let mut rest = around.remove(&node).unwrap_or_default();
             while !rest.is_empty() {
-                let corners = next_fan(mesh, node, &mut rest);
-                cells.push(corners, toward).ok_or_else(|| {
+                let (corners, open) = next_fan(mesh, node, &mut rest);
+                let planes = planes.get(&node).copied().unwrap_or_default();
+                cells.push_part(corners, (open, planes), toward).ok_or_else(|| {
                     Error::input(format!(
                         "the contact faces around the node at {} of {} have no area: mend the mesh there",
                         place(&mesh.points[node]),
@@ -82,8 +100,9 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
     Ok(around)
 }
 
-/// Takes a connected fan of faces around `node` out of `rest`; the corners of its cell.
-fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<Wedge>) -> Vec<Point> {
+/// Takes a connected fan of faces around `node` out of `rest`; the corners of its cell, and whether they begin with the node itself, at
+/// the border of the faces.
+fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<Wedge>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));
     // An open fan begins where no face lies before; a closed one anywhere.
@@ -98,12 +117,12 @@ fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<Wedge>) -> Vec<Point> {
     loop {
         corners.push(wedge.middle);
         if wedge.before == start {
-            return corners;
+            return (corners, open);
         }
         corners.push(middle_to(wedge.before));
         match rest.iter().position(|other| other.after == wedge.before) {
             Some(next) => wedge = rest.swap_remove(next),
-            None => return corners,
+            None => return (corners, open),
         }
     }
 }

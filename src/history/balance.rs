@@ -96,7 +96,9 @@ impl Prepared<'_> {
                 Wanted { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
             });
         let mut wanted: Vec<Wanted> = floating.collect();
-        let mut taken = self.free_translations.clone();
+        // A body stays on planes of symmetry, whatever part of a force they bear.
+        let normals = self.model.frame.plane_normals();
+        let mut taken = [&self.free_translations[..], &normals].concat();
         for direction in forced {
             let mut rest = direction;
             taken.iter().for_each(|free| rest -= free * free.dot(&direction));
@@ -108,11 +110,20 @@ impl Prepared<'_> {
                 wanted.push(Wanted { motion, work: force.dot(&rest) });
             }
         }
-        for (axis, moment) in loads.moment.iter().enumerate() {
-            if let Some(work) = *moment {
-                let mut motion = [0.0; COMPONENTS];
-                motion[3 + axis] = 1.0;
-                wanted.push(Wanted { motion, work });
+        let mut turned: Vec<Vector3<f64>> = Vec::new();
+        let moment = Vector3::from(loads.moment.map(|moment| moment.unwrap_or(0.0)));
+        for axis in (0..3).filter(|&axis| loads.moment[axis].is_some()) {
+            let unit = Vector3::ith(axis, 1.0);
+            if normals.is_empty() {
+                wanted.push(turning(&unit, moment[axis]));
+                continue;
+            }
+            // A plane of symmetry allows rotations about its normal only.
+            let mut rest = allowed_rotation(&normals, &unit);
+            turned.iter().for_each(|other| rest -= other * other.dot(&rest));
+            if let Some(rest) = rest.try_normalize(NO_PART) {
+                wanted.push(turning(&rest, moment.dot(&rest)));
+                turned.push(rest);
             }
         }
         wanted
@@ -196,6 +207,22 @@ impl Prepared<'_> {
             "step \"{step}\" ({number}): the tangential load exceeds what friction carries: gross sliding: {who} {how} \
              (frame's axes){share}"
         )
+    }
+}
+
+/// A rotation of body 2 about an axis through the frame's centre, and the work of the tractions on it.
+fn turning(axis: &Vector3<f64>, work: f64) -> Wanted {
+    let mut motion = [0.0; COMPONENTS];
+    motion[3..6].copy_from_slice(axis.as_slice());
+    Wanted { motion, work }
+}
+
+/// The part of a rotation that planes of symmetry with the given normals allow.
+fn allowed_rotation(normals: &[Vector3<f64>], rotation: &Vector3<f64>) -> Vector3<f64> {
+    match normals {
+        [] => *rotation,
+        [normal] => normal * normal.dot(rotation),
+        _ => Vector3::zeros(),
     }
 }
 

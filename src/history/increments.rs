@@ -295,7 +295,7 @@ impl Run<'_> {
         // On the way to zero the load falls to zero at once, since nothing carries it.
         let pulled = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
         // Inclined cells carry it by their pressures.
-        let level = self.prepared.rigid_axes.is_none();
+        let level = self.prepared.model.frame.is_level();
         let spun = level && matches!(self.held.spin, Spin::Moment(moment) if moment != 0.0);
         let (what, instead) = match (pulled, spun) {
             (true, _) => ("a tangential force", "shift"),
@@ -325,7 +325,7 @@ impl Run<'_> {
     pub(super) fn carried(&self, step: &Step, mut loads: Loads) -> Loads {
         if !self.has_friction(step) {
             loads.tangential = TangentialControl::Shift;
-            if self.prepared.rigid_axes.is_none() {
+            if self.prepared.model.frame.is_level() {
                 loads.moment[2] = None;
             }
         }

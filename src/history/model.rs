@@ -103,7 +103,7 @@ impl<'a> Prepared<'a> {
         let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
         let mut initial_gap = model.initial_gap.clone();
-        let first_touch = first_touch(rigid_axes.is_none(), &initial_gap[2 * n..]);
+        let first_touch = first_touch(model.frame.is_level(), &initial_gap[2 * n..]);
         initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
         let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.motions).collect();
         if motions.len() > FLOATING || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
@@ -265,14 +265,29 @@ fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
     let mut gap = vec![0.0; 3 * n];
+    let projectors = frame.projectors();
     for (cell, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
         let local = triad.to_local(&direction.cross(&(center - frame.origin)));
+        let on_plane = projectors.binary_search_by_key(&cell, |projector| projector.0);
+        let local = on_plane.map_or(local, |index| projectors[index].1 * local);
         (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
     }
     gap
 }
 
-/// Per cell the matrix from a rigid motion in the frame's axes to the cell's; `None` where all are the identity.
+/// Per cell the matrix from a rigid motion in the frame's axes to the cell's, without components across planes of symmetry; `None`
+/// where all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
-    (!frame.is_level()).then(|| frame.triads.map(|t| t.0.transpose() * axes.0).into_vec())
+    let projectors = frame.projectors();
+    if frame.is_level() && projectors.is_empty() {
+        return None;
+    }
+    // On level frames they are the identity but for rounding.
+    let mut matrices = if frame.is_level() {
+        vec![Matrix3::identity(); frame.n_cells()]
+    } else {
+        frame.triads.map(|t| t.0.transpose() * axes.0).into_vec()
+    };
+    projectors.iter().for_each(|(cell, projector)| matrices[*cell] = projector * matrices[*cell]);
+    Some(matrices)
 }

@@ -126,7 +126,7 @@ impl Onto<'_> {
             Change {
                 gap: (0..2 * n_before).map(changed).collect(),
                 touch: prepared.first_touch
-                    - first_touch(prepared.rigid_axes.is_none(), &before.initial_gap[2 * n_before..]),
+                    - first_touch(prepared.model.frame.is_level(), &before.initial_gap[2 * n_before..]),
             }
         });
         let gap = |k: usize| {

@@ -7,6 +7,7 @@ pub mod cell_matrix;
 mod column_counts;
 pub mod columns;
 pub mod composed;
+pub mod constrained;
 pub mod course;
 pub mod dense;
 pub mod dense_lu;

@@ -178,6 +178,7 @@ mod tests {
             places: None,
             left_out: 0,
             candidates: None,
+            planes: None,
         }
     }
 

@@ -6,6 +6,7 @@ use super::failure::{AtKey, Failure};
 use super::flat_faces;
 use super::memory;
 use super::near_field::Near;
+use super::planes;
 use super::settings::cross;
 use super::skips::needs_solves;
 use crate::body::hybrid::{Indicators, Site};
@@ -59,11 +60,14 @@ pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
-            let cells = match points {
-                FramePoints::Faces => ContactFrame::from_faces,
-                FramePoints::Nodes => ContactFrame::from_nodes,
+            let (mesh, side) = (&fe.mesh, SIDES[body]);
+            let frame = match points {
+                FramePoints::Faces => ContactFrame::from_faces(mesh, &fe.contact, side, center, azimuth),
+                FramePoints::Nodes => {
+                    let (origin, planes) = ((center, azimuth), planes::constraining(plan));
+                    ContactFrame::from_nodes_on_planes(mesh, (&fe.contact, side), origin, &planes)
+                }
             };
-            let frame = cells(&fe.mesh, &fe.contact, SIDES[body], center, azimuth);
             opposite_cells(plan, frame.at(KEYS[body])?.with_normal(normal.into()), body)
         }
     }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::bodies::{KEYS, SIDES, free_motions};
 use super::failure::Failure;
+use super::planes;
 use crate::body::floating::{free_translations, share_a_motion};
 use crate::error::Error;
 use crate::fem::FreeMotions;
@@ -13,7 +14,7 @@ use crate::scene::keys::solver::Coupling;
 use crate::scene::plan::Plan;
 
 /// Share of a displacement along a free direction that is rounding.
-const NO_PART: f64 = 1e-9;
+pub(super) const NO_PART: f64 = 1e-9;
 
 /// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
 fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(), Failure> {
@@ -29,8 +30,8 @@ fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(
     Err(Failure { error, key: KEYS[index].to_owned() })
 }
 
-/// Refuses moments that no cell can bear, displacements along directions in which a body floats, and bodies that float
-/// together.
+/// Refuses moments that no cell can bear, what contradicts planes of symmetry under the contact, displacements along directions in
+/// which a body floats, and bodies that float together.
 ///
 /// Displacements held into later steps need no check of their own, since the step that prescribes them is refused.
 ///
@@ -38,6 +39,7 @@ fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(
 /// At the key of the first one.
 pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
     refuse_moments_without_lever(plan, frame)?;
+    planes::refuse_contradictions(plan, frame)?;
     let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
     for (index, key) in KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {

@@ -16,6 +16,7 @@ mod locking;
 mod memory;
 pub mod moving;
 mod near_field;
+mod planes;
 mod prepare;
 pub mod refine;
 mod replace;

@@ -20,6 +20,7 @@ mod quadratic;
 mod rigid_partner;
 mod soft;
 mod states;
+mod symmetry_planes;
 mod touch;
 
 /// Values in [-1, 1), the same in every run (linear congruence).

@@ -4,7 +4,7 @@
 
 mod bounds;
 mod ends;
-mod random;
+pub mod random;
 mod relations;
 mod scenes;
 mod step_sizes;

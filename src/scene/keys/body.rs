@@ -58,7 +58,8 @@ pub struct FeBody {
     /// Groups with prescribed displacements.
     #[serde(default)]
     pub displaced: Vec<Displaced>,
-    /// Plane surface groups in planes of symmetry: no displacement along their normals, which lie along x, y or z.
+    /// Plane surface groups in planes of symmetry: no displacement along their normals, which lie along x, y or z. Under the contact both
+    /// bodies need them, unless one is rigid.
     #[serde(default)]
     pub symmetry: Vec<String>,
     /// Surface groups on elastic foundations.

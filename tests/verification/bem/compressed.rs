@@ -97,6 +97,7 @@ impl Cells {
             places: None,
             left_out: 0,
             candidates: None,
+            planes: None,
         }
     }
 

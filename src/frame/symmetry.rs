@@ -1,0 +1,145 @@
+//! Cells of a frame that lie on planes of symmetry: their shape is half (a quarter) of that of the full model.
+
+use std::collections::HashMap;
+
+use nalgebra::Matrix3;
+
+use super::ContactFrame;
+use crate::geometry::Point;
+
+/// Mesh nodes on planes of symmetry: which of the global axes x, y, z are normal to a plane that the node lies on.
+pub type NodePlanes = HashMap<usize, [bool; 3]>;
+
+/// Largest distance of a cell's corner from a plane on which it lies, over the size of the cell.
+const ON_PLANE: f64 = 1e-6;
+
+/// Smallest part of a plane's normal in the surface of a cell on it.
+const TANGENTIAL: f64 = 1e-6;
+
+/// Components of a unit vector below this are rounding.
+const ROUNDING: f64 = 1e-12;
+
+impl ContactFrame {
+    /// The cells on planes of symmetry, ascending, with the projector P on the components (x, y, n) in these planes: P = 1 - m m^T
+    /// with the tangent m of the cell that is normal to its plane, and both tangents where two planes meet.
+    ///
+    /// Across a plane of symmetry the traction and the relative tangential displacement vanish.
+    pub fn projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
+        let Some(planes) = &self.planes else { return Vec::new() };
+        planes
+            .iter()
+            .enumerate()
+            .filter_map(|(cell, &planes)| Some((cell, self.projector(cell, planes)?)))
+            .collect()
+    }
+
+    fn projector(&self, cell: usize, planes: [bool; 3]) -> Option<Matrix3<f64>> {
+        let tangent = |c: usize| {
+            let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
+            m.z = 0.0;
+            // On axes the projector is diagonal, so that what it removes vanishes to the last bit.
+            let m = m.try_normalize(TANGENTIAL)?.map(|x| if x.abs() < ROUNDING { 0.0 } else { x });
+            Some(m.normalize())
+        };
+        let tangents: Vec<Point> = (0..3).filter(|&c| planes[c]).filter_map(tangent).collect();
+        match tangents[..] {
+            [] => None,
+            [m] => Some(Matrix3::identity() - m * m.transpose()),
+            _ => Some(Matrix3::from_diagonal(&Point::z())),
+        }
+    }
+
+    /// Directions normal to planes of symmetry that cells lie on, orthonormal, in the frame's axes (x, y, n).
+    pub fn plane_normals(&self) -> Vec<Point> {
+        let on = |c: usize| self.planes.iter().flatten().any(|planes| planes[c]);
+        (0..3).filter(|&c| on(c)).map(|c| self.axes.to_local(&Point::ith(c, 1.0))).collect()
+    }
+}
+
+/// The cell around a node, reflected at the planes of symmetry that it lies on.
+pub(super) struct WholeCell {
+    /// Its corners, in order.
+    pub corners: Vec<Point>,
+    /// Number of images that it consists of: 1, 2 or 4.
+    pub images: f64,
+    /// Axes normal to planes that the cell lies on.
+    pub planes: [bool; 3],
+}
+
+/// The whole cell of the part with `corners`; `open`: it begins with the node itself, at the border of the faces. A plane among `planes`
+/// counts if one of the edges of the part that end in the node lies in it.
+pub(super) fn reflect(corners: &[Point], open: bool, planes: [bool; 3]) -> WholeCell {
+    let mut whole = WholeCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
+    if !open {
+        return whole;
+    }
+    let node = corners[0];
+    // Middles of edges and faces; they close around the node once both ends are joined.
+    let (mut fan, mut closed) = (corners[1..].to_vec(), false);
+    for c in (0..3).filter(|&c| planes[c]) {
+        let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);
+        let on = |x: &Point| (x[c] - node[c]).abs() <= ON_PLANE * size;
+        let image = |x: &Point| {
+            let mut image = *x;
+            image[c] = 2.0 * node[c] - x[c];
+            image
+        };
+        let (Some(first), Some(last)) = (fan.first().map(on), fan.last().map(on)) else { continue };
+        if closed || !(first || last) || fan.iter().all(on) {
+            continue;
+        }
+        let images: Vec<Point> = fan.iter().rev().map(image).collect();
+        let inner = images.len() - 1;
+        fan = match (first, last) {
+            (true, true) => [&fan[..], &images[1..inner]].concat(),
+            (true, false) => [&images[..inner], &fan[..]].concat(),
+            _ => [&fan[..], &images[1..]].concat(),
+        };
+        closed = first && last;
+        whole.images *= 2.0;
+        whole.planes[c] = true;
+    }
+    whole.corners = if closed { fan } else { [&[node], &fan[..]].concat() };
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::faces::vector_area;
+
+    /// Truth: the square of side 2 around the origin, from its quarter, its half on either side of a plane and its half at a free
+    /// border; each counter-clockwise.
+    #[test]
+    fn parts_of_a_square_make_it_whole() {
+        let point = |x: f64, y: f64| Point::new(x, y, 0.0);
+        let quarter = [point(0.0, 0.0), point(1.0, 0.0), point(1.0, 1.0), point(0.0, 1.0)];
+        let half = [
+            point(0.0, 0.0),
+            point(1.0, 0.0),
+            point(1.0, 1.0),
+            point(0.0, 1.0),
+            point(-1.0, 1.0),
+            point(-1.0, 0.0),
+        ];
+        let cases = [
+            (&quarter[..], [true, true, false], 4.0, 4.0, 8),
+            (&half[..], [false, true, false], 2.0, 4.0, 8),
+            (&quarter[..], [false, true, false], 2.0, 2.0, 6),
+            (&quarter[..], [true, false, false], 2.0, 2.0, 6),
+        ];
+        for (part, planes, images, area, corners) in cases {
+            let whole = reflect(part, true, planes);
+            assert_eq!((whole.images, whole.planes), (images, planes));
+            assert_eq!(whole.corners.len(), corners);
+            assert_eq!(vector_area(&whole.corners), point(0.0, 0.0) + Point::z() * area);
+        }
+        assert_eq!(
+            reflect(&quarter, true, [false, false, true]).images,
+            1.0,
+            "the part itself lies in the plane"
+        );
+        let point_only = [point(0.0, 0.0), point(1.0, 0.5), point(1.0, 1.0), point(0.5, 1.0)];
+        assert_eq!(reflect(&point_only, true, [true, true, false]).images, 1.0);
+    }
+}

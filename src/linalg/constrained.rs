@@ -1,0 +1,365 @@
+//! A flexibility whose tangential components across planes of symmetry are constrained to zero.
+
+use std::sync::{Mutex, MutexGuard};
+
+use nalgebra::Matrix3;
+
+use super::PerCell;
+use super::cell_matrix::CellMatrix;
+use super::course::Course;
+use super::operator::{Entries, Flexibility};
+use crate::error::Result;
+
+/// A cell on one or two planes of symmetry.
+struct ConstrainedCell {
+    cell: usize,
+    /// P, the orthogonal projector on the components in the planes; its normal row and column are those of the identity.
+    projector: Matrix3<f64>,
+    /// I - P.
+    across: Matrix3<f64>,
+    /// c, mm/MPa.
+    compliance: f64,
+}
+
+/// S' = P S P + c (I - P) of an operator S, where P removes the traction and the gap across planes of symmetry in the cells on them.
+///
+/// The components across are decoupled: from tractions that vanish there S' gives gaps that vanish there, exactly where P is a
+/// diagonal matrix. S' is symmetric positive definite in the area-weighted inner product as S is, since P is the same for all
+/// components that share a cell's area. c > 0 has the size of the diagonal of S in the cell; it does not influence results.
+///
+/// # Source
+/// docs/theory-coupling.md, "Planes of symmetry under the contact".
+pub struct ConstrainedFlexibility {
+    inner: Box<dyn Flexibility>,
+    cells: Vec<ConstrainedCell>,
+    /// Tractions or gaps with the components across removed, `[3, N]`.
+    scratch: Mutex<Vec<f64>>,
+}
+
+impl ConstrainedFlexibility {
+    /// Constrains `inner` in some cells (index, P), ascending; P as a matrix of the local components (x, y, n).
+    ///
+    /// # Panics
+    /// If a cell is none of `inner`.
+    pub fn new(inner: Box<dyn Flexibility>, projectors: &[(usize, Matrix3<f64>)]) -> Self {
+        let n = inner.n_cells();
+        let blocks = inner.diagonal_blocks();
+        let cells = projectors.iter().map(|&(cell, projector)| {
+            assert!(cell < n, "cell {cell} of {n} cells");
+            let compliance = compliance_in_plane(&blocks[cell], &projector);
+            ConstrainedCell { cell, projector, across: Matrix3::identity() - projector, compliance }
+        });
+        Self { cells: cells.collect(), scratch: Mutex::new(vec![0.0; 3 * n]), inner }
+    }
+
+    /// `values` (`[3, N]` by planes) without the components across.
+    fn projected(&self, values: &[f64]) -> MutexGuard<'_, Vec<f64>> {
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        scratch.copy_from_slice(values);
+        let n = self.inner.n_cells();
+        for held in &self.cells {
+            let value = at(values, n, held.cell);
+            set(&mut scratch, n, held.cell, held.projector * value);
+        }
+        scratch
+    }
+
+    /// Replaces the components across in `into` by the multiple of those in `from` that `factor` gives (`[3, N]` by planes both).
+    fn replace_across(&self, from: &[f64], into: &mut [f64], factor: impl Fn(f64) -> f64) {
+        let n = self.inner.n_cells();
+        for held in &self.cells {
+            let across = held.across * at(from, n, held.cell) * factor(held.compliance);
+            let value = held.projector * at(into, n, held.cell) + across;
+            set(into, n, held.cell, value);
+        }
+    }
+}
+
+/// The components (x, y, n) of a cell.
+fn at(values: &[f64], n: usize, cell: usize) -> nalgebra::Vector3<f64> {
+    nalgebra::Vector3::new(values[cell], values[n + cell], values[2 * n + cell])
+}
+
+fn set(values: &mut [f64], n: usize, cell: usize, value: nalgebra::Vector3<f64>) {
+    (0..3).for_each(|plane| values[plane * n + cell] = value[plane]);
+}
+
+/// Compliance of a cell along the tangent in its plane of symmetry; along the normal on two planes, or where the former is none.
+fn compliance_in_plane(block: &Matrix3<f64>, projector: &Matrix3<f64>) -> f64 {
+    let tangents = projector.fixed_view::<2, 2>(0, 0);
+    let along = (tangents * block.fixed_view::<2, 2>(0, 0)).trace();
+    let positive = |c: &f64| c.is_finite() && *c > 0.0;
+    Some(along).filter(positive).or(Some(block[(2, 2)]).filter(positive)).unwrap_or(1.0)
+}
+
+impl Flexibility for ConstrainedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.inner.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.inner.apply(&self.projected(tractions), gap);
+        self.replace_across(tractions, gap, |c| c);
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.inner.apply_single(&self.projected(tractions), gap);
+        self.replace_across(tractions, gap, |c| c);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.inner.apply_normal(pressure, normal_gap);
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.inner.apply_normal_single(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        let mut blocks = self.inner.diagonal_blocks().into_vec();
+        for held in &self.cells {
+            let block = &mut blocks[held.cell];
+            *block = held.projector * *block * held.projector + held.across * held.compliance;
+        }
+        PerCell::Each(blocks)
+    }
+
+    fn couples_normal_tangential(&self) -> bool {
+        self.inner.couples_normal_tangential()
+    }
+
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.inner.precondition_normal(normal_gap, pressure)
+    }
+
+    /// P M P + (I - P) / c with the approximate inverse M of the operator inside.
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        let found = self.inner.precondition(&self.projected(gap), tractions);
+        if found {
+            self.replace_across(gap, tractions, f64::recip);
+        }
+        found
+    }
+
+    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let mut gaps = self.inner.direct_in(cells, &self.projected(tractions))?;
+        for (cell, gap) in cells.iter().zip(&mut gaps) {
+            if let Ok(index) = self.cells.binary_search_by_key(cell, |held| held.cell) {
+                let held = &self.cells[index];
+                let across = held.across * at(tractions, self.inner.n_cells(), *cell) * held.compliance;
+                *gap = (held.projector * nalgebra::Vector3::from(*gap) + across).into();
+            }
+        }
+        Some(gaps)
+    }
+
+    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.direct_in(&[cell], tractions)?.pop()
+    }
+
+    fn entries(&self) -> Entries {
+        self.inner.entries()
+    }
+
+    /// What `matrix` holds already stays as it is: only the operator's own part is projected.
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        let held: Vec<Option<&ConstrainedCell>> = cells
+            .iter()
+            .map(|cell| Some(&self.cells[self.cells.binary_search_by_key(cell, |held| held.cell).ok()?]))
+            .collect();
+        let columns: Vec<usize> = (0..cells.len()).filter(|&i| held[i].is_some()).collect();
+        if columns.is_empty() {
+            return self.inner.add_entries(cells, matrix);
+        }
+        // Blocks in rows and columns of constrained cells, before.
+        let m = cells.len();
+        let mut position = vec![usize::MAX; m];
+        columns.iter().enumerate().for_each(|(j, &i)| position[i] = j);
+        let pairs = |by: &dyn Fn(usize, usize) -> Matrix3<f64>| -> Vec<Matrix3<f64>> {
+            columns.iter().flat_map(|&j| (0..m).map(move |i| (i, j))).map(|(i, j)| by(i, j)).collect()
+        };
+        let before = [pairs(&|i, j| matrix.block(i, j)), pairs(&|i, j| matrix.block(j, i))];
+        self.inner.add_entries(cells, matrix);
+        let one = Matrix3::identity();
+        let projector = |i: usize| held[i].map_or(one, |held| held.projector);
+        matrix.map_blocks(|i, k, now| {
+            if held[i].is_none() && held[k].is_none() {
+                return now;
+            }
+            let old = if held[k].is_some() {
+                before[0][position[k] * m + i]
+            } else {
+                before[1][position[i] * m + k]
+            };
+            let across =
+                held[i].filter(|_| i == k).map_or(Matrix3::zeros(), |held| held.across * held.compliance);
+            old + projector(i) * (now - old) * projector(k) + across
+        });
+    }
+
+    fn unformed(&self) -> Vec<usize> {
+        self.inner.unformed()
+    }
+
+    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.inner.complete(&self.projected(tractions), gap)?;
+        self.replace_across(tractions, gap, |c| c);
+        Ok(())
+    }
+
+    fn form(&self, cells: &[usize]) -> Result<()> {
+        self.inner.form(cells)
+    }
+
+    fn course(&self) -> Course {
+        self.inner.course()
+    }
+
+    fn repeat(&self, course: &Course) -> Result<()> {
+        self.inner.repeat(course)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A dense symmetric positive definite operator on cells of the given areas: A S = B Bᵀ + 1.
+    struct Dense {
+        areas: Vec<f64>,
+        matrix: nalgebra::DMatrix<f64>,
+    }
+
+    impl Dense {
+        fn new(areas: &[f64]) -> Self {
+            let n = areas.len();
+            let factor = nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| {
+                ((7 * i + 3 * j) as f64).sin() / (1 + i + j) as f64
+            });
+            let work = &factor * factor.transpose() + nalgebra::DMatrix::identity(3 * n, 3 * n);
+            let matrix = nalgebra::DMatrix::from_fn(3 * n, 3 * n, |i, j| work[(i, j)] / areas[i % n]);
+            Self { areas: areas.to_vec(), matrix }
+        }
+    }
+
+    impl Flexibility for Dense {
+        fn n_cells(&self) -> usize {
+            self.areas.len()
+        }
+
+        fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+            let product = &self.matrix * nalgebra::DVector::from_column_slice(tractions);
+            gap.copy_from_slice(product.as_slice());
+        }
+
+        fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+            let n = self.n_cells();
+            let block = self.matrix.view((2 * n, 2 * n), (n, n));
+            normal_gap.copy_from_slice((block * nalgebra::DVector::from_column_slice(pressure)).as_slice());
+        }
+
+        fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+            let n = self.n_cells();
+            let block = |i: usize| Matrix3::from_fn(|a, b| self.matrix[(a * n + i, b * n + i)]);
+            PerCell::Each((0..n).map(block).collect())
+        }
+
+        /// Its own transpose with the areas divided out: symmetric in the sense that is asked for.
+        fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+            self.apply(gap, tractions);
+            true
+        }
+
+        fn entries(&self) -> Entries {
+            Entries::Stored
+        }
+
+        fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+            let n = self.n_cells();
+            matrix.add_blocks(|i, k| {
+                Matrix3::from_fn(|a, b| self.matrix[(a * n + cells[i], b * n + cells[k])])
+            });
+        }
+    }
+
+    const AREAS: [f64; 4] = [1.0, 0.5, 2.0, 0.25];
+
+    fn across(angle: f64) -> Matrix3<f64> {
+        let m = nalgebra::Vector3::new(angle.cos(), angle.sin(), 0.0);
+        Matrix3::identity() - m * m.transpose()
+    }
+
+    fn constrained() -> ConstrainedFlexibility {
+        let corner = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.0, 0.0, 1.0));
+        ConstrainedFlexibility::new(Box::new(Dense::new(&AREAS)), &[(1, across(0.7)), (3, corner)])
+    }
+
+    fn columns(by: impl Fn(&[f64], &mut [f64])) -> nalgebra::DMatrix<f64> {
+        let mut matrix = nalgebra::DMatrix::zeros(12, 12);
+        for j in 0..12 {
+            let (mut unit, mut image) = (vec![0.0; 12], vec![0.0; 12]);
+            unit[j] = 1.0;
+            by(&unit, &mut image);
+            matrix.set_column(j, &nalgebra::DVector::from_vec(image));
+        }
+        matrix
+    }
+
+    fn weighted(matrix: &nalgebra::DMatrix<f64>) -> nalgebra::DMatrix<f64> {
+        nalgebra::DMatrix::from_fn(12, 12, |i, j| AREAS[i % 4] * matrix[(i, j)])
+    }
+
+    /// Truth: A S' = (A S')ᵀ > 0, the same of the preconditioner; S' maps what lies in the planes into them. 1e-14: rounding.
+    #[test]
+    fn it_is_symmetric_positive_definite_and_keeps_to_the_planes() {
+        let operator = constrained();
+        let product = columns(|t, g| operator.apply(t, g));
+        let inverse = columns(|t, g| assert!(operator.precondition(t, g)));
+        for matrix in [&product, &inverse] {
+            let work = weighted(matrix);
+            assert!((&work - work.transpose()).amax() < 1e-14);
+            assert!(work.symmetric_eigenvalues().min() > 0.0);
+        }
+        let tractions: Vec<f64> = (0..12).map(|k| (k as f64).cos()).collect();
+        let tractions = operator.projected(&tractions).clone();
+        let mut gap = vec![0.0; 12];
+        operator.apply(&tractions, &mut gap);
+        assert!((gap[1] * 0.7f64.cos() + gap[5] * 0.7f64.sin()).abs() < 1e-15);
+        assert_eq!([gap[3], gap[7]], [0.0; 2]);
+        let mut raw = vec![0.0; 12];
+        Dense::new(&AREAS).apply(&tractions, &mut raw);
+        assert!([0, 2, 4, 6, 8, 9, 10, 11].into_iter().all(|k| (raw[k] - gap[k]).abs() < 1e-15));
+    }
+
+    /// Truth: entries and diagonal blocks are those of the products; what a matrix held before is added to. 1e-14: rounding.
+    #[test]
+    fn entries_are_those_of_the_products() {
+        let operator = constrained();
+        let product = columns(|t, g| operator.apply(t, g));
+        let blocks = operator.diagonal_blocks();
+        let cells = [3, 0, 1];
+        let mut matrix = CellMatrix::zeros(3).expect("memory");
+        let held = |i: usize, k: usize| Matrix3::from_fn(|a, b| (a + 2 * b + 3 * i + 5 * k) as f64);
+        matrix.add_blocks(held);
+        operator.add_entries(&cells, &mut matrix);
+        for (i, k) in (0..9).map(|p| (p / 3, p % 3)) {
+            let expected = Matrix3::from_fn(|a, b| product[(4 * a + cells[i], 4 * b + cells[k])]);
+            assert!((matrix.block(i, k) - held(i, k) - expected).amax() < 1e-14, "{i} {k}");
+            if i == k {
+                assert!((blocks[cells[i]] - expected).amax() < 1e-15);
+            }
+        }
+    }
+
+    /// Truth: completing a gap that is complete changes nothing. 1e-15: rounding.
+    #[test]
+    fn completion_is_a_projection() {
+        let operator = constrained();
+        let tractions: Vec<f64> = (0..12).map(|k| (k as f64).cos()).collect();
+        let mut gap = vec![0.0; 12];
+        operator.apply(&tractions, &mut gap);
+        let before = gap.clone();
+        operator.complete(&tractions, &mut gap).expect("nothing to solve");
+        assert!(gap.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-15));
+    }
+}

@@ -1,0 +1,438 @@
+//! Half and quarter models, cut at planes of symmetry under the contact, against full ones.
+//!
+//! Truth of all of them: the full model of the same mesh, whose solution is symmetric. What contradicts the symmetry is refused.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use super::grids::{boxes, steps};
+use crate::common::Silent;
+use crate::mesh::writer::{VARIANTS, write};
+use crate::stability::random::Random;
+use orthowear::geometry::Point;
+use orthowear::history::record::{IncrementRecord, Outcome};
+use orthowear::mesh::Mesh;
+use orthowear::study::prepare;
+
+/// Two blocks, one of which is domed or has the gap of a sphere, of which the part on one side of some planes is modelled.
+#[derive(Clone)]
+struct Pair {
+    /// Number of planes of symmetry: 0 (full), 1 (y = 0) or 2 (x = 0 too).
+    planes: usize,
+    /// Whether body 1 is domed; else both are flat and the gap is a sphere's.
+    domed: bool,
+    /// Elements of body 1 and body 2 along half of x and y, and along z.
+    cells: [[usize; 2]; 2],
+    /// Half the edges of the blocks along x, y.
+    half_width: f64,
+    depth: f64,
+    radius: f64,
+    points: &'static str,
+    element: &'static str,
+    moduli: [f64; 3],
+    friction: String,
+    steps: String,
+    solver: String,
+}
+
+impl Default for Pair {
+    fn default() -> Self {
+        Self {
+            planes: 0,
+            domed: false,
+            cells: [[5, 3], [4, 3]],
+            half_width: 1.5,
+            depth: 1.5,
+            radius: 40.0,
+            points: "nodes",
+            element: "hex8-bbar",
+            moduli: [200e3, 120e3, 90e3],
+            friction: "law = \"coulomb\"\nmu = 0.3".to_owned(),
+            steps: PRESSED.to_owned(),
+            solver: "tolerance = 1e-11".to_owned(),
+        }
+    }
+}
+
+const PRESSED: &str = "[[steps]]\nname = \"press\"\napproach = 0.02\n";
+const SHIFTED: &str = "[[steps]]\nname = \"shift\"\nshift = { distance = 0.003 }\n";
+
+/// What is compared: cells with their tractions, and the records.
+struct Found {
+    centers: Vec<Point>,
+    tractions: Vec<f64>,
+    records: Vec<IncrementRecord>,
+    planes: Vec<[bool; 3]>,
+}
+
+impl Pair {
+    fn with_planes(&self, planes: usize) -> Self {
+        Self { planes, ..self.clone() }
+    }
+
+    /// The meshes of both bodies; contact "high2" below, "low2" above.
+    fn meshes(&self) -> [Mesh; 2] {
+        let block = |body: usize, width: f64, z: [f64; 2]| {
+            let [n, layers] = self.cells[body];
+            let across = |cut: bool| if cut { steps(0.0, width, n) } else { steps(-width, width, 2 * n) };
+            [across(self.planes > 1), across(self.planes > 0), steps(z[0], z[1], layers)]
+        };
+        let (depth, radius) = (self.depth, self.radius);
+        let lower = boxes(&block(0, self.half_width, [-depth, 0.0]), false, |[x, y, z]| {
+            let drop = if self.domed { (x * x + y * y) / (2.0 * radius) } else { 0.0 };
+            [x, y, z - drop * (1.0 + z / depth)]
+        });
+        [lower, boxes(&block(1, 1.1 * self.half_width, [0.0, depth]), false, |x| x)]
+    }
+
+    fn text(&self) -> String {
+        let groups = ["", "\"low1\"", "\"low0\", \"low1\""][self.planes];
+        let [e1, e2, e3] = self.moduli;
+        let gap = if self.domed {
+            "kind = \"mesh\"".to_owned()
+        } else {
+            format!("kind = \"sphere\"\nradius = {:?}", self.radius)
+        };
+        let (element, points) = (self.element, self.points);
+        let body = |material: &str, mesh: &str, contact: &str, base: &str| {
+            format!(
+                "kind = \"fe\"\nmaterial = \"{material}\"\nmesh = \"{mesh}\"\ncontact = \"{contact}\"\nelement = \"{element}\"\n\
+                 near_field = \"mesh\"\nsymmetry = [{groups}]\nfixed = [{{ group = \"{base}\" }}]\n"
+            )
+        };
+        format!(
+            "[materials.orthotropic]\nmodel = \"orthotropic\"\nE1 = {e1:?}\nE2 = {e2:?}\nE3 = {e3:?}\nG12 = 60e3\nG13 = 50e3\nG23 = 40e3\n\
+             nu12 = 0.3\nnu13 = 0.25\nnu23 = 0.3\n[materials.steel]\nmodel = \"isotropic\"\nE = 200e3\nnu = 0.3\n\
+             [body1]\n{}[body2]\n{}[frame]\nkind = \"mesh\"\nbody = 1\npoints = \"{points}\"\n[gap]\n{gap}\n[friction]\n{}\n{}\
+             [solver]\n{}\n[output]\nfields = []\n",
+            body("orthotropic", "lower.msh", "high2", "low2"),
+            body("steel", "upper.msh", "low2", "high2"),
+            self.friction,
+            self.steps,
+            self.solver
+        )
+    }
+
+    fn write(&self, folder: &Path, name: &str, text: &str) {
+        let [lower, upper] = self.meshes();
+        fs::write(folder.join("lower.msh"), write(&lower, VARIANTS[0])).expect("a written mesh");
+        fs::write(folder.join("upper.msh"), write(&upper, VARIANTS[0])).expect("a written mesh");
+        fs::write(folder.join(name), text).expect("a written scene");
+    }
+
+    /// The results of the scene `text` with the meshes of the pair, or the key and the message of its refusal.
+    fn run_text(&self, text: &str) -> Result<Found, (String, String)> {
+        let folder = tempfile::tempdir().expect("a folder");
+        self.write(folder.path(), "scene.toml", text);
+        let plan = orthowear::scene::read(&folder.path().join("scene.toml"), &[])
+            .unwrap_or_else(|mistakes| panic!("{:?}", mistakes.to_error()));
+        let study = prepare(&plan, &mut |_, _| {}, &AtomicBool::new(false))
+            .map_err(|failure| (failure.key, failure.error.to_string()))?
+            .expect("a study");
+        let result = study.run(&mut Silent).expect("a run without errors");
+        assert_eq!(result.outcome, Outcome::Converged, "{text}");
+        let frame = &study.model().frame;
+        Ok(Found {
+            centers: frame.centers.clone(),
+            tractions: result.state.tractions,
+            records: result.records,
+            planes: frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]),
+        })
+    }
+
+    fn run(&self) -> Found {
+        self.run_text(&self.text()).unwrap_or_else(|(key, message)| panic!("{key}: {message}"))
+    }
+}
+
+/// Largest difference of a part of the model from the full one: forces over the normal force, peak pressure, stick area over the contact
+/// area, tractions over the peak pressure.
+fn difference(part: &Found, full: &Found, images: f64) -> f64 {
+    assert_eq!(part.records.len(), full.records.len());
+    let mut worst = 0.0_f64;
+    for (own, whole) in part.records.iter().zip(&full.records) {
+        assert!(own.converged && whole.converged);
+        worst = worst.max((images * own.normal_force / whole.normal_force - 1.0).abs());
+        worst = worst.max((own.peak_pressure / whole.peak_pressure - 1.0).abs());
+        worst = worst.max((images * own.stick_area - whole.stick_area).abs() / whole.contact_area);
+        worst = worst.max((images * own.contact_area / whole.contact_area - 1.0).abs());
+        if images == 2.0 {
+            let pull = images * own.tangential_force[0] - whole.tangential_force[0];
+            worst = worst.max(pull.abs() / whole.normal_force);
+        }
+    }
+    let (n, all) = (part.centers.len(), full.centers.len());
+    let peak = full.records.last().expect("a record").peak_pressure;
+    for (cell, center) in part.centers.iter().enumerate() {
+        let same = full.centers.iter().position(|other| (other - center).norm() < 1e-9);
+        let other = same.unwrap_or_else(|| panic!("no cell at {center} in the full model"));
+        for plane in 0..3 {
+            let gap = part.tractions[plane * n + cell] - full.tractions[plane * all + other];
+            worst = worst.max(gap.abs() / peak);
+        }
+    }
+    worst
+}
+
+/// Asserts that tractions across the planes vanish, to the last bit (the frame's axes lie along the planes).
+fn assert_nothing_across(found: &Found) {
+    let n = found.centers.len();
+    assert!(found.planes.iter().any(|planes| planes.contains(&true)));
+    for (cell, planes) in found.planes.iter().enumerate() {
+        for component in (0..2).filter(|&c| planes[c]) {
+            assert_eq!(found.tractions[component * n + cell], 0.0, "cell {cell}");
+        }
+    }
+}
+
+/// Truth: the full model; a rigid body has no plane of its own. 1e-9, as below.
+#[test]
+fn a_rigid_partner_needs_no_plane() {
+    let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+    let found = |pair: &Pair| {
+        let text = pair.text();
+        let (before, rest) = text.split_once("[body2]").expect("a second body");
+        let (_, after) = rest.split_once("[frame]").expect("a frame");
+        let rigid = format!("{before}[body2]\nkind = \"rigid\"\n[frame]{after}");
+        pair.run_text(&rigid).unwrap_or_else(|(key, message)| panic!("{key}: {message}"))
+    };
+    let half = found(&pair.with_planes(1));
+    let difference = difference(&half, &found(&pair), 2.0);
+    assert!(difference < 1e-9, "{difference:e}");
+    assert_nothing_across(&half);
+}
+
+/// The methods of the solver.
+const METHODS: [&str; 6] = ["auto", "newton", "cg", "bb", "gauss-seidel", "uzawa"];
+
+/// 1e-9 at a tolerance of the solver of 1e-11: the residual bounds the error of tractions up to the condition of the operator.
+#[test]
+fn half_and_quarter_models_are_parts_of_the_full_one() {
+    for domed in [false, true] {
+        for points in ["nodes", "faces"] {
+            let pair = Pair { domed, points, steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+            let full = pair.run();
+            let slips = full.records[1].contact_area - full.records[1].stick_area;
+            assert!(slips > 0.0 && full.records[1].stick_area > 0.0, "partial slip");
+            let half = pair.with_planes(1).run();
+            let pressed = Pair { steps: PRESSED.to_owned(), ..pair };
+            let quarter = pressed.with_planes(2).run();
+            let found = [difference(&half, &full, 2.0), difference(&quarter, &pressed.run(), 4.0)];
+            println!("domed {domed}, {points}: half {:.1e}, quarter {:.1e}", found[0], found[1]);
+            assert!(found.iter().all(|difference| *difference < 1e-9), "{found:?}");
+            if points == "nodes" {
+                assert_nothing_across(&half);
+                assert_nothing_across(&quarter);
+            }
+        }
+    }
+}
+
+/// As above, for each method and coupling, on the dome.
+#[test]
+fn every_method_and_coupling_keeps_to_the_plane() {
+    let pair =
+        Pair { domed: true, cells: [[4, 2], [5, 2]], steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+    let full = pair.run();
+    for coupling in ["schur", "block"] {
+        for method in METHODS {
+            let solver = format!("tolerance = 1e-11\nmethod = \"{method}\"\ncoupling = \"{coupling}\"");
+            let half = Pair { solver, ..pair.with_planes(1) }.run();
+            let found = difference(&half, &full, 2.0);
+            println!("{coupling}, {method}: {found:.1e}");
+            assert!(found < 1e-9, "{coupling} {method}: {found:e}");
+            assert_nothing_across(&half);
+        }
+    }
+}
+
+/// Forces and moments of a half against those of the full model; the moment about y is that about the plane's normal. The tangential
+/// force of half the model is half of it, though the plane bears a part across. 1e-9, as above; 1e-5 of cycles, whose strokes are
+/// repeated until they change by less.
+#[test]
+fn prescribed_forces_keep_to_the_plane() {
+    let loads = |part: f64| {
+        format!(
+            "[[steps]]\nname = \"press\"\nnormal_force = {:?}\n[[steps]]\nname = \"pull\"\ntangential_force = [{:?}, 0.0]\n\
+             [[steps]]\nname = \"tilt\"\nmoment = [0.0, {:?}]\n",
+            400.0 * part,
+            60.0 * part,
+            40.0 * part
+        )
+    };
+    let fretting = |part: f64| {
+        let amplitude = 30.0 * part;
+        format!(
+            "{}[[steps]]\nname = \"fret\"\ncycles = {{ count = 1, force_amplitude = {amplitude:?} }}\n",
+            loads(part)
+        )
+    };
+    let steps: [(&dyn Fn(f64) -> String, f64); 2] = [(&loads, 1e-9), (&fretting, 1e-5)];
+    for domed in [false, true] {
+        for (steps, tolerance) in steps {
+            let full = Pair { domed, steps: steps(1.0), ..Pair::default() };
+            let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
+            let found = difference(&half, &full.run(), 2.0);
+            println!("domed {domed}: {found:.1e}");
+            assert!(found < tolerance, "{found:e}");
+            assert_nothing_across(&half);
+        }
+    }
+}
+
+/// Scene `index` of a random set: meshes, elements, materials, friction and loads that are symmetric about y = 0.
+fn drawn(random: &mut Random) -> Pair {
+    let mut modulus = || random.power(4.6, 5.4);
+    let moduli = [modulus(), modulus(), modulus()];
+    // Meshes of a multiple of seven nodes cannot be shuffled by the writer.
+    let mut cells = || [[4, 5, 7, 8][random.below(4)], 2 + random.below(2)];
+    let cells = [cells(), cells()];
+    let domed = random.below(2) == 1;
+    let element = ["hex8", "hex8-bbar", "hex8-eas"][random.below(3)];
+    let radius = random.between(15.0, 60.0);
+    let press = if random.below(2) == 0 {
+        format!("approach = {:?}", random.between(0.01, 0.03))
+    } else {
+        format!("normal_force = {:?}", random.between(100.0, 800.0))
+    };
+    let shift = random.between(-0.006, 0.006);
+    Pair {
+        domed,
+        cells,
+        half_width: random.between(1.0, 2.0),
+        depth: random.between(1.0, 2.0),
+        radius,
+        element,
+        moduli,
+        friction: format!("law = \"coulomb\"\nmu = {:?}", random.between(0.1, 0.8)),
+        steps: format!(
+            "[[steps]]\nname = \"press\"\n{press}\n[[steps]]\nname = \"shift\"\nshift = {{ distance = {:?}, angle = {:?} }}\n",
+            shift.abs(),
+            if shift < 0.0 { 180.0 } else { 0.0 }
+        ),
+        solver: "tolerance = 1e-10".to_owned(),
+        ..Pair::default()
+    }
+}
+
+/// Truth: the full model, of three scenes out of a random set; of all 30, written to a folder each, with
+/// `ORTHOWEAR_SYMMETRY_SCENES=FOLDER`. 1e-8 at a tolerance of 1e-10.
+#[test]
+fn random_half_models() {
+    let folder = std::env::var_os("ORTHOWEAR_SYMMETRY_SCENES");
+    let mut random = Random(1);
+    let scenes: Vec<Pair> = (0..30).map(|_| drawn(&mut random)).collect();
+    let mut worst = 0.0_f64;
+    for (index, pair) in scenes.iter().enumerate() {
+        let half = pair.with_planes(1);
+        // The force on a part is a part of the force.
+        let text = half.text().lines().map(halved).collect::<Vec<_>>().join("\n");
+        if let Some(folder) = &folder {
+            for (kind, pair, text) in [("half", &half, &text), ("full", pair, &pair.text())] {
+                let place = Path::new(folder).join(format!("{index:02}-{kind}"));
+                fs::create_dir_all(&place).expect("a folder");
+                pair.write(&place, "scene.toml", text);
+            }
+        } else if !index.is_multiple_of(10) {
+            continue;
+        }
+        let part = half.run_text(&text).unwrap_or_else(|(key, message)| panic!("{index} {key}: {message}"));
+        let found = difference(&part, &pair.run(), 2.0);
+        println!("{index}: {found:.1e}");
+        assert_nothing_across(&part);
+        worst = worst.max(found);
+    }
+    assert!(worst < 1e-8, "{worst:e}");
+}
+
+fn halved(line: &str) -> String {
+    match line.strip_prefix("normal_force = ") {
+        Some(force) => format!("normal_force = {:?}", 0.5 * force.parse::<f64>().expect("a number")),
+        None => line.to_owned(),
+    }
+}
+
+/// The key of the refusal of a half model with some text changed.
+fn refused(changes: &[(&str, &str)]) -> (String, String) {
+    let half = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() }.with_planes(1);
+    let text = changes.iter().fold(half.text(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    match half.run_text(&text) {
+        Ok(_) => panic!("not refused: {changes:?}"),
+        Err(refusal) => refusal,
+    }
+}
+
+const COULOMB: &str = "law = \"coulomb\"\nmu = 0.3";
+const SHIFT: &str = "shift = { distance = 0.003 }";
+const SYMMETRY: &str = "symmetry = [\"low1\"]";
+
+/// Truth: the full model is not symmetric where loads or motions have a part across the plane, friction is oblique to it or one body
+/// alone has the plane.
+#[test]
+fn contradictions_are_refused() {
+    let controls = [
+        ("shift = { distance = 0.003, angle = 1.0 }", "steps.1.shift"),
+        ("tangential_force = [10.0, 1.0]", "steps.1.tangential_force"),
+        ("rotation = [0.01, 0.0]", "steps.1.rotation"),
+        ("moment = [1.0, 0.0]", "steps.1.moment"),
+        ("twist = 0.1", "steps.1.twist"),
+        ("spin_moment = 1.0", "steps.1.spin_moment"),
+        ("cycles = { count = 1, amplitude = 0.001, angle = 90.0 }", "steps.1.cycles"),
+        ("cycles = { count = 1, force_amplitude = 1.0, angle = 45.0 }", "steps.1.cycles"),
+        ("sliding = { distance = 1.0, angle = 90.0 }", "steps.1.sliding"),
+    ];
+    for (control, key) in controls {
+        let (found, message) = refused(&[(SHIFT, control)]);
+        assert_eq!(found, key, "{message}");
+        assert!(message.contains("normal is y"), "{message}");
+    }
+    let oblique = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 30.0";
+    let (key, message) = refused(&[(COULOMB, oblique)]);
+    assert!(key == "friction" && message.contains("oblique"), "{key}: {message}");
+    let (key, message) =
+        refused(&[("near_field = \"mesh\"\nsymmetry = [\"low1\"]", "near_field = \"mesh\"")]);
+    assert!(key == "body2.symmetry.0" && message.contains("body1 has none"), "{key}: {message}");
+    let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.001] }]";
+    let base = ("group = \"low2\" }", "group = \"low2\", components = [\"x\", \"z\"] }");
+    let (key, message) = refused(&[(SYMMETRY, moved), base]);
+    assert!(key == "body1.displaced.0" && message.contains("past one another"), "{key}: {message}");
+}
+
+/// Truth: the same boundary conditions in other words, or moved together, give the same tractions; without a part across them nothing
+/// is refused: zeros, an ellipse along the plane. 1e-9, as above.
+#[test]
+fn planes_in_other_words() {
+    let pair = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() };
+    let half = pair.with_planes(1);
+    let (text, expected) = (half.text(), half.run());
+    let fixed = "fixed = [{ group = \"low1\", components = [\"y\"] }, {";
+    let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.002] }]";
+    let without = text.replace(SYMMETRY, "symmetry = []");
+    let written = without.replace("fixed = [{", fixed);
+    // The base must not hold what the plane moves.
+    let free = |text: &str| text.replace("2\" }]", "2\", components = [\"x\", \"z\"] }]");
+    let together = half.run_text(&free(&text.replace(SYMMETRY, moved))).expect("planes that move together");
+    let at_rest = half.run_text(&free(&text)).expect("planes at rest");
+    assert_nothing_across(&together);
+    assert!(difference(&together, &at_rest, 1.0) < 1e-9);
+    let zeros =
+        text.replace(SHIFT, "shift = { distance = 0.003, angle = 0.0 }\ntwist = 0.0\nrotation = [0.0, 0.0]");
+    let ellipse = text.replace(COULOMB, "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.300000001\nangle = 0.0");
+    for (text, tolerance) in [(written, 1e-9), (zeros, 1e-9), (ellipse, 1e-6)] {
+        let found = half.run_text(&text).unwrap_or_else(|(key, message)| panic!("{key}: {message}"));
+        assert_nothing_across(&found);
+        let difference = difference(&found, &expected, 1.0);
+        assert!(difference < tolerance, "{difference:e}: {text}");
+    }
+    // Walls, where the motion is across them: the bodies slide along the normal of the plane.
+    let wall = text
+        .replace(SYMMETRY, "symmetry = []")
+        .replace("fixed = [{", fixed)
+        .replace(SHIFT, "shift = { distance = 0.003, angle = 90.0 }");
+    let found = half.run_text(&wall).unwrap_or_else(|(key, message)| panic!("{key}: {message}"));
+    assert!(found.planes.iter().all(|planes| *planes == [false; 3]));
+}
