@@ -144,6 +144,7 @@ impl Cells {
             grid: None,
             places: None,
             left_out: 0,
+            bounded: [false; 3],
             candidates: None,
             planes: on_planes.then_some(self.planes),
         }

@@ -56,6 +56,7 @@ impl ContactFrame {
             left_out: 0,
             candidates: None,
             planes: None,
+            bounded: [false; 3],
         }
     }
 }

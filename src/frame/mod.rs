@@ -79,6 +79,8 @@ pub struct ContactFrame {
     /// Which of the global axes x, y, z are normal to a plane of symmetry that the cell lies on, `[N]`; `None` where no cell lies on
     /// any.
     pub planes: Option<Vec<[bool; 3]>>,
+    /// Which of the global axes x, y, z are normal to a plane of symmetry of both bodies at which the frame ends.
+    pub bounded: [bool; 3],
 }
 
 impl ContactFrame {

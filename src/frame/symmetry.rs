@@ -49,9 +49,9 @@ impl ContactFrame {
         }
     }
 
-    /// Directions normal to planes of symmetry that cells lie on, orthonormal, in the frame's axes (x, y, n).
+    /// Directions normal to planes of symmetry that cells lie on or the frame ends at, orthonormal, in the frame's axes (x, y, n).
     pub fn plane_normals(&self) -> Vec<Point> {
-        let on = |c: usize| self.planes.iter().flatten().any(|planes| planes[c]);
+        let on = |c: usize| self.bounded[c] || self.planes.iter().flatten().any(|planes| planes[c]);
         (0..3).filter(|&c| on(c)).map(|c| self.axes.to_local(&Point::ith(c, 1.0))).collect()
     }
 }

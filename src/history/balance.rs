@@ -39,7 +39,10 @@ impl Run<'_> {
         };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
-        if prepared.model.floating.is_empty() && !inclined && !loads.turning() {
+        // A plane of symmetry bears the part of a force across it.
+        let at_plane = matches!(loads.tangential, TangentialControl::Force(_))
+            && !prepared.model.frame.plane_normals().is_empty();
+        if prepared.model.floating.is_empty() && !inclined && !loads.turning() && !at_plane {
             return Ok(end);
         }
         let friction = if step.friction { prepared.ellipse } else { None };

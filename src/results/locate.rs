@@ -179,6 +179,7 @@ mod tests {
             left_out: 0,
             candidates: None,
             planes: None,
+            bounded: [false; 3],
         }
     }
 

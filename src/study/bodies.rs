@@ -43,8 +43,15 @@ pub(super) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
     plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)")
 }
 
-/// The contact frame of a plan.
+/// The contact frame of a plan, with the planes of symmetry at which it ends.
 pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
+    let frame = cells(plan)?;
+    let bounded = planes::bounding(plan, &frame);
+    Ok(ContactFrame { bounded, ..frame })
+}
+
+/// The cells of the frame of a plan.
+fn cells(plan: &Plan) -> Result<ContactFrame, Failure> {
     match plan.frame {
         FrameSpec::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
             ensure_grid(plan, cells).at("frame.cells")?;

@@ -160,6 +160,20 @@ pub(super) fn constraining(plan: &Plan) -> NodePlanes {
     found
 }
 
+/// Which of the global axes are normal to a plane at which the frame ends, of any kind, and which both bodies (or one and a rigid one) have
+/// and one at least calls a plane of symmetry.
+pub(super) fn bounding(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
+    let planes = plan.bodies.each_ref().map(planes_of);
+    let mut found = [false; 3];
+    for (own, other) in [(0, 1), (1, 0)] {
+        for plane in &planes[own] {
+            let shared = matches!(partner(&plan.bodies[other], &planes[other], plane), Partner::Same(declared) if declared || plane.declared);
+            found[plane.component] |= shared && plane.bounds(frame);
+        }
+    }
+    found
+}
+
 /// Refuses what contradicts planes of symmetry under the cells of a frame of nodes where friction acts: planes that one body has alone,
 /// or that move past one another, loads and motions across them, friction ellipses oblique to them.
 ///

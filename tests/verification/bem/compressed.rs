@@ -98,6 +98,7 @@ impl Cells {
             left_out: 0,
             candidates: None,
             planes: None,
+            bounded: [false; 3],
         }
     }
 
