@@ -38,6 +38,18 @@ fn links_between_documents_lead_somewhere() {
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
 }
 
+/// Truth: the commands of README.md. The check of a clone runs them in turn, as somebody new does.
+#[test]
+fn the_check_runs_the_commands_of_the_readme() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).expect("readable");
+    let (readme, check) = (read("README.md"), read(".ci/run"));
+    let commands: Vec<&str> =
+        readme.lines().filter(|line| line.starts_with("cargo run") || *line == "./scripts/test").collect();
+    let last: Vec<&str> = check.lines().rev().take(commands.len()).collect();
+    assert_eq!(commands.len(), 2);
+    assert!(commands.iter().eq(last.iter().rev()), "{commands:?} {last:?}");
+}
+
 /// Truth: the folder's list of files.
 #[test]
 fn the_index_names_every_page() {

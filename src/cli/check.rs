@@ -6,7 +6,9 @@ use super::table::{align, short};
 use super::{SceneArgs, exit, refuse, remark, to_stdout};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
-use crate::history::step::{CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step, Tangential, Tilt};
+use crate::history::step::{
+    Correction, CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step, Tangential, Tilt,
+};
 use crate::scene::keys::frame::FramePoints;
 use crate::scene::plan::{FrameSpec, Plan};
 use crate::study::accuracy::Search;
@@ -251,8 +253,15 @@ fn motion(cycles: &Cycles) -> String {
             let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
             let mut text =
                 format!("{} cycles of {path}{of} at {:.1} degrees", cycles.count, closed.angle.to_degrees());
-            if closed.increments > 1 {
-                text.push_str(&format!(", {} increments per stroke", closed.increments));
+            let correction = closed.resolve.map(|used| used.correction);
+            match correction {
+                Some(Correction::Always | Correction::WhereNeeded) => {
+                    text.push_str(", resolved in increments as needed");
+                }
+                _ if closed.increments > 1 => {
+                    text.push_str(&format!(", {} increments per stroke", closed.increments));
+                }
+                _ => {}
             }
             text
         }

@@ -66,6 +66,8 @@ pub(super) struct Resolved {
     slip: Vec<f64>,
     /// Elastic lag over the slip then.
     lag: f64,
+    /// Whether all of the contact slid then.
+    gross: bool,
     /// Wear depth then, `[N]`, mm.
     worn: Vec<f64>,
     /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
@@ -142,7 +144,9 @@ impl Resolved {
         match used.correction {
             _ if self.corrects => changed(&self.slip) > used.tolerance,
             Correction::Never => false,
-            Correction::Always | Correction::WhereNeeded => !slip.gross || slip.lag > LAG_GROWTH * self.lag,
+            _ if slip.gross != self.gross => true,
+            _ if slip.gross => slip.lag > LAG_GROWTH * self.lag,
+            _ => changed(&self.slip) > used.tolerance,
         }
     }
 }
@@ -187,47 +191,51 @@ impl Run<'_> {
         };
         let way = (&course, closed, slip);
         let Some(refined) = self.refine(step, cycles, (way, used), (cycling, &by_ends), observer)? else {
+            if used.correction == Correction::Never {
+                // It is not tried again: nothing is known of the error.
+                let unknown = Refined { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
+                cycling.resolved = Some(self.measured(cycling, (unknown, &by_ends), slip));
+            }
             return Ok(());
         };
         let difference = self.volume_difference(&by_ends, &refined.wear);
+        let (factors, missed) = self.factors(&refined.wear.rate, &by_ends.rate);
         let corrects = match used.correction {
             Correction::Always => true,
+            // A correction that leaves out more than it corrects is worse than none.
+            Correction::WhereNeeded if missed.abs() > difference.max(used.tolerance) => false,
             Correction::WhereNeeded => !slip.gross || difference > used.tolerance,
             Correction::Never => false,
         };
-        if corrects {
-            self.correct(step, (cycling, &by_ends), (refined, used.tolerance), slip.lag);
-            return Ok(());
-        }
-        if difference.max(self.apart(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
+        if used.correction != Correction::Never {
+            self.warn_of_missed(step, cycling, (missed, used.tolerance));
+        } else if difference.max(self.apart(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
             self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
         }
-        cycling.resolved = Some(self.measured(cycling, (refined, &by_ends), slip.lag));
+        let before = cycling.resolved.take().filter(|before| before.corrects);
+        if corrects {
+            self.correct((cycling, &by_ends), refined, (factors, missed), (before, slip));
+            return Ok(());
+        }
+        if let Some(before) = before {
+            self.note_drift(&vec![1.0; worn.len()], &before);
+        }
+        cycling.rate.copy_from_slice(&by_ends.rate);
+        cycling.power = by_ends.power;
+        cycling.resolved = Some(Resolved { missed, ..self.measured(cycling, (refined, &by_ends), slip) });
         Ok(())
     }
 
     /// Takes factors and rates of `cycling` from a resolved cycle.
     fn correct(
         &mut self,
-        step: &Step,
         (cycling, by_ends): (&mut Cycling, &Wear),
-        (Refined { wear, change, increments }, tolerance): (Refined, f64),
-        lag: f64,
+        Refined { wear, change, increments }: Refined,
+        (factors, missed): (Vec<f64>, f64),
+        (before, slip): (Option<Resolved>, CycleSlip),
     ) {
-        let before = cycling.resolved.take().filter(|before| before.corrects);
-        let (factors, missed) = self.factors(&wear.rate, &by_ends.rate);
         let volume = self.volume(&wear.rate);
         let drift = if volume > 0.0 { DRIFTS * wear.drift.abs() / volume } else { 0.0 };
-        let known = before.as_ref().is_some_and(|before| before.missed > tolerance);
-        if missed > tolerance && !known {
-            self.result.warnings.push(format!(
-                "step \"{}\": after {} cycles {:.2} % of the wear is in cells whose slip from end to end does not show it; it is left out, and \
-                 in `worn_volume_error`. A number instead of `increments = \"auto\"` (4 or more) puts ends in between",
-                step.name,
-                self.state.cycles_done,
-                100.0 * missed
-            ));
-        }
         let done = cycling.done;
         let slope = match &before {
             Some(before) if done > before.done => {
@@ -251,10 +259,12 @@ impl Run<'_> {
             increments,
             fresh: true,
             slip: cycling.ring.it.slip.clone(),
-            lag,
+            lag: slip.lag,
             worn: self.state.worn.clone(),
+            gross: slip.gross,
             remaining: change,
-            remaining_volume: missed.abs() + drift,
+            // Over the wear that the factors stand for.
+            remaining_volume: (missed.abs() + drift) / (1.0 - missed).max(f64::EPSILON),
             missed,
         });
     }
@@ -265,7 +275,7 @@ impl Run<'_> {
         &self,
         cycling: &Cycling,
         (Refined { wear, change, increments }, by_ends): (Refined, &Wear),
-        lag: f64,
+        slip: CycleSlip,
     ) -> Resolved {
         let n = by_ends.rate.len();
         let last: Vec<f64> = wear.rate.iter().zip(&change).map(|(rate, change)| rate * change).collect();
@@ -283,12 +293,27 @@ impl Run<'_> {
             increments,
             fresh: true,
             slip: cycling.ring.it.slip.clone(),
-            lag,
+            lag: slip.lag,
             worn: self.state.worn.clone(),
+            gross: slip.gross,
             remaining: remaining.collect(),
             remaining_volume: volume,
             missed: 0.0,
         }
+    }
+
+    /// Warns once of wear that no factor stands for.
+    fn warn_of_missed(&mut self, step: &Step, cycling: &Cycling, (missed, tolerance): (f64, f64)) {
+        if missed <= tolerance || cycling.resolved.as_ref().is_some_and(|before| before.missed > tolerance) {
+            return;
+        }
+        self.result.warnings.push(format!(
+            "step \"{}\": after {} cycles {:.2} % of the wear is in cells that slip within a stroke and are back at its end. Resolved cycles \
+             cannot correct it; it is in the estimated errors. Take finer cells, or `increments = 8`, which solves more points of the path",
+            step.name,
+            self.state.cycles_done,
+            100.0 * missed
+        ));
     }
 
     /// Warns that the prescribed number of increments per stroke misses the tolerance.
@@ -303,14 +328,14 @@ impl Run<'_> {
         let by = if resolved > 0.0 {
             let depth = 100.0 * self.apart(&refined.wear.rate, &by_ends.rate);
             format!(
-                "{:+.2} % of the wear volume per cycle and {depth:.2} % of its depth",
+                "{:+.2} % of the wear volume (depth: {depth:.2} %, root mean square over the largest)",
                 100.0 * (all / resolved - 1.0)
             )
         } else {
-            "all of the wear".to_owned()
+            "all of its wear".to_owned()
         };
         self.result.warnings.push(format!(
-            "step \"{}\": cycles in {increments} {of_strokes} per stroke differ from one in {} by {by} (wear.tolerance = {tolerance:e}). The difference is in \
+            "step \"{}\": a cycle in {increments} {of_strokes} per stroke differs from one in {} by {by} (wear.tolerance = {tolerance:e}). The difference is in \
              the estimated errors. Leave out `increments`, or take \"auto\", to correct the wear",
             step.name, refined.increments
         ));
@@ -397,7 +422,7 @@ impl Run<'_> {
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
-                             of its largest from that in half as many; the difference is in the estimated errors",
+                             (root mean square over the largest depth) from that in half as many. The difference is in the estimated errors",
                             step.name,
                             self.state.cycles_done,
                             100.0 * change
@@ -443,8 +468,8 @@ impl Run<'_> {
             if report.stop != Stop::Converged {
                 if report.stop != Stop::Interrupted {
                     self.result.warnings.push(format!(
-                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge; wear goes on by the slip \
-                         from end to end and what was resolved before",
+                        "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. Wear follows from the \
+                         reversal points and earlier resolved cycles; the error of the path since then is not estimated",
                         step.name, self.state.cycles_done
                     ));
                 }
@@ -490,7 +515,8 @@ impl Run<'_> {
     /// Relative difference of the wear volume of two cycles.
     fn volume_difference(&self, wear: &Wear, other: &Wear) -> f64 {
         let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
-        if volume > 0.0 { (volume - others).abs() / volume } else { 0.0 }
+        let larger = volume.max(others);
+        if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
     }
 
     /// Volume of a depth, `[N]`.

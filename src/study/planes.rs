@@ -174,18 +174,20 @@ pub(super) fn bounding(plan: &Plan, frame: &ContactFrame) -> [bool; 3] {
     found
 }
 
-/// Refuses what contradicts planes of symmetry under the cells of a frame of nodes where friction acts: planes that one body has alone,
-/// or that move past one another, loads and motions across them, friction ellipses oblique to them.
+/// Refuses what contradicts planes of symmetry under the contact where friction acts: loads and motions across them, friction ellipses
+/// oblique to them; on frames of nodes also planes that one body has alone, or that move past one another.
 ///
 /// # Errors
 /// At the key of the first one.
 pub(super) fn refuse_contradictions(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
-    let Some((body, _)) = nodal(plan) else { return Ok(()) };
     if plan.friction.ellipse().is_none() || plan.steps.iter().all(|step| !step.friction) {
         return Ok(());
     }
-    refuse_lone_planes(plan, frame, body)?;
-    for component in (0..3).filter(|&c| frame.planes.iter().flatten().any(|planes| planes[c])) {
+    if let Some((body, _)) = nodal(plan) {
+        refuse_lone_planes(plan, frame, body)?;
+    }
+    let bounds = |c: usize| frame.bounded[c] || frame.planes.iter().flatten().any(|planes| planes[c]);
+    for component in (0..3).filter(|&c| bounds(c)) {
         if let Some((step, key, what)) = across(plan, &frame.axes, component) {
             let error = Error::input(format!(
                 "step \"{}\" {what} across the plane of symmetry under the contact whose normal is {}: a part of the model cannot stand \
@@ -194,13 +196,15 @@ pub(super) fn refuse_contradictions(plan: &Plan, frame: &ContactFrame) -> Result
             ));
             return Err(Failure { error, key: place(&plan.steps, step, key) });
         }
+        let normal = |triad: &Triad| triad.to_local(&Vector3::ith(component, 1.0));
         let oblique = |(cell, planes): (usize, &[bool; 3])| {
-            planes[component] && is_oblique(plan, &frame.triads[cell].to_local(&Vector3::ith(component, 1.0)))
+            planes[component] && is_oblique(plan, &normal(&frame.triads[cell]))
         };
-        if frame.planes.iter().flatten().enumerate().any(oblique) {
+        let level = frame.bounded[component] && frame.is_level() && is_oblique(plan, &normal(&frame.axes));
+        if level || frame.planes.iter().flatten().enumerate().any(oblique) {
             let error = Error::input(format!(
                 "the axes of the friction ellipse are oblique to the plane of symmetry under the contact whose normal is {}: friction is \
-                 then not symmetric about it; turn an axis along the plane (frame.azimuth, friction), or take a full model",
+                 then not symmetric about it; turn an axis of the law (or the fibre that it follows) into the plane, or take a full model",
                 AXES[component]
             ));
             return Err(Failure { error, key: "friction".to_owned() });
@@ -217,7 +221,7 @@ fn refuse_lone_planes(plan: &Plan, frame: &ContactFrame, body: usize) -> Result<
             let message = match partner(&plan.bodies[other], &planes[other], plane) {
                 Partner::None if plane.declared => format!(
                     "{has} has the plane of symmetry {name} under the contact, {lacks} has none there: tractions across it are then \
-                     undetermined; give {lacks} `symmetry` in this plane, or take a full model"
+                     undetermined; make {lacks} a meshed body with `symmetry` in this plane, or take a full model"
                 ),
                 Partner::Other => format!(
                     "the plane {name} of {has} under the contact and {} move past one another along its normal: tractions across it are \

@@ -155,7 +155,7 @@ fn worn_volumes() {
     let more = "[friction]\nlaw = \"frp\"\nmu_L = 0.4\nmu_T = 0.5\nmu_N = 0.55\n\
                 [wear]\nlaw = \"frp\"\ni_L = 5.0e-10\ni_T = 6.25e-10\ni_N = 6.875e-10\n\
                 [[steps]]\nname = \"indent\"\napproach = 0.02\nwear = false\nfriction = false\n\
-                [[steps]]\nname = \"fretting\"\ncycles = { count = 100_000, amplitude = 0.08 }\n";
+                [[steps]]\nname = \"fretting\"\ncycles = { count = 100_000, amplitude = 0.08, increments = 1 }\n";
     for (tilt, asked) in [(0.0, 1e-2), (0.0, 1e-3), (90.0, 1e-2), (90.0, 1e-3)] {
         let truth = data["wear"][format!("{tilt}")]["V"].as_f64().unwrap();
         let wanted = format!("{{ relative = {asked:e}, of = [\"worn_volume\"], keep = [\"increments\"] }}");

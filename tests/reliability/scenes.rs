@@ -202,8 +202,10 @@ pub fn axes() -> String {
 /// The scenes of the repository and those above.
 pub fn seeds() -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut paths: Vec<PathBuf> =
-        fs::read_dir(folder).expect("scenes").map(|entry| entry.expect("an entry").path()).collect();
+    let entries = fs::read_dir(folder).expect("scenes").map(|entry| entry.expect("an entry").path());
+    // Results of a user's runs may lie beside the scenes.
+    let is_scene = |path: &PathBuf| path.is_file() && path.extension().is_some_and(|kind| kind == "toml");
+    let mut paths: Vec<PathBuf> = entries.filter(is_scene).collect();
     paths.sort();
     let mut seeds: Vec<Vec<u8>> = paths.iter().map(|path| fs::read(path).expect("a scene")).collect();
     seeds.extend([HALF_SPACES, MESHED].map(|scene| format!("{MATERIALS}{scene}").into_bytes()));
