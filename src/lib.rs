@@ -15,6 +15,7 @@
 pub mod error;
 pub mod interrupt;
 pub mod skip;
+pub mod npy;
 pub mod geometry;
 pub mod linalg;
 pub mod quadrature;

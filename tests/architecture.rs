@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "error",
     "interrupt",
     "skip",
+    "npy",
     "geometry",
     "linalg",
     "quadrature",

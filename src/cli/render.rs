@@ -1,9 +1,10 @@
 //! Mistakes of a scene as a person reads them: file, line, excerpt, what was found, the mend.
 
-use std::fmt;
 use std::io::IsTerminal;
+use std::ops::Range;
 
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
 use crate::scene::mistake::Place;
 use crate::scene::{Mistake, Mistakes};
@@ -11,21 +12,18 @@ use crate::scene::{Mistake, Mistakes};
 /// Most mistakes shown at once.
 const MOST: usize = 40;
 
+/// Columns of the excerpts on a terminal and elsewhere; longer lines of the file are cut around the marked text.
+const WIDTHS: [usize; 2] = [110, 1000];
+
 /// All mistakes with excerpts, and their number at the end.
 pub fn render(mistakes: &Mistakes) -> String {
-    let terminal = std::io::stderr().is_terminal();
-    // A wide page keeps messages on one line where a program reads them.
-    let (theme, width) =
-        if terminal { (GraphicalTheme::default(), 110) } else { (GraphicalTheme::none(), 1000) };
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_context_lines(1);
-    let source = NamedSource::new(&mistakes.file, mistakes.text.replace('\r', " "));
+    let renderer = renderer(std::io::stderr().is_terminal());
+    // The same bytes without carriage returns, which are shown as characters of their own.
+    let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
     for mistake in mistakes.list.iter().take(MOST) {
-        let shown = Shown { mistake, source: &source };
-        if handler.render_report(&mut text, &shown).is_err() {
-            text.push_str(&mistake.message);
-        }
-        text.push('\n');
+        text.push_str(&renderer.render(&[report(mistake, &mistakes.file, &source)]));
+        text.push_str("\n\n");
     }
     for note in &mistakes.notes {
         text.push_str(&super::remark(note));
@@ -38,42 +36,108 @@ pub fn render(mistakes: &Mistakes) -> String {
     text
 }
 
-/// A mistake as a diagnostic.
-#[derive(Debug)]
-struct Shown<'a> {
-    mistake: &'a Mistake,
-    source: &'a NamedSource<String>,
+/// On a terminal line drawings and, unless the environment has `NO_COLOR`, colours; elsewhere plain text.
+fn renderer(is_terminal: bool) -> Renderer {
+    let [narrow, wide] = WIDTHS;
+    if !is_terminal {
+        return Renderer::plain().term_width(wide);
+    }
+    let is_coloured = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty() || value == "0");
+    let renderer = if is_coloured { Renderer::styled() } else { Renderer::plain() };
+    renderer.decor_style(DecorStyle::Unicode).term_width(narrow)
 }
 
-impl fmt::Display for Shown<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.mistake.place {
-            Place::Option(option) => write!(f, "--set {option}: ")?,
-            Place::Scene => write!(f, "{}: ", self.source.name())?,
-            Place::File(_) => {}
-        }
-        if !self.mistake.key.is_empty() {
-            write!(f, "{}: ", self.mistake.key)?;
-        }
-        f.write_str(&self.mistake.message)
+/// A mistake with its excerpt of `source`, the text of `file`.
+fn report<'a>(mistake: &'a Mistake, file: &'a str, source: &'a str) -> Group<'a> {
+    let mut title = match &mistake.place {
+        Place::Option(option) => format!("--set {option}: "),
+        Place::Scene => format!("{file}: "),
+        Place::File(_) => String::new(),
+    };
+    if !mistake.key.is_empty() {
+        title += &format!("{}: ", mistake.key);
     }
+    title += &mistake.message;
+    let mut group = Group::with_title(Level::ERROR.primary_title(title));
+    if let Place::File(range) = &mistake.place {
+        let start = source.floor_char_boundary(range.start);
+        let end = source.ceil_char_boundary(range.end).max(start);
+        let marked = AnnotationKind::Primary.span(start..end).label(&mistake.label);
+        let context = AnnotationKind::Visible.span(with_neighbours(source, start, end));
+        group = group.element(Snippet::source(source).path(file).annotation(marked).annotation(context));
+    }
+    if !mistake.mend.is_empty() {
+        group = group.element(Level::HELP.message(normalize_untrusted_str(&mistake.mend)));
+    }
+    group
 }
 
-impl std::error::Error for Shown<'_> {}
+/// The bytes `start..end` of `text`, from within the line before to within the line after.
+fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
+    let before = text[..start].rfind('\n').unwrap_or(start);
+    let after = text[end..].find('\n').map_or(end, |newline| (end + newline + 1).min(text.len()));
+    before..after
+}
 
-impl Diagnostic for Shown<'_> {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        (!self.mistake.mend.is_empty()).then(|| Box::new(&self.mistake.mend) as Box<dyn fmt::Display>)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rendered(text: &str, range: Range<usize>) -> String {
+        let mistake = Mistake {
+            key: "a.b".to_owned(),
+            message: "found\tsomething".to_owned(),
+            label: "beside".to_owned(),
+            mend: "do this".to_owned(),
+            place: Place::File(range),
+        };
+        render(&Mistakes {
+            file: "scene.toml".to_owned(),
+            text: text.to_owned(),
+            sha256: String::new(),
+            list: vec![mistake],
+            notes: Vec::new(),
+        })
     }
 
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let Place::File(range) = &self.mistake.place else { return None };
-        let length = range.end.saturating_sub(range.start);
-        let label = LabeledSpan::new(Some(self.mistake.label.clone()), range.start, length);
-        Some(Box::new(std::iter::once(label)))
+    /// Truth: columns count characters from 1; the mark is below the marked characters, of which a Chinese one is two columns
+    /// wide and a tab four; one line before and after is shown.
+    #[test]
+    fn the_marked_text() {
+        let text = "zero\none\r\n\té漢 = 3\r\nthree\nfour\n";
+        let start = text.find('漢').unwrap();
+        let shown = rendered(text, start..start + '漢'.len_utf8());
+        let lines: Vec<&str> = shown.lines().map(str::trim_end).collect();
+        assert_eq!(
+            lines,
+            [
+                "error: a.b: found    something",
+                " --> scene.toml:3:3",
+                "  |",
+                "2 | one",
+                "3 |     é漢 = 3",
+                "  |      ^^ beside",
+                "4 | three",
+                "  |",
+                "  = help: do this",
+                "",
+                "1 mistake in scene.toml; nothing was computed."
+            ]
+        );
     }
 
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        matches!(self.mistake.place, Place::File(_)).then_some(self.source as &dyn SourceCode)
+    /// Truth: a place of any kind is shown, empty, at the end, over several lines, within a character or beyond the text, too.
+    #[test]
+    fn any_place() {
+        for text in ["", "\n", "a", "é\r\n\n漢 = [\n1,\n2]\n", "a = 1\r\nb\t= \"é\""] {
+            for start in 0..text.len() + 3 {
+                for end in start..text.len() + 3 {
+                    let shown = rendered(text, start..end);
+                    for part in ["a.b: found", "--> scene.toml:", "beside", "help: do this"] {
+                        assert!(shown.contains(part), "{text:?}, {start}..{end}: {shown}");
+                    }
+                }
+            }
+        }
     }
 }

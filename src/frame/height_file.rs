@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::npy::{self, Array2};
 use crate::error::{Error, Result};
+use crate::npy::{self, Array2};
 
 /// The table in a file: NumPy's where it begins as such, else numbers line by line; row = index along x, column = index
 /// along y.

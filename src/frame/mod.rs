@@ -14,7 +14,6 @@ pub mod height_file;
 pub mod heights;
 pub mod map;
 mod nodes;
-pub mod npy;
 pub mod outline;
 mod search;
 mod shape_integrals;

@@ -280,7 +280,7 @@ fn each_mistake_is_refused_with_its_key_and_line() {
         let place = format!("scene.toml:{}:", line + below);
         let at_table = words[0].starts_with("materials");
         assert!(!exact || at_table || text.contains(&place), "`{from}` -> `{to}` lacks {place}\n{text}");
-        assert!(text.contains("[scene.toml:"), "no place in the file:\n{text}");
+        assert!(text.contains("--> scene.toml:"), "no place in the file:\n{text}");
     }
 }
 
@@ -365,7 +365,7 @@ fn encodings() {
     for wrong in [crlf.replace("raduis", "").replace("radius", "raduis"), bom.replace("radius", "raduis")] {
         let (code, text) = check_bytes(folder.path(), wrong.as_bytes(), &[]);
         assert_eq!(code, Some(2), "{text}");
-        assert!(text.contains("[scene.toml:26:1]") && text.contains("raduis = 50.0"), "{text}");
+        assert!(text.contains("--> scene.toml:26:1\n") && text.contains("raduis = 50.0"), "{text}");
     }
     let latin1 = SOUND.replace("sound", "S\u{1}").into_bytes();
     let latin1: Vec<u8> = latin1.into_iter().map(|byte| if byte == 1 { 0xE9 } else { byte }).collect();

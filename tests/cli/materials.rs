@@ -171,7 +171,7 @@ fn friction_of_directions_that_vary() {
     let tight = "fibre = { cylindrical = { axis = [0, 3, 0], origin = [0, 0, -2], angle = 90.0 } }";
     refused(
         &folder(tight, "", &[]),
-        &["friction.law", "vary by up to", "friction.fibre = {", "[scene.toml:29"],
+        &["friction.law", "vary by up to", "friction.fibre = {", "--> scene.toml:29"],
     );
     let (code, _, text) = orthowear(
         folder(tight, "", &[]).path(),

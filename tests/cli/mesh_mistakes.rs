@@ -88,7 +88,7 @@ fn the_sound_scene_is_accepted() {
 /// Truth: the mesh above: its group "middle" lies between two solids (lines of the keys in the scene above).
 #[test]
 fn an_inner_contact_face() {
-    refused(&[INNER], &["body1.contact", "inner face", "[scene.toml:9:"]);
+    refused(&[INNER], &["body1.contact", "inner face", "--> scene.toml:9:"]);
 }
 
 /// Truth: docs/scene.md: a surface held along x only leaves two translations and a rotation free; a displacement along
@@ -97,10 +97,10 @@ fn an_inner_contact_face() {
 fn a_floating_body() {
     refused(
         &[FLOATING],
-        &["steps.0.approach", "body 1 floats by translation y", "`normal_force`", "[scene.toml:26:"],
+        &["steps.0.approach", "body 1 floats by translation y", "`normal_force`", "--> scene.toml:26:"],
     );
     let none = ("fixed = [{ group = \"base\" }]\n", "");
-    refused(&[none, ("approach = 0.001", "normal_force = 5.0")], &["steps.2.approach", "[scene.toml:31:"]);
+    refused(&[none, ("approach = 0.001", "normal_force = 5.0")], &["steps.2.approach", "--> scene.toml:31:"]);
     let forces =
         [none, ("approach = 0.001", "normal_force = 5.0"), ("approach = 0.002", "normal_force = 6.0")];
     let (code, text) = check(&forces, &[]);
@@ -117,7 +117,7 @@ fn a_floating_body() {
     );
     let body1 = &SCENE[SCENE.find("kind = \"fe\"").unwrap()..SCENE.find("[body2]").unwrap()];
     let both = [("kind = \"half-space\"\nmaterial = \"steel\"\n", body1), FLOATING, FLOATING];
-    refused(&both, &["[scene.toml:", "both bodies float", "body 2 by translation y"]);
+    refused(&both, &["--> scene.toml:", "both bodies float", "body 2 by translation y"]);
 }
 
 /// Truth: docs/scene.md: supports of other kinds than `fixed`, and what is wrong with some of them.
@@ -160,7 +160,7 @@ fn supports_of_other_kinds() {
         ("symmetry = [\"middle\"]", ["body1.symmetry.0", "inner face"]),
     ] {
         refused(&instead(keys), &words);
-        refused(&instead(keys), &["[scene.toml:10:"]);
+        refused(&instead(keys), &["--> scene.toml:10:"]);
     }
 }
 
@@ -169,7 +169,7 @@ fn supports_of_other_kinds() {
 fn a_frame_beyond_the_contact_faces() {
     refused(
         &[("half_width = [0.5, 0.5]", "half_width = [1.5, 0.5]")],
-        &["frame.half_width", "covered", "[scene.toml:16:"],
+        &["frame.half_width", "covered", "--> scene.toml:16:"],
     );
 }
 
@@ -186,7 +186,7 @@ fn several_at_once() {
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
-    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "[scene.toml:33:"]);
+    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "--> scene.toml:33:"]);
     let mended = "approach = 0.002\ntangential_force = [0.0, 0.0]";
     let (code, text) = check(&[off, ("approach = 0.002", mended)], &[]);
     assert_eq!(code, Some(0), "{text}");
@@ -271,7 +271,7 @@ fn names_with_dots() {
     let table = ("[materials.steel]", "[materials.\"T700.epoxy\"]");
     let (code, text) = check(&[table, name, name], &["--set", "materials.\"T700.epoxy\".nu=0.2"]);
     assert_eq!(code, Some(0), "{text}");
-    refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "[scene.toml:"]);
+    refused(&[table, name, name, ("E = 210e3", "E = -1")], &["materials.\"T700.epoxy\"", "--> scene.toml:"]);
 }
 
 /// A column of `n` cubes of side 2 below z = 0, as a mesh of 1 + n elements and more: the solids are numbered from 101 on

@@ -426,7 +426,7 @@ colect = []
     let lost = one(&tilt) + "[output]\ncollect = [\"rub.worn_volume\"]\n";
     told(&lost, &[], &["the scene has no step \"rub\"", "its steps are \"fretting\", \"indent\""]);
     fs::write(folder.path().join("scene.toml"), SOUND.replace("radius = 50.0", "radius = -50.0")).unwrap();
-    told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "[scene.toml:26", "--set frame.cels=3"]);
+    told(&one(&tilt), &["--set", "frame.cels=3"], &["gap.radius", "--> scene.toml:26", "--set frame.cels=3"]);
 }
 
 /// Truth: docs/results.md explains every field of study.json and every fixed column of study.csv.

@@ -1,15 +1,12 @@
 //! The results of a study: `study.json`, `study.csv` and `study.npz` (docs/results.md).
 
-use std::io::Cursor;
-
-use ndarray::{Array1, Array3, ArrayD};
-use ndarray_npy::NpzWriter;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::axes::Axis;
 use super::file::Sweep;
 use crate::error::{Error, Result};
+use crate::npy::Archive;
 use crate::results::summary::{Status, Summary, Units};
 
 /// The fields of `study.json`.
@@ -175,34 +172,33 @@ impl StudyResult {
     /// # Errors
     /// If an array cannot be written.
     pub fn to_npz(&self) -> Result<Vec<u8>> {
-        let mut bytes = Cursor::new(Vec::new());
-        let mut npz = NpzWriter::new(&mut bytes);
-        let mut add = |name: &str, array: ArrayD<f64>| {
-            npz.add_array(name, &array)
-                .map_err(|error| Error::numerical(format!("the arrays of the study: {error}")))
-        };
-        let column = |of: &dyn Fn(&RunResult) -> Option<f64>| {
-            self.runs.iter().map(|run| of(run).unwrap_or(f64::NAN)).collect::<Array1<f64>>().into_dyn()
+        let mut archive = Archive::new();
+        let mut add_column = |name: &str, of: &dyn Fn(&RunResult) -> Option<f64>| {
+            let values: Vec<f64> = self.runs.iter().map(|run| of(run).unwrap_or(f64::NAN)).collect();
+            archive.add(name, &[values.len()], &values)
         };
         for key in self.axes.iter().flat_map(|axis| &axis.keys) {
-            add(key, column(&|run| run.values.get(key)?.as_f64()))?;
+            add_column(key, &|run| run.values.get(key)?.as_f64())?;
         }
         let is_converged = |run: &RunResult| f64::from(u8::from(run.status == Some(Status::Converged)));
-        add("converged", column(&|run| Some(is_converged(run))))?;
-        add("natural_residual", column(&|run| run.natural_residual))?;
+        add_column("converged", &|run| Some(is_converged(run)))?;
+        add_column("natural_residual", &|run| run.natural_residual)?;
         for path in &self.collect {
-            add(path, column(&|run| run.result(path)))?;
+            add_column(path, &|run| run.result(path))?;
         }
         for path in &self.curves {
             let curves: Vec<Vec<[f64; 2]>> = self.runs.iter().map(|run| run.curve(path)).collect();
             let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
-            let at = |(run, point, k): (usize, usize, usize)| {
-                curves[run].get(point).map_or(f64::NAN, |pair| pair[k])
-            };
-            add(&format!("curves/{path}"), Array3::from_shape_fn((curves.len(), longest, 2), at).into_dyn())?;
+            let padded = curves.iter().flat_map(|curve| {
+                (0..longest).flat_map(move |point| curve.get(point).copied().unwrap_or([f64::NAN; 2]))
+            });
+            archive.add(
+                &format!("curves/{path}"),
+                &[curves.len(), longest, 2],
+                &padded.collect::<Vec<_>>(),
+            )?;
         }
-        npz.finish().map_err(|error| Error::numerical(format!("the arrays of the study: {error}")))?;
-        Ok(bytes.into_inner())
+        archive.finish()
     }
 
     /// A table with a row for each run: values of the keys, status, what was collected. It has no times, so that it is the same

@@ -1,9 +1,18 @@
-//! Two-dimensional arrays in NumPy's .npy files, format versions 1 and 2 (numpy.lib.format).
+//! Arrays in NumPy's files (numpy.lib.format): reads two-dimensional arrays of .npy files, format versions 1 and 2, and writes
+//! .npz archives.
+
+use std::io::{Cursor, Write};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 use crate::error::{Error, Result};
 
 /// First bytes of every .npy file.
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
+
+/// The data of a .npy file begin at a multiple of this many bytes.
+const ALIGNMENT: usize = 64;
 
 /// A value's type: its code in the header, its bytes, and how they become a number.
 type Kind = (&'static str, usize, fn(&[u8]) -> f64);
@@ -126,6 +135,60 @@ fn shape(text: &str) -> Result<[usize; 2]> {
     }
 }
 
+/// An archive of arrays (.npz) in memory: a ZIP file with an uncompressed .npy file for each array.
+pub struct Archive {
+    zip: ZipWriter<Cursor<Vec<u8>>>,
+}
+
+impl Archive {
+    /// An archive without arrays.
+    #[allow(clippy::new_without_default)]
+    pub fn new() -> Self {
+        Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
+    }
+
+    /// Appends `values`, in C order, as the array `name` of `shape`.
+    ///
+    /// # Errors
+    /// If there is an array of this name already.
+    pub fn add(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
+        debug_assert_eq!(shape.iter().product::<usize>(), values.len());
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let mut write = || -> zip::result::ZipResult<()> {
+            self.zip.start_file(format!("{name}.npy"), options)?;
+            self.zip.write_all(&head(shape))?;
+            Ok(self.zip.write_all(&data)?)
+        };
+        write().map_err(|error| Error::numerical(format!("the array {name}: {error}")))
+    }
+
+    /// The bytes of the archive.
+    ///
+    /// # Errors
+    /// If its table of contents cannot be written.
+    pub fn finish(self) -> Result<Vec<u8>> {
+        let bytes = self.zip.finish().map_err(|error| Error::numerical(format!("the archive: {error}")))?;
+        Ok(bytes.into_inner())
+    }
+}
+
+/// The bytes before the data of an array of f8 in C order, format version 1.
+fn head(shape: &[usize]) -> Vec<u8> {
+    // A Python tuple: one length needs a comma after it, too.
+    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
+    let lengths = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
+    let dictionary = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let mut bytes = MAGIC.to_vec();
+    let before = bytes.len() + 4;
+    let length = (before + dictionary.len() + 1).next_multiple_of(ALIGNMENT) - before;
+    bytes.extend([1, 0]);
+    // A dictionary of a few lengths is far shorter than a u16 can say.
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{dictionary:width$}\n", width = length - 1).into_bytes());
+    bytes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -205,6 +268,35 @@ mod tests {
         let sound = plain("<f8", "(2, 2)");
         for end in 0..sound.len() {
             assert!(read(&sound[..end]).is_err(), "cut at {end}");
+        }
+    }
+
+    /// Truth: numpy.lib.format: the header is a dictionary whose shape is a tuple; the data begin at a multiple of 64 bytes.
+    #[test]
+    fn archives_hold_npy_files() {
+        let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];
+        let mut archive = Archive::new();
+        archive.add("of one", &[6], &values).unwrap();
+        archive.add("a/of two", &[2, 3], &values).unwrap();
+        archive.add("of three", &[1, 3, 2], &values).unwrap();
+        archive.add("empty", &[4, 0, 2], &[]).unwrap();
+        assert!(archive.add("empty", &[0], &[]).unwrap_err().message().contains("empty"));
+        let mut zip = zip::ZipArchive::new(Cursor::new(archive.finish().unwrap())).unwrap();
+        let mut file = |name: &str| {
+            let mut bytes = Vec::new();
+            std::io::copy(&mut zip.by_name(&format!("{name}.npy")).unwrap(), &mut bytes).unwrap();
+            bytes
+        };
+        assert_eq!(read(&file("a/of two")).unwrap(), Array2 { values: values.to_vec(), shape: [2, 3] });
+        for (name, shape, count) in
+            [("of one", "(6,)", 6), ("of three", "(1, 3, 2)", 6), ("empty", "(4, 0, 2)", 0)]
+        {
+            let bytes = file(name);
+            let (text, data) = split(&bytes).unwrap();
+            assert_eq!(text.trim_end(), header("<f8", "False", shape).trim_end());
+            assert!(text.ends_with('\n'));
+            assert_eq!((bytes.len() - data.len()) % 64, 0);
+            assert_eq!(data.len(), 8 * count);
         }
     }
 }
