@@ -9,8 +9,8 @@
 
 use std::collections::HashMap;
 
+use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
-use sprs::CsMat;
 
 use super::cover::{CellCover, SpaceFaces, is_covered, refuse_uncovered};
 use super::{ContactFrame, Side};
@@ -25,15 +25,15 @@ use crate::mesh::faces::SurfaceFace;
 pub struct FaceMap {
     nodes: Vec<usize>,
     /// I, one row per cell, `[N, n_c]`.
-    rows: CsMat<f64>,
+    rows: CsrMatrix<f64>,
     /// Its transpose, one row per contact node.
-    columns: CsMat<f64>,
+    columns: CsrMatrix<f64>,
     triads: PerCell<Triad>,
     areas: Vec<f64>,
 }
 
 /// Rows of weights as a matrix with `n_columns` columns.
-fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
+fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsrMatrix<f64> {
     let mut starts = vec![0];
     let (mut indices, mut weights) = (Vec::new(), Vec::new());
     for list in lists {
@@ -41,14 +41,15 @@ fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsMat<f64> {
         weights.extend(list.iter().map(|entry| entry.1));
         starts.push(indices.len());
     }
-    CsMat::new((lists.len(), n_columns), starts, indices, weights)
+    let matrix = CsrMatrix::try_from_csr_data(lists.len(), n_columns, starts, indices, weights);
+    matrix.expect("rows by ascending columns")
 }
 
 /// Entries (column, weight) of a row.
-fn entries(matrix: &CsMat<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-    let starts = matrix.indptr();
-    let range = starts.outer_inds_sz(row);
-    matrix.indices()[range.clone()].iter().copied().zip(matrix.data()[range].iter().copied())
+fn entries(matrix: &CsrMatrix<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let (starts, columns, weights) = matrix.csr_data();
+    let range = starts[row]..starts[row + 1];
+    columns[range.clone()].iter().copied().zip(weights[range].iter().copied())
 }
 
 /// Whether the faces (of body `side`) cover each cell enough for it to take part in contact, `[N]`: to rounding on
@@ -103,7 +104,7 @@ impl FaceMap {
             .map(|c| c.weights.into_iter().map(|(node, w)| (local[&node], w)).collect())
             .collect();
         let rows = matrix(&lists, nodes.len());
-        let columns = rows.transpose_view().to_csr();
+        let columns = rows.transpose();
         Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
     }
 
@@ -120,7 +121,7 @@ impl FaceMap {
         let lists: Vec<Vec<(usize, f64)>> =
             (0..self.n_cells()).map(|cell| if cells[cell] { row(cell) } else { Vec::new() }).collect();
         let rows = matrix(&lists, kept.len());
-        let columns = rows.transpose_view().to_csr();
+        let columns = rows.transpose();
         let nodes = kept.iter().map(|&node| self.nodes[node]).collect();
         Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
     }
@@ -132,7 +133,7 @@ impl FaceMap {
 
     /// Number of cells N.
     pub fn n_cells(&self) -> usize {
-        self.rows.rows()
+        self.rows.nrows()
     }
 
     /// Local axes of the cells.
