@@ -14,6 +14,11 @@ use orthowear::history::{Model, RunResult, run};
 use orthowear::material::{Orthotropic, Stiffness};
 use orthowear::wear::WearLaw;
 
+/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise; docs/tests.md says what that leaves out.
+pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
+    if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
+}
+
 /// IM7/8551-7 with the fibre tilted out of the surface by `tilt` degrees; nu23 = 0.369.
 pub fn im7(tilt: f64) -> Stiffness {
     let constants = Orthotropic {

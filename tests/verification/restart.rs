@@ -15,6 +15,8 @@ use orthowear::results::origin::Origin;
 use orthowear::scene::Plan;
 use orthowear::study::{Study, prepare_on};
 
+use crate::common::usual_or_finest;
+
 /// Writes a checkpoint wherever the run could be taken up, each into a folder of its own, and keeps every state.
 struct Keeping<'a> {
     operator: &'a dyn Flexibility,
@@ -112,7 +114,7 @@ fn check(scene: &str, frame: Option<&ContactFrame>) {
     check_every(1, scene, frame);
 }
 
-/// The same from every so-manieth checkpoint.
+/// The same from every `nth` checkpoint.
 fn check_every(nth: usize, scene: &str, frame: Option<&ContactFrame>) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
@@ -193,7 +195,7 @@ shift = { distance = 0.0, angle = 0.0 }
 increments = 2
 wear = false
 "#;
-    check(&half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
+    check_every(usual_or_finest(5, 1), &half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
 }
 
 /// Truth: the same for jumps as long as their estimated error allows, under a load that changes meanwhile; for ellipses, strokes in
@@ -224,7 +226,7 @@ sliding = { distance = 20.0, angle = 30.0 }
 name = "back"
 shift = { distance = 0.0, angle = 0.0 }
 "#;
-    check(&half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps), None);
+    check_every(usual_or_finest(3, 1), &half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps), None);
 }
 
 /// Truth: the same where a frame's windows shrink: those of a run that was not interrupted are served by the grids of earlier ones.
@@ -317,5 +319,5 @@ increments = 2
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
     // Each run condenses the body anew.
-    check_every(2, &scene, Some(&frame));
+    check_every(usual_or_finest(4, 2), &scene, Some(&frame));
 }

@@ -11,7 +11,7 @@ use orthowear::linalg::operator::Flexibility;
 
 use super::compressed::{Cells, model};
 use super::{Random, green, pair, steel};
-use crate::common::{indent, press, relative, solve};
+use crate::common::{indent, press, relative, solve, usual_or_finest};
 
 /// Rectangles over a square of the side 2 whose sides grow from the middle to the edge by the factor `ratio`, `2 m`
 /// along each direction.
@@ -32,7 +32,7 @@ fn graded(m: usize, ratio: f64) -> Cells {
 #[test]
 fn cells_of_unlike_size_keep_the_tolerance() {
     for ratio in [1e3, 1e5] {
-        let cells = graded(18, ratio);
+        let cells = graded(usual_or_finest(13, 18), ratio);
         let n = cells.n();
         for green in [green(&steel(), Side::Lower), pair(30.0)] {
             let dense = cells.dense(&green);

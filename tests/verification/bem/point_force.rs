@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use super::{Random, cfrp, green, relative, steel};
+use crate::common::usual_or_finest;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use orthowear::bem::half_space::{InteriorField, PointField, PointForceField, Side, TractionMap};
 use orthowear::material::{Orthotropic, Stiffness};
@@ -28,14 +29,15 @@ fn odd() -> Stiffness {
 /// Materials with their tables, which take a second or so each.
 static TABLES: LazyLock<Vec<(String, Stiffness, PointForceField)>> = LazyLock::new(|| {
     let azimuth = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.6);
-    let tilted = [0.0, 30.0, 80.0, 90.0].map(|tilt| (format!("CFRP at {tilt}"), cfrp(tilt)));
+    let tilts = usual_or_finest(&[30.0, 90.0][..], &[0.0, 30.0, 80.0, 90.0]);
+    let tilted = tilts.iter().map(|&tilt| (format!("CFRP at {tilt}"), cfrp(tilt)));
     let others = [("CFRP at 45, turned", cfrp(45.0).rotated(azimuth.matrix())), ("odd", odd())];
     let others = others.map(|(name, stiffness)| (name.to_owned(), stiffness));
     let with_field = |(name, stiffness)| {
         let field = field(&stiffness);
         (name, stiffness, field)
     };
-    tilted.into_iter().chain(others).map(with_field).collect()
+    tilted.chain(others).map(with_field).collect()
 });
 
 fn field(stiffness: &Stiffness) -> PointForceField {

@@ -11,7 +11,7 @@ use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 
 use super::blocks::{FRAME, body, cfrp};
-use crate::common::steel;
+use crate::common::{steel, usual_or_finest};
 
 /// Places on the patch, four along each side, and one beside the body.
 fn places() -> Vec<[f64; 2]> {
@@ -48,7 +48,7 @@ fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointF
 /// energy, 2 for trilinear and 4 for triquadratic elements.
 #[test]
 fn forces_beside_the_body() {
-    for stiffness in [steel(), cfrp()] {
+    for stiffness in usual_or_finest(vec![cfrp()], vec![steel(), cfrp()]) {
         let field = PointForceField::new(&stiffness).unwrap();
         let orders = |kind, cells: usize| {
             let [coarse, fine] = [cells, 2 * cells].map(|n| beside(kind, n, &stiffness, &field));

@@ -11,7 +11,7 @@ use orthowear::mesh::structured::GradedBlock;
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid};
 use super::hertz::sphere_on;
-use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift};
+use crate::common::{Silent, fretting, frp_friction, frp_wear, indent, shift, usual_or_finest};
 use crate::fem_bodies::{clamp, spec};
 
 /// Normal and tangential force after indentation and shift, and worn volume after cycles.
@@ -49,8 +49,8 @@ fn indentation_shift_and_wear() {
         let frame = frame(cells);
         history(&mut hybrid(body(Hex27, (3.0, 8, 3.0), &cfrp()), "z1", Side::Lower, &frame), &frame)
     };
-    let (coarse, fine) = (condensed(8, 12), condensed(16, 24));
-    let wanted = finite(64);
+    let (coarse, fine) = (condensed(8, 12), condensed(usual_or_finest(12, 16), usual_or_finest(18, 24)));
+    let wanted = finite(usual_or_finest(48, 64));
     println!("{coarse:?}\n{fine:?}\n{wanted:?}");
     for (k, name) in ["normal force", "force along x", "force along y", "worn volume"].iter().enumerate() {
         let off = [coarse[k], fine[k]].map(|value| (value / wanted[k] - 1.0).abs());
