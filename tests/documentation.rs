@@ -78,7 +78,7 @@ fn the_book_has_every_page() {
 
 /// Runs a script of scripts/ with the program as its first argument; panics with what it prints if it fails.
 fn script(name: &str, arguments: &[PathBuf]) {
-    let program = assert_cmd::cargo::cargo_bin("orthowear");
+    let program = env!("CARGO_BIN_EXE_orthowear");
     let script = root().join("scripts").join(name);
     let output =
         Command::new("python3").arg(script).arg(program).args(arguments).output().expect("python3 starts");
@@ -136,7 +136,7 @@ fn every_field_of_a_summary_is_explained() {
     let mut names = std::collections::BTreeSet::new();
     for run in runs {
         let out = folder.path().join(run[0]);
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orthowear"));
         command
             .arg("run")
             .arg(root().join(format!("scenes/{}.toml", run[0])))
@@ -159,7 +159,7 @@ fn every_dependency_is_explained() {
     let manifest: toml::Table = manifest.parse().expect("valid TOML");
     let design = fs::read_to_string(root().join("docs/DESIGN.md")).expect("a document");
     let table: Vec<&str> = design.lines().filter(|line| line.starts_with("| ")).collect();
-    for section in ["dependencies", "dev-dependencies"] {
+    for section in ["dependencies", "build-dependencies", "dev-dependencies"] {
         let dependencies = manifest.get(section).and_then(toml::Value::as_table).expect("a table");
         for name in dependencies.keys() {
             let first_cell = |line: &&str| line.split('|').nth(1).unwrap_or("").to_owned();
@@ -183,4 +183,63 @@ fn every_mistake_has_its_place() {
         let source = fs::read_to_string(root().join(text("file"))).expect("a source file");
         assert_eq!(source.matches(text("from")).count(), 1, "{}", text("name"));
     }
+}
+
+/// Paths below tests/ of the sources of tests, and their texts.
+fn test_sources() -> Vec<(String, String)> {
+    let (tests, mut found) = (root().join("tests"), Vec::new());
+    let mut folders = vec![tests.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a readable folder") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = fs::read_to_string(&path).expect("a readable file");
+                found.push((path.strip_prefix(&tests).expect("below tests").display().to_string(), text));
+            }
+        }
+    }
+    found
+}
+
+/// Truth: docs/tests.md says of every file with tests that are smaller than those of `scripts/test --thorough` what that leaves out.
+#[test]
+fn what_thorough_tests_add_is_listed() {
+    let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
+    for (path, text) in test_sources() {
+        let smaller = path != "documentation.rs" && text.contains("usual_or_finest(");
+        assert!(!smaller || page.contains(&format!("`{path}`")), "docs/tests.md does not name `{path}`");
+    }
+}
+
+/// Truth: tests/quick.txt: its tests exist, and there is one of each area of the verification that has tests.
+#[test]
+fn quick_tests_cover_every_area() {
+    let quick = fs::read_to_string(root().join("tests/quick.txt")).expect("a list");
+    let sources = test_sources();
+    // Areas: the modules of tests/verification/main.rs, each a file, perhaps with a folder of parts.
+    let tests_of = |area: &str| -> Vec<String> {
+        let (file, folder) = (format!("verification/{area}.rs"), format!("verification/{area}/"));
+        let own = sources.iter().filter(|(path, _)| *path == file || path.starts_with(&folder));
+        let mut names = Vec::new();
+        for (path, text) in own {
+            let module = path["verification/".len()..path.len() - ".rs".len()].trim_end_matches("/mod");
+            let after = text.split("#[test]\n").skip(1);
+            let name =
+                |part: &str| part.trim_start().strip_prefix("fn ")?.split('(').next().map(str::to_owned);
+            names.extend(after.filter_map(name).map(|name| format!("{}::{name}", module.replace('/', "::"))));
+        }
+        names
+    };
+    let main = &sources.iter().find(|(path, _)| path == "verification/main.rs").expect("a file").1;
+    let areas = main.lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';'));
+    let mut known = 0;
+    for area in areas {
+        let tests = tests_of(area);
+        let listed = quick.lines().filter(|line| tests.iter().any(|test| test == line)).count();
+        assert!(tests.is_empty() || listed > 0, "tests/quick.txt has no test of {area}");
+        known += listed;
+    }
+    assert_eq!(known, quick.lines().count(), "tests/quick.txt names tests that do not exist");
 }

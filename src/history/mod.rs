@@ -130,6 +130,17 @@ pub fn run_from(
     from: Option<Snapshot>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
+    // On a thread of the pool: another one would hand over every parallel loop and sleep until it is done.
+    rayon::scope(|_| run_on_this_thread(model, steps, options, from, observer))
+}
+
+fn run_on_this_thread(
+    model: &Model,
+    steps: &[Step],
+    options: &SolverOptions,
+    from: Option<Snapshot>,
+    observer: &mut dyn Observer,
+) -> Result<RunResult> {
     let started = Instant::now();
     let prepared = Prepared::new(model, steps)?;
     let state = State::undeformed(&prepared);

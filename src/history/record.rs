@@ -211,7 +211,7 @@ pub enum Moment {
 }
 
 /// Watches a run: progress, output of fields, checkpoints hang on it.
-pub trait Observer {
+pub trait Observer: Send {
     /// Called while a stage works: its name, the fraction done in 0..=1, and the current natural residual.
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>);
 

@@ -30,7 +30,7 @@ pub struct Job<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.
-    pub show: &'a mut dyn FnMut(&str, f64, Option<f64>),
+    pub show: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
     /// Hears of each increment.
     pub watch: &'a mut dyn Observer,
     /// Whether to stop.

@@ -48,7 +48,7 @@ pub(super) struct Maker<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.
-    pub show: &'a mut dyn FnMut(&str, f64, Option<f64>),
+    pub show: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
     /// Whether to stop.
     pub stop: &'a AtomicBool,
 }

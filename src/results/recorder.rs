@@ -15,7 +15,7 @@ use crate::results::summary::Summary;
 use crate::results::table::history_csv;
 
 /// Shows progress: stage, fraction done in 0..=1, natural residual.
-pub type Progress<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + 'a>;
+pub type Progress<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
 
 /// The observer of a run that keeps its records and, where it has an output directory, writes its files.
 #[derive(Default)]
@@ -71,7 +71,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Also shows progress.
-    pub fn with_progress(mut self, progress: impl FnMut(&str, f64, Option<f64>) + 'a) -> Self {
+    pub fn with_progress(mut self, progress: impl FnMut(&str, f64, Option<f64>) + Send + 'a) -> Self {
         self.progress = Some(Box::new(progress));
         self
     }

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use serde_json::Value;
+use std::process::Command;
 
 /// `wear-sphere-elastic` on coarse cells: a / a0 = 1.408 at the end, the frame ends at 1.35.
 const SCENE: &str = r#"
@@ -41,7 +41,7 @@ fn run(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String, Value) 
     let scene = folder.join("scene.toml");
     fs::write(&scene, SCENE).unwrap();
     let out = folder.join(out);
-    let mut command = Command::cargo_bin("orthowear").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     command.arg("run").arg(&scene).arg("--out").arg(&out).args(more);
     let output = command.output().unwrap();
     let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();

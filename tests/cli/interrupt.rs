@@ -72,7 +72,7 @@ increments = 100000
 /// Runs the scene in `folder`, interrupts it after `delay`: code, text on standard error, time from signal to end.
 fn interrupted(folder: &Path, delay: Duration) -> (Option<i32>, String, Duration) {
     let out = folder.join("out");
-    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"))
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"))
         .env("XDG_CACHE_HOME", folder.join("cache"))
         .env_remove("ORTHOWEAR_CACHE_LIMIT")
         .args(["run", "--quiet", "--threads", "1", "--out"])

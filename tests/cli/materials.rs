@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::tools::usual_or_finest;
+
 /// Nodes and elements of a box 2 x 2 x 1 below z = 0 in 4 x 4 x 4 hexahedra, numbered from 101; groups "top", "base",
 /// "block". The elements of the surfaces come first.
 fn mesh() -> String {
@@ -137,6 +139,11 @@ fn one_direction_runs_the_same_in_every_way() {
     // Surface elements may have values too.
     let field = element_data((1..33).chain(all.clone()), &vector);
     let view = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{field}");
+    // The near field of a half-space for each of them takes seconds.
+    let near_field = usual_or_finest("near_field = \"mesh\"\n", "");
+    let folder = |fibre: &str, after_mesh: &str, files: &[(&str, &str)]| {
+        folder(&format!("{near_field}{fibre}"), after_mesh, files)
+    };
     let (truth, _) = forces(&folder("fibre = { azimuth = 25.0 }", "", &[]));
     let ways = [
         folder("fibre = { field = \"fibre\" }", &field, &[]),

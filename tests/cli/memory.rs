@@ -108,7 +108,7 @@ fn check_says_what_is_allowed() {
 fn confined(kibibytes: usize, arguments: &[&str]) -> (Option<i32>, String) {
     let script = format!("ulimit -v {kibibytes}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
-    shell.args(["-c", &script]).arg(assert_cmd::cargo::cargo_bin("orthowear")).args(arguments);
+    shell.args(["-c", &script]).arg(env!("CARGO_BIN_EXE_orthowear")).args(arguments);
     let output = shell.env("ORTHOWEAR_CACHE_LIMIT", "0").output().unwrap();
     (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
 }

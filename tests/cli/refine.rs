@@ -1,6 +1,7 @@
 //! `orthowear refine`: sizes for gmsh from the estimated error, and what they are worth.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde_json::Value;
 
@@ -20,7 +21,7 @@ fn root() -> &'static Path {
 }
 
 /// The program on the scene with the body `mesh` and only the indentation.
-fn program(verb: &str, scene: &Path, mesh: &Path) -> assert_cmd::Command {
+fn program(verb: &str, scene: &Path, mesh: &Path) -> Command {
     let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", &format!("body1.mesh=\"{}\"", mesh.display())]);
     SETTINGS.iter().for_each(|setting| {

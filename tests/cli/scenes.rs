@@ -1,6 +1,7 @@
 //! The scenes of this repository from end to end on coarse grids and meshes, and equivalent scenes against each other.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde_json::Value;
 
@@ -22,7 +23,7 @@ pub fn run(scene: &Path, settings: &[&str]) -> Value {
     serde_json::from_slice(&std::fs::read(out.path().join("summary.json")).unwrap()).unwrap()
 }
 
-pub fn command(verb: &str, scene: &Path, settings: &[&str]) -> assert_cmd::Command {
+pub fn command(verb: &str, scene: &Path, settings: &[&str]) -> Command {
     let mut command = crate::tools::orthowear();
     command.arg(verb).arg(scene).args(["--set", "output.fields=[]"]);
     settings.iter().for_each(|setting| {

@@ -426,7 +426,7 @@ fn images_have_the_same_bits_in_any_part() {
     assert!(text.contains("2 runs, 2 as they were"), "{text}");
 
     let killed = folder.path().join("killed");
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"));
     command.current_dir(folder.path()).args(arguments("killed")).arg("--quiet");
     let mut child = command.spawn().unwrap();
     let started = std::time::Instant::now();

@@ -27,7 +27,7 @@ fn killed_studies_go_on() {
         .map(|run| run["folder"].as_str().unwrap().to_owned())
         .collect();
     let out = folder.path().join("killed");
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"));
     command.current_dir(folder.path()).args(arguments("killed")).arg("--quiet");
     let mut child = command.spawn().unwrap();
     let started = std::time::Instant::now();
@@ -228,7 +228,7 @@ fn the_script_for_slurm_runs_the_study() {
         .arg("study.slurm")
         .current_dir(folder.path())
         .env("PATH", path)
-        .env("ORTHOWEAR", assert_cmd::cargo::cargo_bin("orthowear"))
+        .env("ORTHOWEAR", env!("CARGO_BIN_EXE_orthowear"))
         .output()
         .unwrap();
     let text =

@@ -7,9 +7,14 @@ use std::process::Command;
 
 use serde_json::Value;
 
+/// `finest` in a thorough test (`scripts/test --thorough`), `usual` otherwise; docs/tests.md says what that leaves out.
+pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
+    if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
+}
+
 /// The program, without a cache: tests neither write into the user's nor depend on it.
-pub fn orthowear() -> assert_cmd::Command {
-    let mut program = assert_cmd::Command::cargo_bin("orthowear").expect("the program is built");
+pub fn orthowear() -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
     program
 }

@@ -55,7 +55,7 @@ checkpoint = { seconds = 1e-9 }
 
 /// The program, without a cache.
 pub fn orthowear() -> Command {
-    let mut program = Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+    let mut program = Command::new(env!("CARGO_BIN_EXE_orthowear"));
     program.env("ORTHOWEAR_CACHE_LIMIT", "0");
     program
 }

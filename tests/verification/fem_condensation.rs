@@ -57,7 +57,12 @@ fn at_contact(body: &CondensedBody, u: &[[f64; 3]]) -> Vec<f64> {
 fn condensation_is_exact() {
     for (kind, formulation) in ELEMENTS {
         // The dense inverse is what takes the time.
-        let body = loaded_block(kind, formulation, if kind.n_nodes() > 8 { [2; 3] } else { [usual_or_finest(3, 4); 3] }, rough);
+        let body = loaded_block(
+            kind,
+            formulation,
+            if kind.n_nodes() > 8 { [2; 3] } else { [usual_or_finest(3, 4); 3] },
+            rough,
+        );
         let model = body.model();
         let n = model.n_free();
         let mut k = DMatrix::zeros(n, n);

@@ -195,7 +195,11 @@ shift = { distance = 0.0, angle = 0.0 }
 increments = 2
 wear = false
 "#;
-    check_every(usual_or_finest(5, 1), &half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps), None);
+    check_every(
+        usual_or_finest(5, 1),
+        &half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps),
+        None,
+    );
 }
 
 /// Truth: the same for jumps as long as their estimated error allows, under a load that changes meanwhile; for ellipses, strokes in
@@ -226,7 +230,11 @@ sliding = { distance = 20.0, angle = 30.0 }
 name = "back"
 shift = { distance = 0.0, angle = 0.0 }
 "#;
-    check_every(usual_or_finest(3, 1), &half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps), None);
+    check_every(
+        usual_or_finest(3, 1),
+        &half_spaces("half_width = [1.5, 1.5]\ncells = [16, 16]", steps),
+        None,
+    );
 }
 
 /// Truth: the same where a frame's windows shrink: those of a run that was not interrupted are served by the grids of earlier ones.

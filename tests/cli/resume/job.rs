@@ -74,7 +74,7 @@ impl Job {
     }
 
     pub fn command(&self, more: &[&str]) -> Command {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("orthowear"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orthowear"));
         command.env("ORTHOWEAR_CACHE_LIMIT", "0").arg("run").arg(self.folder.path().join("scene.toml"));
         command.arg("--out").arg(&self.out).args(more);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());

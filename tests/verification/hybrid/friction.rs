@@ -49,7 +49,7 @@ fn indentation_shift_and_wear() {
         let frame = frame(cells);
         history(&mut hybrid(body(Hex27, (3.0, 8, 3.0), &cfrp()), "z1", Side::Lower, &frame), &frame)
     };
-    let (coarse, fine) = (condensed(8, 12), condensed(usual_or_finest(12, 16), usual_or_finest(18, 24)));
+    let (coarse, fine) = (condensed(8, 12), condensed(16, 24));
     let wanted = finite(usual_or_finest(48, 64));
     println!("{coarse:?}\n{fine:?}\n{wanted:?}");
     for (k, name) in ["normal force", "force along x", "force along y", "worn volume"].iter().enumerate() {

@@ -10,8 +10,7 @@ use orthowear::wear::WearLaw;
 
 use crate::common::{
     fretting, frp_wear, half_spaces, im7, indent, path_of, press, relative, solve, solve_with, sphere,
-    sphere_on_frp, steel, step,
-    usual_or_finest,
+    sphere_on_frp, steel, step, usual_or_finest,
 };
 
 /// Resolved cycles that correct the wear everywhere.
@@ -28,7 +27,7 @@ fn reference_scene(
 ) -> RunResult {
     let path = path_of(&mut cycles);
     (path.increments, path.resolve) = (increments, resolve);
-    let mut model = sphere_on_frp(tilt, 1.5, usual_or_finest(24, 32));
+    let mut model = sphere_on_frp(tilt, 1.5, 32);
     model.wear = frp_wear(tilt);
     let run = solve(&model, &[indent(0.02), cycles]);
     assert_eq!(run.outcome, Outcome::Converged);
@@ -93,7 +92,7 @@ fn drift_is_in_the_estimated_error() {
         let run = reference_scene(90.0, fretting(100_000, 0.08, jumps, Integrator::Sdirk2), 1, always(1e-3));
         run.records.last().expect("records").clone()
     };
-    let (few, many) = (run(4), run(usual_or_finest(16, 24)));
+    let (few, many) = (run(4), run(24));
     let error = (few.worn_volume - many.worn_volume).abs();
     assert!((0.2..5.0).contains(&(few.worn_volume_error / error)), "{} {error}", few.worn_volume_error);
 }
