@@ -13,6 +13,7 @@ use orthowear::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 use super::fem_bodies::{ELEMENTS, clamp, degree, isotropic, spec};
 use super::fem_meshes::{block, linear, wavy};
 use crate::by_kind;
+use crate::common::usual_or_finest;
 
 /// L2 norm and H1 seminorm of the error of `u` against the manufactured field, by a rule of high degree.
 fn mms_errors<S: ShapeFunctions<N, 3>, const N: usize>(mesh: &Mesh, u: &[[f64; 3]]) -> (f64, f64) {
@@ -83,21 +84,21 @@ fn solve_mms(
     (l2, h1, body.model().strain_energy(u).unwrap())
 }
 
-/// Truth: orders p + 1 in L2 and p in the energy norm, on straight and smoothly distorted meshes, and the strain energy
+/// Truth: orders p + 1 in L2 and p in the energy norm, on smoothly distorted meshes (and on straight ones in a thorough test), and the strain energy
 /// 1.304876 (Roache 1998). Tolerance: the catalogue's 0.15 of the order over the finest pair of
 /// three meshes; the energy within the discretisation error, checked by its own order 2 p.
 #[test]
 fn mms_isotropic() {
-    let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [|x| x, wavy];
+    let maps: [fn([f64; 3]) -> [f64; 3]; 2] = [wavy, |x| x];
     let energy: f64 = 1.304876;
     for (kind, formulation) in ELEMENTS {
         let p = degree(kind) as f64;
-        for (index, map) in maps.into_iter().enumerate() {
+        for (index, map) in maps.into_iter().enumerate().take(usual_or_finest(1, 2)) {
             let meshes = match linear(kind) {
                 Tet4 if p == 1.0 => [6, 12, 24],
                 _ if p == 1.0 => [5, 10, 20],
-                _ if index == 0 => [3, 5, 10],
-                _ => [4, 8, 12],
+                _ if index == 0 => [4, 8, 12],
+                _ => [3, 5, 10],
             };
             let runs = meshes.map(|n| solve_mms(kind, formulation, n, map));
             let finer = meshes[2] as f64 / meshes[1] as f64;

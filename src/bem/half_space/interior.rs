@@ -17,6 +17,9 @@ const POINTS: [usize; 2] = [16, 1 << 14];
 /// Change between a rule and the doubled one, over the largest value, at which the latter is accepted.
 const CHANGE: f64 = 1e-11;
 
+/// Stiffnesses below this share of the largest one count as zero: rounding of turned axes.
+const VANISHING: f64 = 1e-14;
+
 /// Field of a unit force at the origin of the surface of the half-space z < 0, whose outward normal is +z.
 ///
 /// # Source
@@ -37,6 +40,8 @@ pub struct InteriorField {
     circle: Vec<[f64; 2]>,
     /// Number of points below which rules are not compared.
     first: usize,
+    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
+    mirrors: [bool; 2],
 }
 
 /// Sums over the points of a rule.
@@ -84,7 +89,13 @@ impl InteriorField {
             coupling: AngularTable::new(&coupling),
             circle: (0..POINTS[1]).map(|k| [angle(k).cos(), angle(k).sin()]).collect(),
             first: first.next_power_of_two().clamp(POINTS[0], POINTS[1] / 4),
+            mirrors: [0, 1].map(|axis| is_mirror(stiffness, axis)),
         }
+    }
+
+    /// Whether the planes x = 0 and y = 0 are planes of symmetry of the material.
+    pub(super) fn mirrors(&self) -> [bool; 2] {
+        self.mirrors
     }
 
     /// The field at a point below the surface, mm.
@@ -245,6 +256,14 @@ impl Sums {
             gradient: self.gradient.map(|part| Matrix3::from_row_slice(&part) * (factor / (z * z))),
         }
     }
+}
+
+/// Whether the plane across an axis is a plane of symmetry: stiffnesses with an odd number of indices of that axis vanish.
+fn is_mirror(stiffness: &Stiffness, axis: usize) -> bool {
+    let largest = stiffness.voigt().amax();
+    let indices = || (0..81).map(|n| [n / 27, n / 9 % 3, n / 3 % 3, n % 3]);
+    let odd = indices().filter(|indices| indices.iter().filter(|i| **i == axis).count() % 2 == 1);
+    odd.map(|[i, j, k, l]| stiffness.component(i, j, k, l).abs()).all(|c| c <= VANISHING * largest)
 }
 
 /// L and 1/d of a positive definite L diag(d) Lᵀ.

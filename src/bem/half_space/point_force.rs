@@ -17,7 +17,7 @@ use crate::material::Stiffness;
 const ON_SURFACE: f64 = 1e-9;
 
 /// Raised whenever what a table holds, or its arithmetic, changes.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 
 /// Names of kept tables end so.
 const ENDING: &str = "field";

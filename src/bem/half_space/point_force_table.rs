@@ -51,7 +51,8 @@ impl PointForceTable {
     /// If a stop is wished.
     pub(super) fn new(interior: &InteriorField, surface: &SurfaceField) -> Result<Self> {
         let mut angles = ANGLES[0];
-        let spread = wanted(places().map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
+        let compared = COMPARED / Images(interior.mirrors()).count();
+        let spread = wanted(places().take(compared).map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
         loop {
             let mut table = Self::sampled(angles, interior, surface);
             table.error = table.compared(&spread, interior, surface);
@@ -68,6 +69,7 @@ impl PointForceTable {
     /// Of `angles` angles, without its error.
     fn sampled(angles: usize, interior: &InteriorField, surface: &SurfaceField) -> Self {
         let rows = angles / 3;
+        let images = Images(interior.mirrors());
         let row = |row: usize| -> Vec<[f64; 9]> {
             let phi = |angle: usize| 2.0 * PI * angle as f64 / angles as f64;
             if interrupt::wished() {
@@ -82,7 +84,17 @@ impl PointForceTable {
                 std::array::from_fn(|k| value[(k / 3, k % 3)])
             };
             // All angles of the axis are one direction.
-            if row == 0 { vec![node(0); angles] } else { (0..angles).map(node).collect() }
+            if row == 0 {
+                return vec![node(0); angles];
+            }
+            let mut nodes = vec![[0.0; 9]; angles];
+            let own = |angle: usize| images.source(angle, angles).0 == angle;
+            (0..angles).filter(|&angle| own(angle)).for_each(|angle| nodes[angle] = node(angle));
+            for angle in 0..angles {
+                let (from, signs) = images.source(angle, angles);
+                nodes[angle] = std::array::from_fn(|k| nodes[from][k] * signs[k / 3] * signs[k % 3]);
+            }
+            nodes
         };
         let nodes: Vec<[f64; 9]> = (0..=rows).into_par_iter().flat_map_iter(row).collect();
         Self::of_nodes(angles, &nodes, 0.0)
@@ -193,17 +205,19 @@ impl PointForceTable {
             apart / steepest
         };
         if error(&found) <= ERROR || self.angles >= ANGLES[1] {
-            let rough = self.roughest().into_iter().zip(places()).map(|([phi, t], [a, b])| {
-                let t = t + (b - 0.5) / self.rows as f64;
-                [phi + (a - 0.5) * cell, t.clamp(0.0, 1.0 - 0.1 / self.rows as f64)]
-            });
+            let rough = self.roughest(Images(interior.mirrors())).into_iter().zip(places()).map(
+                |([phi, t], [a, b])| {
+                    let t = t + (b - 0.5) / self.rows as f64;
+                    [phi + (a - 0.5) * cell, t.clamp(0.0, 1.0 - 0.1 / self.rows as f64)]
+                },
+            );
             found.push(self.apart(&wanted(rough.collect(), interior)));
         }
         error(&found)
     }
 
-    /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient.
-    fn roughest(&self) -> Vec<[f64; 2]> {
+    /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient, one of each set of images.
+    fn roughest(&self, images: Images) -> Vec<[f64; 2]> {
         const BINOMIAL: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
         // Products of the distances of a node from the other ones, over 8!: in the middle, at the end.
         const SLOPES: [f64; 2] = [144.0 / 40320.0, 5040.0 / 40320.0];
@@ -223,7 +237,12 @@ impl PointForceTable {
             let azimuthal = around * SLOPES[0] * self.angles as f64 / (2.0 * PI) * half / t;
             azimuthal.max(down * slope * self.rows as f64 * half)
         };
-        let nodes = (1..=self.rows).flat_map(|row| (0..self.angles).map(move |angle| (row, angle)));
+        let alone = |angle: &usize| {
+            let node = (angle + self.angles + self.angles / 2 - BEYOND) % self.angles;
+            images.source(node, self.angles).0 == node
+        };
+        let angles: Vec<usize> = (0..self.angles).filter(alone).collect();
+        let nodes = (1..=self.rows).flat_map(|row| angles.iter().map(move |&angle| (row, angle)));
         let mut nodes: Vec<(f64, usize, usize)> =
             nodes.map(|(row, angle)| (expected(row, angle), row, angle)).collect();
         nodes.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -231,7 +250,32 @@ impl PointForceTable {
         let place = |&(_, row, angle): &(f64, usize, usize)| {
             [(angle as f64 - BEYOND as f64) * cell - PI, row as f64 / self.rows as f64]
         };
-        nodes.iter().take(COMPARED).map(place).collect()
+        nodes.iter().take(COMPARED / images.count()).map(place).collect()
+    }
+}
+
+/// Directions that are mirror images of one another across the planes x = 0 and y = 0, where these are planes of symmetry.
+#[derive(Debug, Clone, Copy)]
+struct Images([bool; 2]);
+
+impl Images {
+    /// Number of images of a direction.
+    fn count(self) -> usize {
+        self.0.iter().map(|&mirror| 1 + usize::from(mirror)).product()
+    }
+
+    /// The one of the images of the `angle`th of `angles` of a turn that stands for all, and the signs of x, y and z there: G of an image
+    /// is the product of the signs of row and column times G.
+    fn source(self, mut angle: usize, angles: usize) -> (usize, [f64; 3]) {
+        let [across_x, across_y] = self.0;
+        let mut signs = [1.0; 3];
+        if across_y && angle > angles / 2 {
+            (angle, signs[1]) = (angles - angle, -1.0);
+        }
+        if across_x && (angles / 4 + 1..angles / 4 + angles / 2).contains(&angle) {
+            (angle, signs[0]) = ((angles / 2 + angles - angle) % angles, -1.0);
+        }
+        (angle, signs)
     }
 }
 
