@@ -196,7 +196,7 @@ increments = 2
 wear = false
 "#;
     check_every(
-        usual_or_finest(5, 1),
+        usual_or_finest(8, 1),
         &half_spaces("half_width = [1.5, 1.5]\ncells = [64, 64]", steps),
         None,
     );
@@ -327,5 +327,5 @@ increments = 2
     let near = |cell| frame.plane_coordinates(cell).iter().map(|x| x * x).sum::<f64>() < 0.1;
     frame.candidates = Some((0..frame.n_cells()).map(near).collect());
     // Each run condenses the body anew.
-    check_every(usual_or_finest(4, 2), &scene, Some(&frame));
+    check_every(usual_or_finest(6, 2), &scene, Some(&frame));
 }
