@@ -216,7 +216,8 @@ impl PointForceTable {
         error(&found)
     }
 
-    /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient, one of each set of images.
+    /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient, one of each set of mirror
+    /// images.
     fn roughest(&self, images: Images) -> Vec<[f64; 2]> {
         const BINOMIAL: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
         // Products of the distances of a node from the other ones, over 8!: in the middle, at the end.
@@ -264,8 +265,8 @@ impl Images {
         self.0.iter().map(|&mirror| 1 + usize::from(mirror)).product()
     }
 
-    /// The one of the images of the `angle`th of `angles` of a turn that stands for all, and the signs of x, y and z there: G of an image
-    /// is the product of the signs of row and column times G.
+    /// The image, in the part of the turn that is computed, of angle number `angle` of `angles`, and the signs of x, y and z under the
+    /// reflections between them: G_ik at the angle is sign_i sign_k G_ik at the image.
     fn source(self, mut angle: usize, angles: usize) -> (usize, [f64; 3]) {
         let [across_x, across_y] = self.0;
         let mut signs = [1.0; 3];
@@ -365,4 +366,44 @@ fn rule_at(t: f64) -> Rule {
 fn direction(phi: f64, t: f64) -> Vector3<f64> {
     let [sin, cos] = polar(t);
     Vector3::new(sin * phi.cos(), sin * phi.sin(), -cos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::green::SurfaceGreen;
+    use super::*;
+    use crate::geometry::Side;
+    use crate::material::Stiffness;
+
+    /// Truth: a transversely isotropic material is its own mirror image across planes that contain the fibre or that the fibre is normal
+    /// to; the direct integral in all quadrants.
+    #[test]
+    fn mirror_images_are_the_direct_integral() {
+        let fibre = Stiffness::transversely_isotropic(14e3, 10e3, 5e3, 0.3, 0.4).unwrap();
+        let turned = |axis: Vector3<f64>, angle: f64| {
+            fibre.rotated(nalgebra::Rotation3::from_scaled_axis(axis * angle).matrix())
+        };
+        let [y, z] = [Vector3::y(), Vector3::z()];
+        // The fibre lies along x, is tilted in the plane y = 0, in the plane x = 0, lies between x and y.
+        let upright = turned(y, 0.5).rotated(nalgebra::Rotation3::from_scaled_axis(z * (0.5 * PI)).matrix());
+        let cases = [
+            (fibre.clone(), [true, true]),
+            (turned(y, 0.5), [false, true]),
+            (upright, [true, false]),
+            (turned(z, 0.5), [false, false]),
+        ];
+        for (stiffness, mirrors) in cases {
+            let green = SurfaceGreen::new(&stiffness, Side::Lower).unwrap();
+            let interior = InteriorField::new(&stiffness, &green);
+            assert_eq!(interior.mirrors(), mirrors);
+            let table =
+                PointForceTable::sampled(ANGLES[0], &interior, &SurfaceField::new(&stiffness, &green));
+            for k in 0..16 {
+                let x = direction(0.2 + 2.0 * PI * k as f64 / 16.0, 0.3 + 0.04 * k as f64);
+                let (found, wanted) = (table.at(&x), interior.at(&x).unwrap());
+                let apart = (found.value - wanted.value).amax() / wanted.value.amax();
+                assert!(apart < ERROR, "{mirrors:?}, {k}: {apart:e}");
+            }
+        }
+    }
 }
