@@ -82,7 +82,7 @@ def hover(browser, cell):
 
 
 def maps(browser, folder, least):
-    """Hovers the largest cell and two others of each quantity in each entry."""
+    """Hovers cells of each quantity in each entry."""
     said = json.loads((folder / "summary.json").read_text())
     browser.value("document.getElementById('tab-maps').click()")
     seen = set()
@@ -98,7 +98,7 @@ def maps(browser, folder, least):
                 continue
             seen.add(key)
             values = fields[key]
-            for cell in {int(np.argmax(values)), len(values) // 2, len(values) // 3}:
+            for cell in some(sorted({int(np.argmax(values)), len(values) // 2, len(values) // 3})):
                 tip = hover(browser, cell)
                 if key == "status":
                     assert tip == ["open", "stick", "slip"][int(values[cell])], f"{folder.name}: {tip} at {cell}"

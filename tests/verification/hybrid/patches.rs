@@ -115,11 +115,12 @@ fn half(n: usize, stiffness: &Stiffness) -> FeSpec {
 /// Truths: under tractions that are symmetric about its middle plane the body moves like its half on a plane of symmetry; the operator
 /// of both frames is symmetric; gaps summed cell by cell are those of the product.
 #[test]
+#[ignore = "long; scripts/test --thorough runs it"]
 fn symmetric_tractions_on_both_faces() {
     let frame = frame(12);
     let n = frame.n_cells();
     // Fibres in the plane: the slab is symmetric.
-    for stiffness in usual_or_finest(vec![crate::common::im7(0.0)], vec![steel(), crate::common::im7(0.0)]) {
+    for stiffness in [steel(), crate::common::im7(0.0)] {
         let mut off = Vec::new();
         for cells in [4, 6] {
             let joint = between(cells, &stiffness, &frame).flexibility(Keep).unwrap();
