@@ -1,14 +1,17 @@
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = ["__version__", "Scene", "Steps", "Study", "Flexibility"]
 
 _Array = npt.NDArray[np.float64]
 
 __version__: str
 
+@final
 class Scene:
     title: str
     sha256: str
@@ -31,12 +34,14 @@ class Scene:
     def flexibility(self, settings: dict[str, Any]) -> Flexibility: ...
     def green(self, body: int, angles: _Array) -> _Array: ...
 
+@final
 class Steps:
     def __iter__(self) -> Steps: ...
     def __next__(self) -> tuple[dict[str, Any], dict[str, Any]]: ...
     def close(self) -> None: ...
     def summary(self) -> dict[str, Any] | None: ...
 
+@final
 class Study:
     @staticmethod
     def load(path: Path, overrides: dict[str, Any]) -> Study: ...
@@ -52,6 +57,7 @@ class Study:
     def parts(self, numbers: list[int], wanted: int) -> list[list[int]]: ...
     def collect(self, out: Path, write: bool) -> tuple[dict[str, Any], int, int]: ...
 
+@final
 class Flexibility:
     cells: int
     def places(self) -> dict[str, Any]: ...
