@@ -283,7 +283,6 @@ points = [100, 60]
 /// Truth: docs/checkpoints.md: the run that was not interrupted, byte for byte, where the interrupt comes while the fields of the bodies are recovered, when that
 /// of the frame has been written: nothing of that entry is left.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
 fn fields_of_bodies_may_be_interrupted() {
     let scene = r#"
 [materials.steel]

@@ -176,7 +176,7 @@ fn half_spaces(frame: &str, steps: &str) -> String {
 /// Truth (rel-restart-equals-continuous): the run that was not interrupted, to the last bit, from every checkpoint, in chains and with
 /// other numbers of threads: loads in increments, fretting cycles, what follows on them. The frame is large enough for windows.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
+#[ignore = "97 s; usual: cycles_and_sliding_of_all_kinds and windows_that_shrink"]
 fn loads_and_cycles_of_half_spaces() {
     let steps = r#"
 [[steps]]

@@ -123,7 +123,7 @@ fn column_between_smooth_walls() {
 /// Truth: the same block of finite elements with the near field of a half-space on cells of a quarter of the side, whose error is below 1e-3
 /// (docs/theory-hybrid.md): the work of pressures and shear on the mean displacement of the faces.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
+#[ignore = "26 s; usual: cli boundary::the_block_of_finite_elements and bem::finite::anisotropic_sphere_under_uniform_stress"]
 fn the_block_of_finite_elements() {
     let w = 2.0;
     let stiffness = blocks::cfrp();

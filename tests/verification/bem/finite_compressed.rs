@@ -46,7 +46,6 @@ fn solved(
 /// Truth: the dense equations of the same body, held at its base along all axes and at a wall along its normal, with loads: displacements,
 /// tractions and responses to unit tractions differ by less than 10 times the tolerance of their largest.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
 fn the_dense_equations() {
     let elements = body(10, Constant, &cfrp());
     let held = |x: &Point| [x.z < -0.999 || x.x < -0.999, x.z < -0.999, x.z < -0.999];

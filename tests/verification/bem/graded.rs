@@ -98,7 +98,7 @@ fn fan(n: usize) -> Cells {
 /// that are just not small enough to get more, and no more for the smallest, whose sides are 1e5 times smaller. In the other
 /// direction: nothing is stored exactly.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
+#[ignore = "11 s; usual: bem::compressed::contacts_are_those_of_the_dense_operator"]
 fn pressures_follow_the_tolerance() {
     for ratio in [1.5, 1e3, 1e5] {
         let cells = graded(14, ratio);
@@ -126,12 +126,15 @@ fn pressures_follow_the_tolerance() {
 /// Truth: the bytes of what was made: what is told from the cells alone is right to a third on cells of like size and where
 /// no cells are far apart, and up to twice as much on cells of unlike size. Half of it is refused before anything is made, with the tolerance as a remedy.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
 fn memory_is_told_by_the_cells() {
     let (one, two) = (green(&steel(), Side::Lower), pair(30.0));
-    for (cells, whole, most) in
-        [(Cells::irregular(30), false, 1.33), (graded(18, 1e3), false, 2.0), (fan(1100), true, 1.33)]
-    {
+    let [squares, sides, triangles] = usual_or_finest([24, 13, 800], [30, 18, 1100]);
+    let cases = [
+        (Cells::irregular(squares), false, 1.33),
+        (graded(sides, 1e3), false, 2.0),
+        (fan(triangles), true, 1.33),
+    ];
+    for (cells, whole, most) in cases {
         for (green, components) in [(&one, 6), (&two, 9)] {
             for tolerance in [1e-3, 1e-8] {
                 let Cells { centers, corners, areas } = &cells;

@@ -115,7 +115,7 @@ fn half(n: usize, stiffness: &Stiffness) -> FeSpec {
 /// Truths: under tractions that are symmetric about its middle plane the body moves like its half on a plane of symmetry; the operator
 /// of both frames is symmetric; gaps summed cell by cell are those of the product.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
+#[ignore = "13 s; usual: pressed_between_two_spheres"]
 fn symmetric_tractions_on_both_faces() {
     let frame = frame(12);
     let n = frame.n_cells();

@@ -37,7 +37,7 @@ fn reference_scene(
 /// Truth: all ends of 16 increments per stroke solved together in every stage (what wears in a step by its tolerance, against the
 /// 0.25 % less that they wear than single increments at tilt 90, and the nothing at tilt 0), and the volume by the friction energy.
 #[test]
-#[ignore = "long; scripts/test --thorough runs it"]
+#[ignore = "10 s; usual: controlled_jumps_with_resolved_cycles"]
 fn factors_stand_for_ends_between() {
     for (tilt, least) in [(0.0, 0.0), (90.0, 1.5e-3)] {
         let volume = |increments: usize, resolve: Option<ResolvedCycles>| {
