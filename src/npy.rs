@@ -150,10 +150,17 @@ impl Archive {
     /// Appends `values`, in C order, as the array `name` of `shape`.
     ///
     /// # Errors
-    /// If there is an array of this name already.
+    /// If there is an array of this name already, or `shape` has another number of values.
     pub fn add(&mut self, name: &str, shape: &[usize], values: &[f64]) -> Result<()> {
-        debug_assert_eq!(shape.iter().product::<usize>(), values.len());
-        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        if shape.iter().product::<usize>() != values.len() {
+            let message =
+                format!("the array {name}: {} values do not fill the shape {shape:?}", values.len());
+            return Err(Error::numerical(message));
+        }
+        // A file of 4 GiB or more needs longer fields in the archive.
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(size_of_val(values) >= 1 << 31);
         let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let mut write = || -> zip::result::ZipResult<()> {
             self.zip.start_file(format!("{name}.npy"), options)?;

@@ -50,6 +50,14 @@ fn the_check_runs_the_commands_of_the_readme() {
     assert!(commands.iter().eq(last.iter().rev()), "{commands:?} {last:?}");
 }
 
+/// Truth: the version of the crate.
+#[test]
+fn the_citation_names_the_version() {
+    let citation = fs::read_to_string(root().join("CITATION.cff")).expect("readable");
+    let version = format!("version: {}", env!("CARGO_PKG_VERSION"));
+    assert!(citation.lines().any(|line| line == version), "CITATION.cff lacks {version:?}");
+}
+
 /// Truth: the folder's list of files.
 #[test]
 fn the_index_names_every_page() {
@@ -203,14 +211,21 @@ fn test_sources() -> Vec<(String, String)> {
     found
 }
 
-/// Truth: docs/tests.md says of every file with tests that are smaller than those of `scripts/test --thorough` what that leaves out.
+/// Truth: docs/tests.md says of every file with tests that are smaller than those of `scripts/test --thorough` what that leaves out, and
+/// names every test that only runs there.
 #[test]
 fn what_thorough_tests_add_is_listed() {
     let page = fs::read_to_string(root().join("docs/tests.md")).expect("a document");
+    let ignored = format!("#[{}", "ignore");
     for (path, text) in test_sources() {
         let smaller =
-            path != "documentation.rs" && (text.contains("usual_or_finest(") || text.contains("#[ignore"));
+            path != "documentation.rs" && (text.contains("usual_or_finest(") || text.contains(&ignored));
         assert!(!smaller || page.contains(&format!("`{path}`")), "docs/tests.md does not name `{path}`");
+        for part in text.split(&ignored).skip(1) {
+            let name =
+                part.split_once("fn ").and_then(|(_, rest)| rest.split_once('(')).expect("a function").0;
+            assert!(page.contains(&format!("`{name}`")), "docs/tests.md does not name `{name}`");
+        }
     }
 }
 

@@ -98,7 +98,7 @@ def maps(browser, folder, least):
                 continue
             seen.add(key)
             values = fields[key]
-            for cell in some(sorted({int(np.argmax(values)), len(values) // 2, len(values) // 3})):
+            for cell in some([int(np.argmax(values)), len(values) // 2, len(values) // 3]):
                 tip = hover(browser, cell)
                 if key == "status":
                     assert tip == ["open", "stick", "slip"][int(values[cell])], f"{folder.name}: {tip} at {cell}"

@@ -1,7 +1,8 @@
 //! Scenes with their overrides, taken apart.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::Command;
 
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::document::{Document, Value};
@@ -201,13 +202,14 @@ pub fn axes() -> String {
 
 /// The scenes of the repository and those above.
 pub fn seeds() -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let entries = fs::read_dir(folder).expect("scenes").map(|entry| entry.expect("an entry").path());
-    // Results of a user's runs may lie beside the scenes.
-    let is_scene = |path: &PathBuf| path.is_file() && path.extension().is_some_and(|kind| kind == "toml");
-    let mut paths: Vec<PathBuf> = entries.filter(is_scene).collect();
-    paths.sort();
-    let mut seeds: Vec<Vec<u8>> = paths.iter().map(|path| fs::read(path).expect("a scene")).collect();
+    // Those of the repository only: a user's own may lie beside them.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let listed =
+        Command::new("git").current_dir(root).args(["ls-files", "scenes/*.toml"]).output().expect("git");
+    let names = String::from_utf8(listed.stdout).expect("UTF-8");
+    assert!(names.lines().count() > 10, "git lists {names:?}");
+    let mut seeds: Vec<Vec<u8>> =
+        names.lines().map(|name| fs::read(root.join(name)).expect("a scene")).collect();
     seeds.extend([HALF_SPACES, MESHED].map(|scene| format!("{MATERIALS}{scene}").into_bytes()));
     seeds
 }

@@ -19,6 +19,19 @@ pub fn usual_or_finest<T>(usual: T, finest: T) -> T {
     if std::env::var_os("ORTHOWEAR_THOROUGH").is_some() { finest } else { usual }
 }
 
+/// Asserts that errors on meshes of `cells` along a side fall from mesh to mesh, in the end with more than `order`, before that with no
+/// less than `order` - 0.3.
+pub fn assert_order<const N: usize>(errors: &[f64; N], cells: &[usize; N], order: f64, case: &str) {
+    let found = |k: usize| (errors[k] / errors[k + 1]).ln() / (cells[k + 1] as f64 / cells[k] as f64).ln();
+    let orders: Vec<f64> = (0..N - 1).map(found).collect();
+    println!("{case}: orders {orders:.3?}");
+    let (last, before) = orders.split_last().expect("two meshes at least");
+    assert!(
+        *last > order && before.iter().all(|found| *found > order - 0.3),
+        "{case}: {orders:?}, {errors:?}"
+    );
+}
+
 /// IM7/8551-7 with the fibre tilted out of the surface by `tilt` degrees; nu23 = 0.369.
 pub fn im7(tilt: f64) -> Stiffness {
     let constants = Orthotropic {

@@ -268,6 +268,7 @@ impl Images {
     /// The image, in the part of the turn that is computed, of angle number `angle` of `angles`, and the signs of x, y and z under the
     /// reflections between them: G_ik at the angle is sign_i sign_k G_ik at the image.
     fn source(self, mut angle: usize, angles: usize) -> (usize, [f64; 3]) {
+        debug_assert!(angles.is_multiple_of(4));
         let [across_x, across_y] = self.0;
         let mut signs = [1.0; 3];
         if across_y && angle > angles / 2 {

@@ -12,7 +12,7 @@ use orthowear::geometry::Point;
 
 use super::bodies::{body, graded, spec};
 use super::finite::{elements, solved, sphere};
-use crate::common::{im7, steel};
+use crate::common::{assert_order, im7, steel};
 use crate::fem_bodies::{self, clamp};
 use crate::fem_meshes::block;
 
@@ -99,9 +99,11 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
 #[test]
 fn spheres_and_cavities() {
     for domain in [Domain::Inside, Domain::Outside] {
-        let [coarse, fine] = [3, 6].map(|n| errors(n, Interpolation::Linear, domain));
-        let order = (coarse.corners / fine.corners).log2();
-        assert!(order > 1.3 && fine.corners < 0.035, "{domain:?} {order} {}", fine.corners);
+        let cells = [2, 3, 6];
+        let [coarsest, coarse, fine] = cells.map(|n| errors(n, Interpolation::Linear, domain));
+        let corners = [coarsest.corners, coarse.corners, fine.corners];
+        assert_order(&corners, &cells, 1.3, &format!("{domain:?}"));
+        assert!(fine.corners < 0.035, "{domain:?} {}", fine.corners);
         assert!(fine.mean < 0.012, "{domain:?} {} {}", coarse.mean, fine.mean);
         for (error, bound) in fine.inside.into_iter().zip([1e-3, 0.01, 0.06, 0.06]) {
             assert!(error < bound, "{domain:?} {:?}", fine.inside);

@@ -146,22 +146,9 @@ impl Pair {
     }
 }
 
-/// Largest difference of a part of the model from the full one: forces over the normal force, peak pressure, stick area over the contact
-/// area, tractions over the peak pressure.
+/// Largest difference of a part of the model from the full one: of its records, and of tractions over the peak pressure.
 fn difference(part: &Found, full: &Found, images: f64) -> f64 {
-    assert_eq!(part.records.len(), full.records.len());
-    let mut worst = 0.0_f64;
-    for (own, whole) in part.records.iter().zip(&full.records) {
-        assert!(own.converged && whole.converged);
-        worst = worst.max((images * own.normal_force / whole.normal_force - 1.0).abs());
-        worst = worst.max((own.peak_pressure / whole.peak_pressure - 1.0).abs());
-        worst = worst.max((images * own.stick_area - whole.stick_area).abs() / whole.contact_area);
-        worst = worst.max((images * own.contact_area / whole.contact_area - 1.0).abs());
-        if images == 2.0 {
-            let pull = images * own.tangential_force[0] - whole.tangential_force[0];
-            worst = worst.max(pull.abs() / whole.normal_force);
-        }
-    }
+    let mut worst = difference_of_records(part, full, images);
     let (n, all) = (part.centers.len(), full.centers.len());
     let peak = full.records.last().expect("a record").peak_pressure;
     for (cell, center) in part.centers.iter().enumerate() {
@@ -170,6 +157,27 @@ fn difference(part: &Found, full: &Found, images: f64) -> f64 {
         for plane in 0..3 {
             let gap = part.tractions[plane * n + cell] - full.tractions[plane * all + other];
             worst = worst.max(gap.abs() / peak);
+        }
+    }
+    worst
+}
+
+/// Largest difference of the records of a part of the model from those of the full one: forces over the normal force, motions over
+/// the approach, peak pressure, stick area over the contact area.
+fn difference_of_records(part: &Found, full: &Found, images: f64) -> f64 {
+    assert_eq!(part.records.len(), full.records.len());
+    let mut worst = 0.0_f64;
+    for (own, whole) in part.records.iter().zip(&full.records) {
+        assert!(own.converged && whole.converged);
+        worst = worst.max((images * own.normal_force / whole.normal_force - 1.0).abs());
+        worst = worst.max((own.peak_pressure / whole.peak_pressure - 1.0).abs());
+        worst = worst.max((images * own.stick_area - whole.stick_area).abs() / whole.contact_area);
+        worst = worst.max((images * own.contact_area / whole.contact_area - 1.0).abs());
+        worst = worst.max((own.approach / whole.approach - 1.0).abs());
+        worst = worst.max((own.shift[0] - whole.shift[0]).abs() / whole.approach);
+        if images == 2.0 {
+            let pull = images * own.tangential_force[0] - whole.tangential_force[0];
+            worst = worst.max(pull.abs() / whole.normal_force);
         }
     }
     worst
@@ -270,12 +278,17 @@ fn prescribed_forces_keep_to_the_plane() {
     };
     for (domed, points) in [(false, "nodes"), (true, "nodes"), (false, "faces"), (true, "faces")] {
         let steps: [(&dyn Fn(f64) -> String, f64); 2] = [(&loads, 1e-9), (&fretting, 1e-5)];
-        // Tractions that alternate from face to face hardly move the bodies: strokes to 1e-6 do not determine them any better.
-        let count = if points == "nodes" { 2 } else { 1 };
-        for (steps, tolerance) in steps.into_iter().take(count) {
+        for (case, (steps, tolerance)) in steps.into_iter().enumerate() {
             let full = Pair { domed, points, steps: steps(1.0), ..Pair::default() };
             let half = Pair { steps: steps(0.5), ..full.with_planes(1) }.run();
-            let found = difference(&half, &full.run(), 2.0);
+            let full = full.run();
+            // Tractions that alternate from face to face hardly move the bodies: strokes repeated to 1e-6 determine those of single faces
+            // less well, of which the peak pressure is one.
+            let (found, tolerance) = if points == "faces" && case == 1 {
+                (difference_of_records(&half, &full, 2.0), 1e-4)
+            } else {
+                (difference(&half, &full, 2.0), tolerance)
+            };
             println!("domed {domed}, {points}: {found:.1e}");
             assert!(found < tolerance, "{found:e}");
             if points == "nodes" {
@@ -357,15 +370,27 @@ fn halved(line: &str) -> String {
     }
 }
 
-/// The key of the refusal of a half model with some text changed.
-fn refused(changes: &[(&str, &str)]) -> (String, String) {
+/// Frames of a half model that end at its plane: of nodes, of faces, and a grid.
+const FRAMES: [&str; 3] = [
+    "kind = \"mesh\"\nbody = 1\npoints = \"nodes\"",
+    "kind = \"mesh\"\nbody = 1\npoints = \"faces\"",
+    "kind = \"grid\"\ncenter = [0.0, 0.6]\nhalf_width = [1.2, 0.6]\ncells = [8, 4]",
+];
+
+/// The half model on a frame, with some text changed.
+fn changed(frame: &str, changes: &[(&str, &str)]) -> Result<Found, (String, String)> {
     let half = Pair { steps: [PRESSED, SHIFTED].concat(), ..Pair::default() }.with_planes(1);
-    let text = changes.iter().fold(half.text(), |text, (from, to)| {
+    let text = [&[(FRAMES[0], frame)], changes].concat().iter().fold(half.text(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replacen(from, to, 1)
     });
-    match half.run_text(&text) {
-        Ok(_) => panic!("not refused: {changes:?}"),
+    half.run_text(&text)
+}
+
+/// The key and the message of the refusal of a half model on a frame, with some text changed.
+fn refused(frame: &str, changes: &[(&str, &str)]) -> (String, String) {
+    match changed(frame, changes) {
+        Ok(_) => panic!("not refused on {frame}: {changes:?}"),
         Err(refusal) => refusal,
     }
 }
@@ -389,21 +414,38 @@ fn contradictions_are_refused() {
         ("cycles = { count = 1, force_amplitude = 1.0, angle = 45.0 }", "steps.1.cycles"),
         ("sliding = { distance = 1.0, angle = 90.0 }", "steps.1.sliding"),
     ];
-    for (control, key) in controls {
-        let (found, message) = refused(&[(SHIFT, control)]);
-        assert_eq!(found, key, "{message}");
-        assert!(message.contains("normal is y"), "{message}");
-    }
     let oblique = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 30.0";
-    let (key, message) = refused(&[(COULOMB, oblique)]);
-    assert!(key == "friction" && message.contains("oblique"), "{key}: {message}");
+    for frame in FRAMES {
+        for (control, key) in controls {
+            let (found, message) = refused(frame, &[(SHIFT, control)]);
+            assert_eq!(found, key, "{frame}: {message}");
+            assert!(message.contains("normal is y"), "{frame}: {message}");
+        }
+        let (key, message) = refused(frame, &[(COULOMB, oblique)]);
+        assert!(key == "friction" && message.contains("oblique"), "{frame}, {key}: {message}");
+    }
     let (key, message) =
-        refused(&[("near_field = \"mesh\"\nsymmetry = [\"low1\"]", "near_field = \"mesh\"")]);
+        refused(FRAMES[0], &[("near_field = \"mesh\"\nsymmetry = [\"low1\"]", "near_field = \"mesh\"")]);
     assert!(key == "body2.symmetry.0" && message.contains("body1 has none"), "{key}: {message}");
     let moved = "displaced = [{ group = \"low1\", components = [\"y\"], value = [0.001] }]";
     let base = ("group = \"low2\" }", "group = \"low2\", components = [\"x\", \"z\"] }");
-    let (key, message) = refused(&[(SYMMETRY, moved), base]);
+    let (key, message) = refused(FRAMES[0], &[(SYMMETRY, moved), base]);
     assert!(key == "body1.displaced.0" && message.contains("past one another"), "{key}: {message}");
+}
+
+/// Truth: loads, motions and friction that are symmetric about the plane, on frames of all kinds that end at it.
+#[test]
+fn what_is_symmetric_is_accepted() {
+    let along = "law = \"elliptic\"\nmu1 = 0.3\nmu2 = 0.4\nangle = 90.0";
+    for frame in FRAMES {
+        for change in
+            [(SHIFT, "tangential_force = [10.0, 0.0]"), (SHIFT, "moment = [0.0, 1.0]"), (COULOMB, along)]
+        {
+            if let Err((key, message)) = changed(frame, &[change]) {
+                panic!("{frame}, {change:?}: {key}: {message}");
+            }
+        }
+    }
 }
 
 /// Truth: the same boundary conditions in other words, or moved together, give the same tractions; without a part across them nothing
