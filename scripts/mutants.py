@@ -57,9 +57,8 @@ def copied(changed):
 
 
 def verification(arguments, mistake=""):
-    """The verification tests of the copy, with the dependencies that scripts/test has built."""
-    target = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))
-    environment = dict(os.environ, CARGO_TARGET_DIR=target, ORTHOWEAR_MISTAKE=mistake)
+    """The verification tests of the copy, built in a folder of their own: in that of scripts/test they would pass for its tests."""
+    environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target" / "mutants-build"), ORTHOWEAR_MISTAKE=mistake)
     command = ["cargo", "test", "--release", "--locked", "--test", "verification", *arguments]
     return subprocess.run(command, cwd=COPY, env=environment, capture_output=True, text=True)
 
