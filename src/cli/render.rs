@@ -82,9 +82,11 @@ fn with_neighbours(text: &str, start: usize, end: usize) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::DiagnosticKind;
 
     fn rendered(text: &str, range: Range<usize>) -> String {
         let mistake = Mistake {
+            kind: DiagnosticKind::Other,
             key: "a.b".to_owned(),
             message: "found\tsomething".to_owned(),
             label: "beside".to_owned(),

@@ -3,7 +3,7 @@
 use serde_json::Value as Json;
 
 use super::document::{Document, Entry, Node, Value, is_whole, join};
-use super::mistake::Mistake;
+use super::mistake::{DiagnosticKind, Mistake};
 use super::suggest::{closest, list};
 
 /// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
@@ -219,7 +219,8 @@ impl<'a> Walk<'a> {
         } else if let Some(word) = closest(name, &known) {
             mend = format!("did you mean `{word}`? {mend}");
         }
-        self.report(path, format!("{place} has no key `{name}`"), "unknown key", mend);
+        let mistake = Mistake::at(self.document, path, format!("{place} has no key `{name}`"));
+        self.mistakes.push(mistake.kind(DiagnosticKind::UnknownKey).label("unknown key").mend(mend));
     }
 
     fn array(&mut self, node: &Node, schema: &'a Json, key: &str) {

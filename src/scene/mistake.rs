@@ -17,9 +17,22 @@ pub enum Place {
     Scene,
 }
 
+/// What kind of error a mistake is, where the code depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DiagnosticKind {
+    /// A table has a key that the schema does not know.
+    UnknownKey,
+    /// An override `--set key.path=value` cannot be applied.
+    BadOverride,
+    /// Any other error.
+    Other,
+}
+
 /// One thing the user has to mend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
+    /// The kind of error.
+    pub kind: DiagnosticKind,
     /// The key, dotted as in `--set` ("body1.fibre.tilt"); empty for the scene as a whole.
     pub key: String,
     /// What was found and why it is wrong.
@@ -36,12 +49,19 @@ impl Mistake {
     /// A mistake at `key` of `document`, with a message that says what was found.
     pub fn at(document: &Document, key: &str, message: impl Into<String>) -> Self {
         Self {
+            kind: DiagnosticKind::Other,
             key: key.to_owned(),
             message: message.into(),
             label: "here".to_owned(),
             mend: String::new(),
             place: document.place(key),
         }
+    }
+
+    /// The same mistake with its kind.
+    pub fn kind(mut self, kind: DiagnosticKind) -> Self {
+        self.kind = kind;
+        self
     }
 
     /// The same mistake with a few words beside the excerpt.

@@ -20,7 +20,7 @@ pub mod variant;
 use std::path::Path;
 
 pub use document::Document;
-pub use mistake::{Mistake, Mistakes};
+pub use mistake::{DiagnosticKind, Mistake, Mistakes};
 pub use plan::Plan;
 pub use units::HINT as UNITS_HINT;
 

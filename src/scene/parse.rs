@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::document::{Document, Entry, Node, Origin, Value, node, position, segments, table};
-use super::mistake::{Mistake, Mistakes, Place};
+use super::mistake::{DiagnosticKind, Mistake, Mistakes, Place};
 
 /// Most parts of a key that an override names; a file has at most so many, too.
 const DEEPEST: usize = 80;
@@ -91,6 +91,7 @@ fn syntax_mistake(text: &str, message: &str, span: Option<std::ops::Range<usize>
         "a scene is a TOML file: `key = value` lines below `[table]` headings, texts in double quotes"
     };
     Mistake {
+        kind: DiagnosticKind::Other,
         key: String::new(),
         message: format!("not valid TOML: {message}"),
         label: "here".to_owned(),
@@ -109,6 +110,7 @@ fn has_decimal_comma(line: &str) -> bool {
 fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake>> {
     let wrong = |message: String, mend: &str| {
         Box::new(Mistake {
+            kind: DiagnosticKind::BadOverride,
             key: String::new(),
             message,
             label: String::new(),

@@ -14,7 +14,7 @@ use crate::linalg::memory::MemoryLimit;
 use crate::results::file::hexadecimal;
 use crate::scene::mistake::Place;
 use crate::scene::plan::Plan;
-use crate::scene::{self, Document, Mistake, Mistakes};
+use crate::scene::{self, DiagnosticKind, Document, Mistake, Mistakes};
 
 /// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
 fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
@@ -102,7 +102,9 @@ impl<'a> Reader<'a> {
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.
                 let lost = |mistake: &Mistake| match &mistake.place {
-                    Place::Option(option) if mistake.label.is_empty() => Some(option.clone()),
+                    Place::Option(option) if mistake.kind == DiagnosticKind::BadOverride => {
+                        Some(option.clone())
+                    }
                     _ => None,
                 };
                 let lost: Vec<String> = mistakes.list.iter().filter_map(lost).collect();
@@ -170,7 +172,7 @@ impl<'a> Reader<'a> {
         for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
             // Where the key is wrong, none of its values can be right.
-            let of_key = mistake.label == "unknown key" || mistake.label.is_empty();
+            let of_key = matches!(mistake.kind, DiagnosticKind::UnknownKey | DiagnosticKind::BadOverride);
             return Some(if of_key { axis.place_of_key(k) } else { axis.place_of_value(k, value) });
         }
         None
