@@ -8,8 +8,11 @@ const NOTHING: f64 = 1e-4;
 
 /// The accuracy as a person reads it.
 pub(super) fn describe(record: &AccuracyRecord) -> String {
-    let mut rows =
-        vec![["step", "result", "value", "+-", "relative", "extrapolated"].map(str::to_owned).to_vec()];
+    let mut rows = vec![
+        ["step", "result", "value", "estimated error", "relative error", "extrapolated"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
     let matters =
         |result: &&Estimated| result.relative.is_none_or(|relative| relative > NOTHING * record.requested);
     for result in record.results.iter().filter(matters) {
@@ -27,8 +30,8 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
     let cells =
         last.and_then(|run| run.cells).map(|[x, y]| format!(" with {x} x {y} cells")).unwrap_or_default();
     let times = last.filter(|run| run.increments > 1);
-    let times = times.map(|run| format!(", {} times the increments", run.increments)).unwrap_or_default();
-    let reached = if record.met { "reached" } else { "NOT REACHED, the last run that converged is one" };
+    let times = times.map(|run| format!(", increments x {}", run.increments)).unwrap_or_default();
+    let reached = if record.met { "reached" } else { "NOT REACHED; last converged run" };
     let n = record.runs.len();
     let plural = if n == 1 { "run" } else { "runs" };
     let of = record.of.join(", ");

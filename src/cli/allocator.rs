@@ -63,8 +63,8 @@ fn end(bytes: usize) -> ! {
     let mut line = Line { bytes: [0; 512], length: 0 };
     let _ = writeln!(
         line,
-        "error: not enough memory: {bytes} more bytes are not to be had; nothing more is written, checkpoints are kept: take a \
-         coarser mesh or fewer cells, or raise the limit (ulimit -v) and go on with --resume"
+        "error: out of memory: {bytes} more bytes could not be allocated. Existing checkpoints are kept, nothing else \
+         is written. Use a coarser mesh or fewer cells, or raise the limit (ulimit -v), and resume with --resume"
     );
     // SAFETY: the bytes are there; _exit has no conditions.
     unsafe {

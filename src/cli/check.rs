@@ -27,7 +27,7 @@ const DEFAULTS: [(&str, &str); 12] = [
     ("solver.skip", "true"),
     ("solver.precision", "mixed"),
     ("solver.compression_tolerance", "1e-8"),
-    ("solver.memory_limit", "80 % of what is available when the run starts"),
+    ("solver.memory_limit", "80 % of the memory available at the start of the run"),
     ("output.fields", "[\"vtu\", \"svg\"]"),
 ];
 
@@ -57,7 +57,7 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
         let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.words()).collect();
         let words = format!(
-            "{:e}: runs with finer {} until it is reached; above are those of the scene",
+            "target {:e}: {} are refined until the estimated error is below it; the values above are those of the scene",
             wanted.relative,
             knobs.join(", ")
         );
@@ -87,7 +87,7 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
     for note in plan.notes.iter().chain(of_bodies).chain(notes) {
         text.push_str(&format!("\n{}\n", remark(note)));
     }
-    text.push_str(&format!("\n{}: no mistakes found\n", plan.document.file));
+    text.push_str(&format!("\n{}: no errors found\n", plan.document.file));
     text
 }
 
@@ -126,7 +126,7 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
             }
         }
         FrameSpec::Mesh { body, points, .. } => {
-            let what = if points == FramePoints::Faces { "faces" } else { "cells around the nodes" };
+            let what = if points == FramePoints::Faces { "faces" } else { "node cells" };
             format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
@@ -168,7 +168,7 @@ fn wear(plan: &Plan) -> String {
     let bodies = moving::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
     let bodies: Vec<String> = bodies.collect();
     format!(
-        "{law}; mesh of {} moved with wear when deeper than {share} of its elements",
+        "{law}; the mesh of {} is moved when the wear depth exceeds {share} of its element size",
         bodies.join(" and ")
     )
 }
@@ -176,12 +176,12 @@ fn wear(plan: &Plan) -> String {
 fn wear_law(law: &WearLaw) -> String {
     match *law {
         WearLaw::None => "none".to_owned(),
-        WearLaw::Archard { i } => format!("Archard, intensity {i:e}"),
-        WearLaw::Orthotropic { i, .. } => format!("orthotropic, intensities {:e}, {:e}", i[0], i[1]),
+        WearLaw::Archard { i } => format!("Archard, specific wear rate {i:e}"),
+        WearLaw::Orthotropic { i, .. } => format!("orthotropic, specific wear rates {:e}, {:e}", i[0], i[1]),
         WearLaw::Frp { .. } => law.intensity(None).map_or_else(String::new, |wear| {
-            format!("fibre-reinforced plastic, intensities {:.4e}, {:.4e}", wear.i[0], wear.i[1])
+            format!("fibre-reinforced plastic, specific wear rates {:.4e}, {:.4e}", wear.i[0], wear.i[1])
         }),
-        WearLaw::Energy { k } => format!("{k:e} per friction energy"),
+        WearLaw::Energy { k } => format!("energy, wear volume {k:e} per friction energy"),
     }
 }
 
@@ -189,7 +189,7 @@ fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
     let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
     let row = |step: &Step| {
         let wanted = match step.row {
-            Some(row) => format!("load history of {} points, the first {}", row.count, prescribed(step)),
+            Some(row) => format!("load history of {} points, first: {}", row.count, prescribed(step)),
             None => prescribed(step),
         };
         vec![format!("  {}", step.name), wanted, how(step)]
@@ -234,7 +234,7 @@ fn prescribed(step: &Step) -> String {
             short(rolling.spin)
         ));
     }
-    if parts.is_empty() { "as before".to_owned() } else { parts.join(", ") }
+    if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
 /// The motion of cycles.
@@ -248,7 +248,7 @@ fn motion(cycles: &Cycles) -> String {
             let path = if left == 0.0 {
                 format!("+-{along}")
             } else {
-                format!("round an ellipse of {along} x {left}")
+                format!("an ellipse with semi-axes {along} x {left}")
             };
             let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
             let mut text =
@@ -256,7 +256,7 @@ fn motion(cycles: &Cycles) -> String {
             let correction = closed.resolve.map(|used| used.correction);
             match correction {
                 Some(Correction::Always | Correction::WhereNeeded) => {
-                    text.push_str(", resolved in increments as needed");
+                    text.push_str(", increments per stroke as needed");
                 }
                 _ if closed.increments > 1 => {
                     text.push_str(&format!(", {} increments per stroke", closed.increments));
@@ -274,7 +274,7 @@ fn how(step: &Step) -> String {
         Some(cycles) => match cycles.jumps {
             Jumps::Number(jumps) => format!("{jumps} jumps"),
             Jumps::Tolerance(tolerance) => {
-                format!("jumps by their estimated error, {tolerance:e} of the worn depth")
+                format!("jumps controlled by their estimated error, {tolerance:e} of the wear depth")
             }
         },
         None if step.increments == 1 => "1 increment".to_owned(),

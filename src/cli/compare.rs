@@ -98,7 +98,9 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
 fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
     let mut plan = arguments.scene.plan().map_err(|mistakes| refuse(&mistakes))?;
     if plan.accuracy.is_some() {
-        let error = Error::input("variants are compared on the cells of the scene: leave out `accuracy`");
+        let error = Error::input(
+            "`compare` runs all variants on the cells of the scene and does not support `accuracy`: remove it",
+        );
         return Err(refuse(&Mistakes::from_error(&plan.document, "accuracy", &error)));
     }
     if !arguments.no_cache {
@@ -109,9 +111,8 @@ fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
 
 /// A warning where there is nothing to compare.
 fn one_only(variants: &[Variant], named: bool) -> Option<String> {
-    (variants.len() == 1 && !named).then(|| {
-        "neither body has a mesh, so that nothing else can stand for it: there is one variant only".to_owned()
-    })
+    (variants.len() == 1 && !named)
+        .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())
 }
 
 /// What the runs of the variants share.
@@ -219,7 +220,7 @@ fn describe(comparison: &Comparison) -> String {
     let refused = comparison.variants.iter().filter(|variant| variant.status != Some(Status::Converged));
     for variant in refused {
         let unknown =
-            if variant.status == Some(Status::Interrupted) { "interrupted" } else { "no reason known" };
+            if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
         let words =
             if variant.status == Some(Status::NotConverged) { reason(Some(words)) } else { words.to_owned() };
@@ -234,8 +235,17 @@ fn describe(comparison: &Comparison) -> String {
 fn step_rows(comparison: &Comparison) -> Vec<Vec<String>> {
     let units = &comparison.units;
     let (length, stress) = (&units.length, units.stress().replace("^{2}", "2"));
-    let heads =
-        ["step", "variant", "load", "tangential force", "contact", "stick", "peak", "worn", "residual"];
+    let heads = [
+        "step",
+        "variant",
+        "load",
+        "tangential force",
+        "contact area",
+        "stick area",
+        "peak pressure",
+        "wear volume",
+        "residual",
+    ];
     let dimensions = [
         "",
         "",

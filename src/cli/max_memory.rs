@@ -47,8 +47,8 @@ pub fn max_memory(text: &str) -> Result<MaxMemory, String> {
         size.bytes().map(MaxMemory::Bytes)
     };
     text.strip_suffix('%').map_or_else(size, percent).ok_or_else(|| {
-        "it must be a number of bytes, a size like \"4 GiB\" or \"500 MB\", or a percentage of what is available above 0 and at most 100, \
-         like \"80 %\""
+        "give a number of bytes, a size like \"4 GiB\" or \"500 MB\", or a percentage of the available memory (above \
+         0, at most 100) like \"80 %\""
             .to_owned()
     })
 }

@@ -34,7 +34,7 @@ pub use allocator::Allocator;
 pub use max_memory::{MaxMemory, max_memory};
 pub use render::render;
 
-/// Frictional contact and wear of orthotropic bodies: finite elements and half-spaces on a contact frame.
+/// Frictional contact and wear of orthotropic bodies: finite elements, boundary elements and half-spaces on a contact frame.
 #[derive(Debug, Parser)]
 #[command(name = "orthowear", version, arg_required_else_help = true)]
 struct CommandLine {
@@ -44,21 +44,21 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Computes a scene and writes its results.
+    /// Runs a scene and writes its results.
     Run(RunArgs),
-    /// Computes a scene with its meshed bodies of finite elements, of boundary elements and as half-spaces, and shows what differs.
+    /// Runs a scene in several variants (finite elements, boundary elements, half-spaces) and reports the differences.
     Compare(CompareArgs),
-    /// Runs a scene for all combinations of some of its values, and collects the results.
+    /// Runs a parameter study: all combinations of given values, with a table of the results.
     Study(study::StudyArgs),
-    /// Checks a scene with its meshes and says what a run would compute, skip and need.
+    /// Validates a scene and its meshes; prints what a run would compute and skip, and its expected time and memory.
     Check(SceneArgs),
-    /// Runs a scene's first steps, estimates the error of its meshes and writes sizes for the next ones.
+    /// Estimates the discretisation error of the meshes from the first steps and writes gmsh size fields for better meshes.
     Refine(refine::RefineArgs),
-    /// Writes one page of HTML that shows the results of a run, a comparison or a study.
+    /// Writes an HTML report of the results of a run, a comparison or a study.
     Report(report::ReportArgs),
     /// Prints the JSON Schema of a scene, or of a study.
     Schema {
-        /// That of a study file.
+        /// Prints the schema of study files instead.
         #[arg(long)]
         study: bool,
     },
@@ -72,10 +72,10 @@ struct SceneArgs {
     /// Replaces a value of the scene, e.g. --set gap.radius=25.0 or --set steps.indent.approach=0.01.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     overrides: Vec<String>,
-    /// Number of threads; the results are the same for any number.
+    /// Number of threads; results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Memory that may be taken: bytes, a size like "4 GiB", or a share of what is available like "50 %"; in place of the scene's `solver.memory_limit`.
+    /// Memory limit: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
     #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
     max_memory: Option<MaxMemory>,
 }
@@ -93,19 +93,19 @@ impl SceneArgs {
 struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Directory of the results; default: the scene's name with .out beside the scene.
+    /// Output directory; default: path of the scene with the extension .out.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
     no_cache: bool,
-    /// Relative error that the results may have, e.g. 1e-3: cells, increments and jumps are then chosen; in place of the scene's `accuracy`.
+    /// Target relative error, e.g. 1e-3: cells, increments and wear jumps are refined until it is reached. Overrides `accuracy` of the scene.
     #[arg(long, value_name = "ERROR", value_parser = relative)]
     accuracy: Option<f64>,
-    /// Goes on from the last checkpoint in the output directory, if there is one.
+    /// Resumes from the last checkpoint in the output directory, if there is one.
     #[arg(long)]
     resume: bool,
-    /// Prints nothing but errors.
+    /// Prints errors only.
     #[arg(long)]
     quiet: bool,
 }
@@ -120,17 +120,17 @@ fn relative(text: &str) -> Result<f64, String> {
 struct CompareArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Variants: what body 1 and body 2 are, FE, BE, HS (half-space), THS (truncated) or rigid, like FE-FE,BE-BE; the first is what the others are compared
-    /// with.
+    /// Variants to run, e.g. FE-FE,BE-BE: the model of body 1 and of body 2, each FE, BE, HS (half-space), THS
+    /// (truncated half-space) or rigid. The first is the reference.
     #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
     variants: Vec<Pair>,
-    /// Directory of the results; default: the scene's name with .compare beside the scene.
+    /// Output directory; default: path of the scene with the extension .compare.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
     no_cache: bool,
-    /// Prints nothing but errors.
+    /// Prints errors only.
     #[arg(long)]
     quiet: bool,
 }

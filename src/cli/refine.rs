@@ -25,28 +25,28 @@ use crate::study::{self, Study};
 pub(super) struct RefineArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Error of the stress to aim at, relative, in the energy norm; default half of the present one.
+    /// Target relative error of the stress in the energy norm; default half of the current one.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     error: Option<f64>,
-    /// File of the size field (.pos); default the scene's name with _body1.pos, beside the scene.
+    /// Size field file (.pos); default SCENE_body1.pos next to the scene.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Body to refine; needed with --out where both have meshes.
+    /// Body to refine; required with --out if both bodies have meshes.
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
     body: Option<u8>,
-    /// Last step to run; default the last one before the first with cycles.
+    /// Last step to run; default the last step before the first one with `cycles` or `sliding`.
     #[arg(long, value_name = "NAME")]
     step: Option<String>,
-    /// Least size of an element; default a quarter of the smallest present one.
+    /// Smallest element size; default a quarter of the current smallest.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     min_size: Option<f64>,
-    /// Largest size of an element; default twice the largest present one.
+    /// Largest element size; default twice the current largest.
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     max_size: Option<f64>,
-    /// Growth of the size per distance.
+    /// Largest gradient of the element size (change of size per distance).
     #[arg(long, value_name = "RATE", value_parser = positive, default_value = "0.4")]
     growth: f64,
-    /// Prints nothing but errors.
+    /// Prints errors only.
     #[arg(long)]
     quiet: bool,
 }
@@ -157,8 +157,10 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
     };
     match (chosen.as_slice(), &arguments.out) {
         ([], _) => Err(Error::input(match arguments.body {
-            Some(body) => format!("body {body} is not one of finite elements: only those have an error estimate to refine by"),
-            None => "no body of the scene is one of finite elements: only those have an error estimate to refine by"
+            Some(body) => format!(
+                "body {body} is not a finite-element body; only finite-element bodies have an error estimate"
+            ),
+            None => "the scene has no finite-element body; only finite-element bodies have an error estimate"
                 .to_owned(),
         })),
         ([_, _], Some(_)) => {
@@ -205,14 +207,16 @@ fn write_fields(
             estimates.push(estimate);
         }
         if estimates.iter().all(|estimate| estimate.norm > 0.0 && estimate.relative() < ROUNDING) {
-            text.push_str(&format!("{key}: the mesh is as fine as it need be; no sizes were written\n"));
+            text.push_str(&format!(
+                "{key}: the estimated error is at rounding level; no size field was written\n"
+            ));
             continue;
         }
         let field = size_field(mesh, &estimates, &wanted)?;
         let source = plan.bodies[*index].fe().map_or("", |fe| fe.mesh_name.as_str());
         write(file, mesh, &field, &comment(plan, source, &field))?;
         text.push_str(&format!(
-            "{key}: {} elements; for an error of {:.2} % about {:.0}, sizes {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
+            "{key}: {} elements now; an error of {:.2} % needs about {:.0} elements of size {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
              GEO -o NEW.msh{NOT_FROM_THE_GEO}\n",
             field.elements,
             100.0 * field.error,
@@ -243,10 +247,10 @@ fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate>
 
 fn comment(plan: &Plan, source: &str, field: &SizeField) -> Vec<String> {
     vec![
-        format!("Sizes for the next mesh in the place of {source}, for an estimated error of {:.2} %.", 100.0 * field.error),
+        format!("Element sizes for a mesh to replace {source}, for an estimated error of {:.2} %.", 100.0 * field.error),
         format!("Made by orthowear {} refine from {}.", env!("CARGO_PKG_VERSION"), plan.document.file),
         format!("gmsh -3 -bgm THIS_FILE GEO -o NEW.msh{NOT_FROM_THE_GEO}"),
-        "Sizes guide meshes of tetrahedra (and of triangles to extrude); transfinite and extruded cells do not follow them."
+        "Size fields control tetrahedral meshes (and triangle meshes before extrusion); transfinite and extruded cells ignore them."
             .to_owned(),
     ]
 }

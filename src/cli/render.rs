@@ -31,7 +31,7 @@ pub fn render(mistakes: &Mistakes) -> String {
     }
     let n = mistakes.list.len();
     let more = if n > MOST { format!(" ({} not shown)", n - MOST) } else { String::new() };
-    let plural = if n == 1 { "mistake" } else { "mistakes" };
+    let plural = if n == 1 { "error" } else { "errors" };
     text.push_str(&format!("{n} {plural} in {}{more}; nothing was computed.\n", mistakes.file));
     text
 }
@@ -123,7 +123,7 @@ mod tests {
                 "  |",
                 "  = help: do this",
                 "",
-                "1 mistake in scene.toml; nothing was computed."
+                "1 error in scene.toml; nothing was computed."
             ]
         );
     }

@@ -11,9 +11,9 @@ use crate::results::report::{REPORT, Report, is_report};
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
-    /// Directory with the results of run, compare or study.
+    /// Output directory of run, compare or study.
     directory: PathBuf,
-    /// File of the page; default report.html in the directory.
+    /// File of the report; default report.html in the directory.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -30,7 +30,7 @@ fn written(arguments: &ReportArgs) -> Result<u8> {
     }
     if path.symlink_metadata().is_ok() && !is_report(&path) {
         return Err(Error::input(format!(
-            "{} is there and is no page of this program; name another file with --out",
+            "{} exists and was not written by orthowear; choose another file with --out",
             path.display()
         )));
     }

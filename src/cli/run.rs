@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
         to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            to_stdout(&format!("to go on: {}\n", resume::command(arguments, code)));
+            to_stdout(&format!("to resume: {}\n", resume::command(arguments, code)));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
@@ -93,7 +93,7 @@ fn begin(
     let mut checkpoints = Checkpoints::of(plan)?;
     if arguments.resume && plan.accuracy.is_some() {
         return Err(Error::input(
-            "a run that chooses its cells by an accuracy has no checkpoints to go on from: leave out --resume, or the accuracy",
+            "--resume cannot be used with a target accuracy: such a run writes no checkpoints. Remove --resume or the accuracy",
         ));
     }
     if arguments.resume {
@@ -115,7 +115,7 @@ fn begin(
 fn ended(summary: &Summary, directory: &Path) -> String {
     let results = directory.join(SUMMARY);
     format!(
-        "{}: has converged before, nothing to resume (without --resume it is computed again)\nresults: {}\n",
+        "{}: already converged, nothing to resume (run without --resume to compute it again)\nresults: {}\n",
         summary.title,
         results.display()
     )
@@ -189,29 +189,31 @@ fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
 pub(super) fn reason(word: Option<&str>) -> String {
     match word {
         Some("iterations") => {
-            "the iterations did not suffice (iterations): raise solver.max_iterations or solver.tolerance"
+            "the contact solver reached its iteration limit (iterations): increase solver.max_iterations or relax \
+             solver.tolerance"
         }
         Some("gross-sliding") => {
-            "friction cannot carry the tangential load (gross-sliding): lower it, or prescribe `shift` or `twist`"
+            "the tangential load exceeds the friction limit (gross-sliding): reduce it, or prescribe the displacement \
+             `shift` or `twist` instead"
         }
-        Some("contact-lost") => "the bodies came apart (contact-lost): check approach, forces and moments",
+        Some("contact-lost") => "the bodies separated (contact-lost): check approach, forces and moments",
         Some("frame-edge") => {
-            "wear brings the contact to the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells, or \
-             see the warnings for what keeps the frame from growing"
+            "the worn contact reached the edge of the frame (frame-edge): enlarge frame.half_width and frame.cells; \
+             the warnings say why the frame could not grow"
         },
         Some("stick-zone") => {
-            "the cells that stick through a fretting cycle did not settle (stick-zone): more jumps, another amplitude or more \
-             cells may help, more iterations do not"
+            "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \
+             more cells; more iterations do not help"
         }
         Some(job::REASON) => {
-            "the estimated errors stay above the accuracy (accuracy): raise it, ask for other results (accuracy.of), or see accuracy in \
-             summary.json for what does not converge"
+            "the estimated error stays above the target (accuracy): relax the target or select other results \
+             (accuracy.of); `accuracy` in summary.json shows which result does not converge"
         }
         Some("linear-solver") => {
-            "the systems of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
+            "the linear equations of a body were not solved (linear-solver): raise --max-memory or solver.memory_limit"
         }
         Some(other) => other,
-        None => "no reason known",
+        None => "reason unknown",
     }
     .to_owned()
 }

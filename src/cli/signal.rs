@@ -11,7 +11,8 @@ use super::{exit, to_stderr};
 use crate::interrupt;
 
 /// What is said at once.
-const HEARD: &str = "\ninterrupted: stopping, results so far are kept (again after a second: stops at once and writes nothing)\n";
+const HEARD: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
+                     once, without writing)\n";
 
 /// Signals within this time after the first are the same wish: programs that stop others send theirs to the process and to its group.
 const SAME_WISH: Duration = Duration::from_secs(1);

@@ -46,12 +46,12 @@ pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> 
     format!(
         r#"#!/bin/bash
 # {runs} runs of a study in an array of {jobs} jobs with {each} runs each at most, and a job that collects the table.
-# Submit it with bash: that takes both. A job that its time limit ends goes on where it was when it is submitted once more.
+# Submit with `bash SCRIPT`: it submits the array and the collecting job. Jobs that reach their time limit resume when it is submitted again.
 #SBATCH --job-name={name}
 #SBATCH --cpus-per-task={threads}
 #SBATCH --mem={memory}M
 #SBATCH --signal=B:TERM@60
-# What your cluster wants besides, for both: --time, --partition, --account.
+# Add here what your cluster requires for both jobs: --time, --partition, --account.
 
 orthowear=${{ORTHOWEAR:-orthowear}}
 study={study}

@@ -22,39 +22,39 @@ use crate::study::sweep::{self, Sweep};
 /// Options of `orthowear study`.
 #[derive(Debug, Args)]
 pub(super) struct StudyArgs {
-    /// Study file (TOML): a scene and the values that vary.
+    /// Study file (TOML): a scene and the values to vary.
     pub(super) study: PathBuf,
-    /// Directory of the results; default: the study's name with .study beside it.
+    /// Output directory; default: path of the study file with the extension .study.
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
     /// Replaces a value of the scene in all runs, e.g. --set gap.radius=25.0.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub(super) overrides: Vec<String>,
-    /// Number of threads of all runs together; the results are the same for any number.
+    /// Number of threads of all runs together; results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Memory that all runs together may take: bytes, a size like "4 GiB", or a share of what is available like "50 %"; in place of the scene's `solver.memory_limit`.
+    /// Memory limit of all runs together: bytes, a size like "4 GiB", or a share of the available memory like "50 %". Overrides `solver.memory_limit`.
     #[arg(long, value_name = "SIZE", value_parser = max_memory, allow_hyphen_values = true)]
     pub(super) max_memory: Option<MaxMemory>,
-    /// Computes flexibilities of meshed bodies anew and keeps none for later runs.
+    /// Does not read or write the cache of flexibility matrices of meshed bodies.
     #[arg(long)]
     pub(super) no_cache: bool,
-    /// Leaves runs that have converged as they are, and goes on with unfinished ones from their last checkpoints.
+    /// Keeps converged runs and resumes unfinished ones from their last checkpoints.
     #[arg(long)]
     resume: bool,
-    /// Runs these alone, by their numbers from 1 in the order of the table, like 3 or 1-4,9, and writes no table: see --collect.
+    /// Runs only these run numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table); writes no table, see --collect.
     #[arg(long, value_name = "NUMBERS", conflicts_with_all = ["collect", "emit"])]
     only: Option<Numbers>,
-    /// Runs nothing: writes the table from the folders of the runs that have been done.
+    /// Runs nothing; writes the table from the results of finished runs.
     #[arg(long, conflicts_with_all = ["resume", "emit", "jobs"])]
     collect: bool,
-    /// Runs nothing: prints a script that runs the study on a cluster, in an array of jobs.
+    /// Runs nothing; prints a script that runs the study on a cluster as a job array.
     #[arg(long, value_name = "KIND", conflicts_with = "resume")]
     emit: Option<Emit>,
-    /// Number of jobs of the script; by default one for each run, at most 1000.
+    /// Number of jobs in the array; default one per run, at most 1000.
     #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) jobs: Option<u32>,
-    /// Prints nothing but errors.
+    /// Prints errors only.
     #[arg(long)]
     quiet: bool,
 }
@@ -134,15 +134,15 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
         more => text.push_str(&format!(", {more} combinations left out")),
     }
     match shared {
-        None => text.push_str(&format!(", {kept} of them done")),
+        None => text.push_str(&format!(", {kept} of them finished")),
         Some(shared) => {
             if kept > 0 {
-                text.push_str(&format!(", {kept} as they were"));
+                text.push_str(&format!(", {kept} kept from before"));
             }
             match images {
                 0 => {}
-                1 => text.push_str(", 1 the image of another one"),
-                more => text.push_str(&format!(", {more} images of others")),
+                1 => text.push_str(", 1 obtained from another run by symmetry"),
+                more => text.push_str(&format!(", {more} obtained from other runs by symmetry")),
             }
             text.push_str(&format!(", {}, in {}", aside(shared), seconds(started.elapsed().as_secs_f64())));
         }
@@ -150,7 +150,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     match table {
         Some(place) => text.push_str(&format!("\nresults: {}\n", place.display())),
         None => text.push_str(&format!(
-            "\nresults: {}; `orthowear study {} --collect` makes the table\n",
+            "\nresults: {}; `orthowear study {} --collect` writes the table\n",
             directory.display(),
             arguments.study.display()
         )),
@@ -172,9 +172,8 @@ fn aside(shared: Share) -> String {
 fn numbers(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     let n = sweep.runs.len();
     let Some(only) = &arguments.only else { return Ok((0..n).collect()) };
-    only.up_to(n).ok_or_else(|| {
-        Error::input(format!("--only {only} names runs that are not there: the study has runs 1 to {n}"))
-    })
+    only.up_to(n)
+        .ok_or_else(|| Error::input(format!("--only {only}: no such run; the study has runs 1 to {n}")))
 }
 
 /// A line for each run that did not converge.
@@ -184,7 +183,7 @@ fn unfinished(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
         let why = match run.status {
             Some(Status::Converged) => return None,
             Some(Status::NotConverged) => format!("not converged: {}", reason(words)),
-            Some(Status::Failed) => format!("failed: {}", words.unwrap_or("no reason known")),
+            Some(Status::Failed) => format!("failed: {}", words.unwrap_or("reason unknown")),
             Some(Status::Interrupted) => "interrupted".to_owned(),
             None => words.map_or("not run".to_owned(), |why| format!("not run: {why}")),
         };

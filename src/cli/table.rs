@@ -87,10 +87,10 @@ fn heads(units: &Units, optional: Optional) -> Vec<Vec<String>> {
         ("approach", length.clone()),
         ("shift", length.clone()),
         ("tangential force", force.clone()),
-        ("contact", format!("{length}2")),
-        ("stick", format!("{length}2")),
-        ("peak", stress),
-        ("worn", format!("{length}3")),
+        ("contact area", format!("{length}2")),
+        ("stick area", format!("{length}2")),
+        ("peak pressure", stress),
+        ("wear volume", format!("{length}3")),
         ("residual", String::new()),
     ];
     if optional.turns {

@@ -129,7 +129,7 @@ impl<'a> Walk<'a> {
             Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
             None => format!("allowed: {allowed}"),
         };
-        self.report(key, format!("`{name}` is \"{found}\", which is not known"), "not known", hint);
+        self.report(key, format!("`{name}` = \"{found}\" is not an allowed value"), "not allowed", hint);
     }
 
     /// A table whose `tag` says which keys it has.
@@ -273,11 +273,11 @@ impl<'a> Walk<'a> {
         }
         if !whole && size != 0.0 && !(SIZES[0]..=SIZES[1]).contains(&size) {
             let message = format!(
-                "`{name}` is {found:e}, but its size must be 0 or from {:e} to {:e}",
+                "`{name}` is {found:e}; its magnitude must be 0 or lie between {:e} and {:e}",
                 SIZES[0], SIZES[1]
             );
-            let mend = "choose units in which the scene's numbers have ordinary sizes".to_owned();
-            return self.report(key, message, "its square would be lost or overflow", mend);
+            let mend = "choose units in which the numbers of the scene have usual magnitudes".to_owned();
+            return self.report(key, message, "outside the range of numbers", mend);
         }
         if whole && !is_whole(found) {
             let message = format!("`{name}` is {found}, not a whole number");

@@ -218,7 +218,7 @@ impl Node {
     pub fn describe(&self) -> String {
         match &self.value {
             Value::Table(_) => "a table".to_owned(),
-            Value::Array(items) => format!("a list of {}", items.len()),
+            Value::Array(items) => format!("a list of {} values", items.len()),
             Value::String(text) => format!("the text \"{}\"", shorten(text)),
             Value::Integer(number) => format!("the whole number {number}"),
             Value::Float(number) => format!("the number {number}"),

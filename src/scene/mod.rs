@@ -26,9 +26,9 @@ pub use units::HINT as UNITS_HINT;
 
 /// What is said of a scene that makes no plan although nothing was found to be wrong with it.
 fn unexplained(document: &Document) -> Mistake {
-    Mistake::at(document, "", "the scene cannot be computed, and this program does not know why")
-        .label("somewhere in here")
-        .mend("leave out one key after the other to find out which it is, and please report this")
+    Mistake::at(document, "", "internal error: the scene was rejected without a diagnostic")
+        .label("cause unknown")
+        .mend("please report this scene as a bug; removing keys one by one finds the key that causes it")
 }
 
 /// The plan of the scene file at `path` with overrides `key.path=value`; reads its meshes too.

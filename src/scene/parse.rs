@@ -65,7 +65,7 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
         return Err("this is a folder; give the path of a scene file (.toml)".to_owned());
     }
     if data.len() > LARGEST {
-        return Err(format!("{} bytes are no scene (at most {LARGEST})", data.len()));
+        return Err(format!("the file is too large for a scene: {} bytes, at most {LARGEST}", data.len()));
     }
     fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
 }
@@ -125,16 +125,25 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
     };
     let (key, value) = (key.trim(), value.trim());
     if key.is_empty() || key.split('.').any(str::is_empty) {
-        return Err(wrong(format!("`{key}` is not a key"), form));
+        return Err(wrong(format!("`{key}` is not a valid key"), form));
     }
     if key.split('.').count() > DEEPEST {
-        return Err(wrong(format!("a key of {} parts (at most {DEEPEST})", key.split('.').count()), form));
+        return Err(wrong(
+            format!("the key has {} levels; at most {DEEPEST} are allowed", key.split('.').count()),
+            form,
+        ));
     }
     let value = override_value(value, index).map_err(|message| {
-        wrong(message, "the value is written as in the scene file, e.g. 0.5, true, \"text\", [1, 2]")
+        wrong(
+            message,
+            "write the value as in the scene file, e.g. 0.5, true, \"text\", [1, 2]; a path needs both \
+                        kinds of quotes: --set 'body1.mesh=\"../a.msh\"'",
+        )
     })?;
     let parts: Vec<&str> = segments(key).collect();
-    set(root, &parts, value, index).map_err(|message| wrong(message, "name a key that the scene may have"))
+    set(root, &parts, value, index).map_err(|message| {
+        wrong(message, "use a key that scenes have (docs/keys.md); list elements are counted from 0")
+    })
 }
 
 /// The value of an override: TOML, or a bare word taken as text.
@@ -174,6 +183,6 @@ fn set(at: &mut Node, path: &[&str], value: Node, index: usize) -> Result<(), St
                 None => Err(format!("the list has no element `{segment}` (it has {n}, counted from 0)")),
             }
         }
-        _ => Err(format!("`{segment}` lies inside a value that is not a table")),
+        _ => Err(format!("`{segment}` cannot be set: the key before it holds a value, not a table")),
     }
 }

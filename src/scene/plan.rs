@@ -87,8 +87,8 @@ impl Plan {
     pub fn allow(&mut self, limit: Option<MemoryLimit>) {
         self.memory = limit.unwrap_or(self.memory);
         if self.memory.is_beyond_machine() {
-            let note =
-                "more memory is allowed than is available: what does not fit is not refused before it begins";
+            let note = "the memory limit exceeds the memory that is available now: a run that needs more starts anyway \
+                        and may be ended by the system";
             self.notes.push(note.to_owned());
         }
     }

@@ -24,7 +24,7 @@ const STIFFEST: f64 = 5e6;
 const MODULUS_RATIO: f64 = 1e4;
 
 /// What each of these warnings begins with.
-pub const HINT: &str = "perhaps mixed-up units";
+pub const HINT: &str = "possible unit error";
 
 /// Warnings on the sizes of moduli, radii, displacements, forces, meshes and frame.
 pub(super) fn notes(plan: &Plan) -> Vec<String> {
@@ -92,8 +92,9 @@ fn moduli(plan: &Plan, notes: &mut Vec<String>) {
             _ => continue,
         };
         notes.push(format!(
-            "the modulus of the material `{name}` is {modulus:.4e} {unit}, {} (units: {}, {}); was {meant} meant?",
-            if modulus > STIFFEST * mpa { "more than that of any solid" } else { "that of a soft polymer" },
+            "Young's modulus of material `{name}` is {modulus:.4e} {unit}, {} (units of the scene: {}, {}); was it \
+             given in {meant}?",
+            if modulus > STIFFEST * mpa { "above that of any solid" } else { "typical of a soft polymer" },
             plan.units.force,
             plan.units.length
         ));
@@ -107,8 +108,8 @@ fn modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
     let ratio = (least(a) / largest(b)).max(least(b) / largest(a));
     if ratio > MODULUS_RATIO {
         notes.push(format!(
-            "the moduli of `{}` and `{}` are {:.4e} and {:.4e}; if that is meant, make the stiffer body rigid: it does \
-             not deform beside the other",
+            "the moduli of `{}` and `{}` are {:.4e} and {:.4e}, more than a factor of 1e4 apart; if this is intended, \
+             use kind = \"rigid\" for the stiffer body, whose deformation is negligible",
             first.name,
             second.name,
             largest(a),
@@ -172,16 +173,21 @@ fn contact_size(plan: &Plan, notes: &mut Vec<String>) {
     });
     let slide = slides.fold(0.0, f64::max);
     if slide > 20.0 * half {
-        notes.push(format!("body 2 is shifted by {slide:.4e}, but the frame's half-width is {half:.4e}"));
+        notes.push(format!(
+            "the tangential displacement of body 2 is {slide:.4e}, more than 20 times the half-width of \
+                            the contact frame ({half:.4e})"
+        ));
     }
     let Some(radius) = radius(plan) else { return };
     if radius > 1e6 * half || radius < 0.05 * half {
-        notes
-            .push(format!("the radius of the gap is {radius:.4e}, but the frame's half-width is {half:.4e}"));
+        notes.push(format!(
+            "the radius of the gap is {radius:.4e}, but the half-width of the contact frame is {half:.4e}"
+        ));
     }
     if approach > 0.5 * radius {
         notes.push(format!(
-            "the approach is {approach:.4e}, the radius of the gap {radius:.4e}: no small deformation"
+            "the approach is {approach:.4e}, more than half of the gap radius {radius:.4e}: small-deformation theory \
+             does not apply"
         ));
         return;
     }
@@ -193,11 +199,13 @@ fn contact_size(plan: &Plan, notes: &mut Vec<String>) {
     let Some((by, width)) = estimate else { return };
     if width > 5.0 * half {
         notes.push(format!(
-            "{by} makes a contact of half-width about {width:.1e}, far beyond the frame's {half:.4e}"
+            "{by} gives a contact half-width of about {width:.1e} (Hertz), much larger than the half-width of the \
+             contact frame, {half:.4e}"
         ));
     } else if width < 0.1 * cell {
         notes.push(format!(
-            "{by} makes a contact of half-width about {width:.1e}, far smaller than a cell of {cell:.4e}"
+            "{by} gives a contact half-width of about {width:.1e} (Hertz), much smaller than a cell of the frame, \
+             {cell:.4e}: the contact is not resolved"
         ));
     }
 }
@@ -246,15 +254,17 @@ fn meshes(plan: &Plan, notes: &mut Vec<String>) {
             let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
             if side > 1e3 * half {
                 notes.push(format!(
-                    "the contact surface of {key} is {side:.4e} wide, the frame's half-width is {half:.4e}"
+                    "the contact surface of {key} is {side:.4e} wide, more than 1000 times the half-width of the \
+                     contact frame, {half:.4e}"
                 ));
             } else if side < 0.02 * half {
                 notes.push(format!(
-                    "the contact surface of {key} is only {side:.4e} wide, the frame's half-width is {half:.4e}"
+                    "the contact surface of {key} is only {side:.4e} wide, less than 2 % of the half-width of the \
+                     contact frame, {half:.4e}"
                 ));
             } else if face > 100.0 * cell && fe.near_field == NearField::Mesh {
                 notes.push(format!(
-                    "the contact faces of {key} are about {face:.1e} wide, the cells of the frame {cell:.4e}"
+                    "the contact faces of {key} are about {face:.1e} wide, more than 100 times the cells of the frame, {cell:.4e}"
                 ));
             }
         }
@@ -265,7 +275,7 @@ fn meshes(plan: &Plan, notes: &mut Vec<String>) {
         let approach = approach.fold(0.0, f64::max);
         if approach > 0.3 * height {
             notes.push(format!(
-                "the approach is {approach:.4e}, the least extent of the mesh of {key} {height:.4e}"
+                "the approach is {approach:.4e}, more than 30 % of the smallest dimension of the mesh of {key}, {height:.4e}"
             ));
         }
     }

@@ -56,18 +56,18 @@ impl std::str::FromStr for Pair {
     /// "FE-BE", in letters of any case; the error says what is allowed.
     fn from_str(text: &str) -> Result<Self, String> {
         let names = Discretisation::ALL.map(Discretisation::name);
-        let wanted = format!("two of {} with a hyphen between them, like \"FE-BE\"", names.join(", "));
+        let wanted = format!("two of {} joined by a hyphen, e.g. \"FE-BE\"", names.join(", "));
         let of = |word: &str| {
             let found = Discretisation::ALL.into_iter().find(|kind| kind.name().eq_ignore_ascii_case(word));
             found.ok_or_else(|| {
                 let near = closest(&word.to_uppercase(), &names);
                 let near = near.map_or(String::new(), |near| format!(" (did you mean {near}?)"));
-                format!("\"{word}\" stands for no kind of body{near}; a variant is {wanted}")
+                format!("\"{word}\" is not a model of a body{near}; a variant is {wanted}")
             })
         };
         match text.trim().split('-').map(str::trim).collect::<Vec<_>>()[..] {
             [first, second] => Ok(Self([of(first)?, of(second)?])),
-            _ => Err(format!("\"{text}\" is no variant, which is {wanted}")),
+            _ => Err(format!("\"{text}\" is not a variant; a variant is {wanted}")),
         }
     }
 }
@@ -108,11 +108,11 @@ mod tests {
             assert_eq!(text.to_lowercase().parse::<Pair>().unwrap().to_string(), text);
         }
         for (text, named) in [
-            ("FE", "no variant"),
-            ("FE-BE-HS", "no variant"),
+            ("FE", "not a variant"),
+            ("FE-BE-HS", "not a variant"),
             ("FEM-BE", "did you mean FE"),
-            ("half-space", "\"half\" stands for no kind of body; a variant is two of"),
-            ("", "no variant"),
+            ("half-space", "\"half\" is not a model of a body; a variant is two of"),
+            ("", "not a variant"),
         ] {
             let error = text.parse::<Pair>().unwrap_err();
             assert!(error.contains(named), "{text}: {error}");

@@ -229,7 +229,7 @@ fn what_is_refused() {
     let (code, text) = call("compare", folder.path(), &[]);
     assert!(code == Some(2) && text.contains("accuracy"), "{text}");
     for (more, expected, word) in [
-        (&["--resume"][..], 2, "leave out --resume"),
+        (&["--resume"][..], 2, "Remove --resume"),
         (&["--accuracy", "2"], 2, "at most 0.1"),
         (&["--accuracy", "0.05"], 0, "accuracy 5e-2"),
     ] {

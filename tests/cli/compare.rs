@@ -147,11 +147,11 @@ fn one_variant_and_the_worst_exit_code() {
     let (code, text, _) =
         orthowear(folder.path(), &["compare", "scene.toml", "--set", half_space, "--out", "one"]);
     assert_eq!(code, Some(0));
-    assert!(text.contains("one variant only") && text.contains("1 variant in"), "{text}");
+    assert!(text.contains("only one variant") && text.contains("1 variant in"), "{text}");
     let few = ["compare", "scene.toml", "--set", "solver.max_iterations=1", "--out", "few"];
     let (code, text, _) = orthowear(folder.path(), &few);
     assert_eq!(code, Some(3), "{text}");
-    assert!(text.contains("NOT CONVERGED") && text.contains("raise solver.max_iterations"), "{text}");
+    assert!(text.contains("NOT CONVERGED") && text.contains("increase solver.max_iterations"), "{text}");
     let (code, _, errors) = orthowear(folder.path(), &["compare", "scene.toml", "--set", "gap.radius=-1"]);
     assert_eq!(code, Some(2));
     assert!(errors.contains("gap.radius"), "{errors}");
@@ -218,13 +218,13 @@ fn descriptions_that_do_not_fit_are_named() {
     let of_be = "body1={ kind = \"be\", material = \"im7\", mesh = \"box.msh\", contact = \"top\", fixed = [{ group = \"base\" }] }";
     let given = "compare.body1.be.element=\"constant\"";
     for (settings, code, named) in [
-        (&["compare.variants=[\"FE-rigid\", \"BEM-rigid\"]"][..], 2, "\"BEM\" stands for no kind of body"),
+        (&["compare.variants=[\"FE-rigid\", \"BEM-rigid\"]"][..], 2, "\"BEM\" is not a model of a body"),
         (&["compare.variants=[\"FE-rigid\", \"fe-rigid\"]"], 2, "the variant FE-rigid is named twice"),
         (&["compare.variants=[]"], 2, "compare.variants"),
         (&["compare.body1.be.mesh=\"none.msh\""], 2, "there is no mesh file"),
         (&["compare.body1.be.mesh=\"flat.msh\""], 2, "is open"),
-        (&["compare.body1.fe.mesh=\"box.msh\""], 2, "needs one of kind \"be\" as its own"),
-        (&[of_be, given], 2, "needs one of kind \"fe\" as its own"),
+        (&["compare.body1.fe.mesh=\"box.msh\""], 2, "applies only if body1.kind = \"be\""),
+        (&[of_be, given], 2, "applies only if body1.kind = \"fe\""),
         (&["compare.variants=[\"FE-rigid\", \"FE-FE\"]"], 0, "FE-FE: body2 is rigid in the scene"),
         (&["compare.variants=[\"FE-rigid\", \"rigid-rigid\"]"], 0, "rigid-rigid: body1 deforms in the scene"),
         (

@@ -15,7 +15,7 @@ const CUT: &str = "\n[[output.inside]]\nname = \"cut\"\nbody = 2\nfrom = [-0.4, 
 const WRONG: &[(&str, &str, &[&str])] = &[
     ("body = 1", "body = 3", &["output.inside.0.body", "at most 2"]),
     ("name = \"cut\"", "name = \"Axis\"", &["output.inside.1.name", "before it"]),
-    ("name = \"axis\"", "name = \"a/b\"", &["output.inside.0.name", "no file can be named by"]),
+    ("name = \"axis\"", "name = \"a/b\"", &["output.inside.0.name", "cannot be used in a file name"]),
     ("name = \"axis\"", "name = \"\"", &["output.inside.0.name"]),
     ("to = [0.0, 0.0, -0.6]", "to = [0.0, 0.0, 0.6]", &["output.inside.0.to", "outside of body 1", "below"]),
     ("from = [-0.4, 0.0, 0.05]", "from = [-0.4, 0.0, -0.05]", &["output.inside.1.from", "outside of body 2"]),

@@ -152,7 +152,7 @@ fn names_given_twice_or_not_at_all() {
     );
     refused("name = \"indent\"", "name = \" \"", &["steps.0.name", "empty"]);
     let second = "approach = 0.02\n[[steps]]\nname = \"indent\"\napproach = 0.03";
-    noted("approach = 0.02", second, "two steps have the name", true);
+    noted("approach = 0.02", second, "two steps are named", true);
 }
 
 /// The scene of the repository with one text replaced by another, its paths made absolute.

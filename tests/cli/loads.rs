@@ -133,16 +133,16 @@ fn mistakes_of_histories_are_placed() {
             "line 3, column `approach`: nothing",
             "line 4: 1 values in 2 columns",
             "line 5, column `twist`: \"x\"",
-            "4 mistakes",
+            "4 errors",
         ],
     );
     check("approach,normal_force\n0.01,3\n", plain, &["`approach` or `normal_force`, not both"]);
-    check("approach,approach\n0.01,3\n", plain, &["`approach` is there twice"]);
+    check("approach,approach\n0.01,3\n", plain, &["`approach` appears twice"]);
     check("approach,speed\n0.01,3\n", plain, &["column 2 is \"speed\"", "shift_x"]);
     check("normal_force\n-3\n", plain, &["line 2, column `normal_force`: -3 pulls"]);
     check("", plain, &["is empty"]);
     check("approach\n", plain, &["no load points"]);
-    check("0.01\n", "history = { file = \"loads.csv\", columns = [\"-\"] }", &["no column prescribes"]);
+    check("0.01\n", "history = { file = \"loads.csv\", columns = [\"-\"] }", &["nothing is prescribed"]);
     check(
         "0.01\n",
         "history = { file = \"loads.csv\", columns = [\"depth\"] }",
@@ -151,13 +151,13 @@ fn mistakes_of_histories_are_placed() {
     check(
         "0.01\n",
         "approach = 0.01\nhistory = { file = \"loads.csv\", columns = [\"approach\"] }",
-        &["besides `history`"],
+        &["together with `history`"],
     );
     check("0.01\n", "history = { file = \"none.csv\" }", &["none.csv", "cannot be read"]);
     check(
         "normal_force,tangential_x\n100,0\n100,10\n",
         "friction = false\nhistory = { file = \"loads.csv\" }",
-        &["line 3: nothing can carry a tangential force", "leave `tangential_x`, `tangential_y` out"],
+        &["line 3: a tangential force is prescribed", "remove the columns `tangential_x`, `tangential_y`"],
     );
     check(
         "normal_force\n1e300\n-1e-120\n0\n1e100\n",

@@ -163,7 +163,10 @@ fn one_direction_runs_the_same_in_every_way() {
         for (a, b) in found.iter().zip(truth) {
             assert!((a - b).abs() < 1e-7 * truth[0], "{found:?} {truth:?} {notes}");
         }
-        assert!(notes.contains("friction takes the mean fibre of body 1 under the frame"), "{notes}");
+        assert!(
+            notes.contains("friction uses the mean fibre direction of body 1 under the frame"),
+            "{notes}"
+        );
         assert!(notes.contains("azimuth 25.00"), "{notes}");
     }
 }
@@ -174,11 +177,11 @@ fn one_direction_runs_the_same_in_every_way() {
 fn friction_of_directions_that_vary() {
     let near = "fibre = { cylindrical = { axis = \"y\", origin = [0, 0, -20], angle = 90.0 } }";
     let (_, notes) = forces(&folder(near, "", &[]));
-    assert!(notes.contains("azimuth 0.00") && notes.contains("vary by up to 2."), "{notes}");
+    assert!(notes.contains("azimuth 0.00") && notes.contains("deviate from it by up to 2."), "{notes}");
     let tight = "fibre = { cylindrical = { axis = [0, 3, 0], origin = [0, 0, -2], angle = 90.0 } }";
     refused(
         &folder(tight, "", &[]),
-        &["friction.law", "vary by up to", "friction.fibre = {", "--> scene.toml:29"],
+        &["friction.law", "deviate by up to", "friction.fibre = {", "--> scene.toml:29"],
     );
     let (code, _, text) = orthowear(
         folder(tight, "", &[]).path(),
@@ -254,7 +257,7 @@ fn contradictions_are_named() {
     let layup = "layup = { plies = [{ thickness = 1.0, angle = 0.0 }] }";
     refused(
         &folder(&taken.replace("fibre = {}", layup), "", &[]),
-        &["body1.layup", "there are no elements for the plies"],
+        &["body1.layup", "no elements are left for this layup"],
     );
     let many = layup.replace(" }", ", repeat = 1000000000 }").replacen(", repeat = 1000000000 }", " }", 1);
     refused(&folder(&many, "", &[]), &["body1.layup.repeat"]);

@@ -37,7 +37,7 @@ fn what_is_no_amount_of_memory() {
         for wrong in ["", "0", "-1", "4 G", "much", "0 %", "101%", "nan%", "80 % of it"] {
             let (code, text) = call(command, &path, &["--max-memory", wrong]);
             assert_eq!(code, Some(2), "{command} {wrong}: {text}");
-            for word in ["--max-memory", "4 GiB", "80 %", "percentage of what is available"] {
+            for word in ["--max-memory", "4 GiB", "80 %", "percentage of the available memory"] {
                 assert!(text.contains(word), "{command} {wrong} lacks {word}: {text}");
             }
         }
@@ -99,7 +99,7 @@ fn check_says_what_is_allowed() {
     ] {
         let (code, text) = call("check", &path, options);
         assert!(code == Some(0) && text.contains(word), "{options:?}: {text}");
-        let default = "solver.memory_limit: 80 % of what is available when the run starts";
+        let default = "solver.memory_limit: 80 % of the memory available at the start of the run";
         assert_eq!(text.contains(default), shown, "{options:?}: {text}");
     }
 }

@@ -178,7 +178,7 @@ fn a_frame_beyond_the_contact_faces() {
 fn several_at_once() {
     refused(
         &[INNER, ("{ group = \"base\" }", "{ group = \"bottom\" }"), ("radius = 10.0", "radius = -10.0")],
-        &["body1.contact", "body1.fixed", "gap.radius", "3 mistakes"],
+        &["body1.contact", "body1.fixed", "gap.radius", "3 errors"],
     );
 }
 
@@ -186,7 +186,7 @@ fn several_at_once() {
 #[test]
 fn a_held_tangential_force_needs_friction() {
     let off = ("friction = true", "friction = false");
-    refused(&[off], &["steps.2.friction", "held from step \"pull\"", "--> scene.toml:33:"]);
+    refused(&[off], &["steps.2.friction", "of step \"pull\" is still active", "--> scene.toml:33:"]);
     let mended = "approach = 0.002\ntangential_force = [0.0, 0.0]";
     let (code, text) = check(&[off, ("approach = 0.002", mended)], &[]);
     assert_eq!(code, Some(0), "{text}");
@@ -416,7 +416,7 @@ fn a_mesh_in_other_units_is_hinted_at_where_it_bites() {
     let (code, found) = check_mesh(&text);
     assert_eq!(code, Some(2), "{found}");
     assert!(
-        found.contains("perhaps mixed-up units: the contact surface of body1 is only 2.0000e-3 wide"),
+        found.contains("possible unit error: the contact surface of body1 is only 2.0000e-3 wide"),
         "{found}"
     );
 }

@@ -247,7 +247,7 @@ fn moves_that_make_no_sense() {
     for (sets, words) in [
         (["wear.move_mesh=0.6", "title=a"], "0.5"),
         (["wear.move_mesh=0.0", "title=a"], "move_mesh"),
-        (["wear.move_mesh=0.2", "wear.share=0.0"], "no body with finite elements wears"),
+        (["wear.move_mesh=0.2", "wear.share=0.0"], "needs a finite-element body that wears"),
     ] {
         let (code, text, _) = run(folder.path(), "out", &sets);
         assert!(code == Some(2) && text.contains(words), "{text}");
@@ -255,7 +255,10 @@ fn moves_that_make_no_sense() {
     let mut program = crate::tools::orthowear();
     program.arg("check").arg(folder.path().join("scene.toml")).args(["--set", "wear.move_mesh=0.2"]);
     let text = String::from_utf8(program.output().unwrap().stdout).unwrap();
-    assert!(text.contains("mesh of body1 moved with wear when deeper than 0.2 of its elements"), "{text}");
+    assert!(
+        text.contains("the mesh of body1 is moved when the wear depth exceeds 0.2 of its element size"),
+        "{text}"
+    );
 }
 
 /// A rigid sphere on a block, with cells of 0.3 mm: wear takes the contact from a radius of 0.8 to 1.2 mm.

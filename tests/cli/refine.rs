@@ -106,7 +106,7 @@ fn refine_refuses_what_it_cannot_do() {
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8(output.stderr).unwrap()
     };
-    assert!(refused("hertz.toml", &[]).contains("no body of the scene is one of finite elements"));
+    assert!(refused("hertz.toml", &[]).contains("the scene has no finite-element body"));
     assert!(
         refused("sphere-on-cfrp-block.toml", &["--body", "2"])
             .contains("body 2 is not one of finite elements")

@@ -97,7 +97,7 @@ fn a_thin_period_is_no_narrow_frame() {
             scene("kind = \"cylinder\"\nradius = 10.0", frame, &steps).replace("0.5, 0.5", "0.5, 0.002");
         let (code, text, _) = call("check", &scene);
         assert_eq!(code, Some(0), "{text}");
-        text.contains("mixed-up units")
+        text.contains("possible unit error")
     };
     assert!(!noted("4.0") && noted("4e3"));
 }

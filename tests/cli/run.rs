@@ -302,11 +302,11 @@ fn what_the_mesh_does_not_have() {
             &["--set", "body1.fixed.0.components=[\"x\"]"],
             &["steps.0.approach", "body 1 floats by translation y"],
         ),
-        (&["--set", "body1.element=tet4"], &["body1.element", "no solid cells of that kind"]),
+        (&["--set", "body1.element=tet4"], &["body1.element", "has no elements of that type"]),
         (&["--set", "frame.half_width=[30.0, 30.0]"], &["frame.half_width", "body1"]),
         (
             &["--set", "body1.contact=a", "--set", "body1.fixed.0.group=b", "--set", "gap.radius=-1"],
-            &["body1.contact", "body1.fixed.0.group", "gap.radius", "3 mistakes"],
+            &["body1.contact", "body1.fixed.0.group", "gap.radius", "3 errors"],
         ),
     ] {
         let checked = crate::tools::orthowear().arg("check").arg(&path).args(options).output().unwrap();
@@ -344,7 +344,7 @@ fn check_tells_the_plan() {
         let output = crate::tools::orthowear().arg("check").arg(scene(name)).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        for word in words.iter().chain(&["memory", "time", "skipped", "no mistakes found"]) {
+        for word in words.iter().chain(&["memory", "time", "skipped", "no errors found"]) {
             assert!(text.contains(word), "{name} lacks \"{word}\":\n{text}");
         }
         assert_eq!(written(), before, "check leaves results");

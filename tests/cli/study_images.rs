@@ -307,7 +307,12 @@ fn run_case(case: &Case, folder: &Path) {
         fs::write(folder.join("study.toml"), study).unwrap();
         let (code, text, errors) = orthowear(folder, &["study", "study.toml", "--out", name]);
         assert_eq!(code, Some(0), "{}: {text}{errors}", case.name);
-        assert_eq!(text.contains("8 runs, 7 images of others"), symmetry, "{}: {text}", case.name);
+        assert_eq!(
+            text.contains("8 runs, 7 obtained from other runs by symmetry"),
+            symmetry,
+            "{}: {text}",
+            case.name
+        );
     }
 }
 
@@ -409,12 +414,12 @@ fn images_have_the_same_bits_in_any_part() {
     };
     let (code, text, errors) = orthowear(folder.path(), &arguments("whole"));
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("4 runs, 2 images of others"), "{text}");
+    assert!(text.contains("4 runs, 2 obtained from other runs by symmetry"), "{text}");
     let whole = folder.path().join("whole");
     let names = folders(&whole);
     let (code, text, errors) = orthowear(folder.path(), &[arguments("part"), vec!["--only", "3-4"]].concat());
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("2 runs, 2 images of others"), "{text}");
+    assert!(text.contains("2 runs, 2 obtained from other runs by symmetry"), "{text}");
     let part = folder.path().join("part");
     for name in &names[2..] {
         assert_eq!(results(&part.join(name)), results(&whole.join(name)), "{name}");
@@ -423,7 +428,7 @@ fn images_have_the_same_bits_in_any_part() {
     let (code, text, errors) =
         orthowear(folder.path(), &[arguments("part"), vec!["--only", "3-4", "--resume"]].concat());
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("2 runs, 2 as they were"), "{text}");
+    assert!(text.contains("2 runs, 2 kept from before"), "{text}");
 
     let killed = folder.path().join("killed");
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orthowear"));
@@ -439,7 +444,7 @@ fn images_have_the_same_bits_in_any_part() {
     assert!(!killed.join(&names[1]).exists(), "the first run was over already");
     let (code, text, errors) = orthowear(folder.path(), &[arguments("killed"), vec!["--resume"]].concat());
     assert_eq!(code, Some(0), "{errors}");
-    assert!(text.contains("2 images of others"), "{text}");
+    assert!(text.contains("2 obtained from other runs by symmetry"), "{text}");
     for name in &names {
         assert_eq!(results(&killed.join(name)), results(&whole.join(name)), "{name}");
     }

@@ -45,7 +45,7 @@ fn killed_studies_go_on() {
     for kept in [done, names.len()] {
         let (code, text, errors) = orthowear(folder.path(), &resumed);
         assert_eq!(code, Some(0), "{errors}");
-        assert!(text.contains(&format!("6 runs, {kept} as they were")), "{text}");
+        assert!(text.contains(&format!("6 runs, {kept} kept from before")), "{text}");
         for (name, before) in names.iter().zip(&before).filter(|(_, before)| before.is_some()) {
             assert_eq!(&summary(name), before, "{name} was computed again");
         }
@@ -60,7 +60,7 @@ fn killed_studies_go_on() {
     let other = [resumed, vec!["--set", "friction.mu_L=0.45"]].concat();
     let (code, text, errors) = orthowear(folder.path(), &other);
     assert!(
-        code == Some(0) && !text.contains("as they were"),
+        code == Some(0) && !text.contains("kept from before"),
         "runs of another scene are no results: {text}{errors}"
     );
 }
@@ -168,13 +168,13 @@ fn parts_of_a_study_make_its_table() {
     for part in ["4,2", "3"] {
         let (code, text, errors) = run(&["--out", "parts", "--only", part]);
         assert_eq!(code, Some(0), "{errors}");
-        assert!(text.contains("--collect` makes the table"), "{text}");
+        assert!(text.contains("--collect` writes the table"), "{text}");
     }
     assert!(!folder.path().join("parts/study.csv").exists());
     let (code, text, errors) = run(&["--out", "parts", "--collect"]);
     assert_eq!(code, Some(1), "{errors}");
     assert!(
-        text.contains("4 runs, 3 of them done") && text.contains("tilt-0_depth-0.02--50.0: not run"),
+        text.contains("4 runs, 3 of them finished") && text.contains("tilt-0_depth-0.02--50.0: not run"),
         "{text}"
     );
     assert_eq!(run(&["--out", "parts", "--only", "1", "--quiet"]).0, Some(0));
@@ -234,7 +234,7 @@ fn the_script_for_slurm_runs_the_study() {
     let text =
         String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{text}");
-    assert!(text.contains("4 runs, 4 of them done"), "{text}");
+    assert!(text.contains("4 runs, 4 of them finished"), "{text}");
     let table = |out: &str| fs::read(folder.path().join(out).join("study.csv")).unwrap();
     assert_eq!(table("whole"), table("it's"));
 }

@@ -69,7 +69,7 @@ fn what_is_refused() {
         ("body1.truncated=0.5", "body1.truncated", "mesh it to 0.55"),
         ("body1.truncated=-1.0", "body1.truncated", "must be above 0"),
         ("frame.periodic=[true, false]", "body1.truncated", "leave out frame.periodic"),
-        (inside, "output.inside", "leave out body1.truncated"),
+        (inside, "output.inside", "remove body1.truncated"),
     ] {
         for verb in ["check", "run"] {
             let (code, text) = call(folder.path(), &[verb, "scene.toml", "--set", setting]);

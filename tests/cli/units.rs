@@ -27,8 +27,8 @@ fn each_mixed_up_number_is_named() {
     };
     let body2 = "body2={ kind = \"half-space\", material = \"steel\" }";
     for (e, words) in [
-        ("210.0", ["`steel` is 2.1000e2 MPa", "was GPa meant?"]),
-        ("210e9", ["`steel` is 2.1000e11 MPa", "was Pa meant?"]),
+        ("210.0", ["`steel` is 2.1000e2 MPa", "was it given in GPa?"]),
+        ("210e9", ["`steel` is 2.1000e11 MPa", "was it given in Pa?"]),
     ] {
         let material = format!("materials.steel={{ model = \"isotropic\", E = {e}, nu = 0.3 }}");
         let found = notes(&["--set", &material, "--set", body2]);
@@ -36,14 +36,17 @@ fn each_mixed_up_number_is_named() {
     }
     let soft = "materials.steel={ model = \"isotropic\", E = 0.5, nu = 0.49 }";
     let found = notes(&["--set", soft, "--set", body2]);
-    assert!(found.contains("make the stiffer body rigid") && !found.contains("meant?"), "{found}");
+    assert!(
+        found.contains("use kind = \"rigid\" for the stiffer body") && !found.contains("was it given in"),
+        "{found}"
+    );
     set("gap.radius=0.02", &["radius of the gap is 2.0000e-2", "half-width is 7.5000e-1"]);
     set("gap.radius=2e7", &["radius of the gap is 2.0000e7"]);
     set(
         "steps.press.approach=5.0",
         &["approach 5.0000e0 makes a contact", "least extent of the mesh of body1 1.0000e0"],
     );
-    set("steps.press.approach=1e-9", &["far smaller than a cell"]);
+    set("steps.press.approach=1e-9", &["much smaller than a cell"]);
     set("steps.shift.shift.distance=20.0", &["shifted by 2.0000e1"]);
     let forced = "steps=[{ normal_force = 1e9 }]";
     set(forced, &["force 1.0000e9 makes a contact"]);
@@ -56,7 +59,10 @@ fn a_material_that_nothing_is_made_of_is_noted() {
     let steel = "materials.steel={ model = \"isotropic\", E = 210e3, nu = 0.3 }";
     let (code, text, _) = orthowear(folder.path(), &["check", "scene.toml", "--set", steel]);
     assert_eq!(code, Some(0));
-    assert!(text.contains("no body is made of the material `steel`") && !text.contains("`im7`"), "{text}");
+    assert!(
+        text.contains("the material `steel` is not used by any body") && !text.contains("`im7`"),
+        "{text}"
+    );
 }
 
 /// Truth: the ready scenes are sound, and so are those of the ready studies.

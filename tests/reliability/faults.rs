@@ -166,7 +166,7 @@ fn resumed(job: &Job, what: &str) {
     // One that had all its results when it ended is not gone on with: what it did not come to remove stays, hidden.
     let hidden = fs::read_dir(&job.out).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     let left: Vec<_> = hidden.filter(|name| name.to_string_lossy().starts_with('.')).collect();
-    assert!(left.is_empty() || text.contains("has converged before"), "{what}: {left:?} are left");
+    assert!(left.is_empty() || text.contains("already converged"), "{what}: {left:?} are left");
 }
 
 /// An operation that failed is told with exit code 4, or was of no account; nothing half-written has a final name.

@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// How accurate results shall be: cells, increments and jumps are chosen by runs that get finer.
+/// Target accuracy: the scene is run with finer cells, increments and wear jumps until the estimated error is below it.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "accuracy is a number, or a table with `relative`")]
 #[schemars(inline)]
 pub enum Accuracy {
-    /// Relative error of all that can be asked for.
+    /// Relative error of all results that have an error estimate.
     Number(#[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))] f64),
     /// The same as a text like "1e-3".
     Text(String),
@@ -16,35 +16,35 @@ pub enum Accuracy {
     Table(Wanted),
 }
 
-/// Which results shall be accurate, and what is left as the scene has it.
+/// Target accuracy of selected results, and the parameters that are not refined.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wanted {
     /// Relative error.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))]
     pub relative: f64,
-    /// The results at the end of each step; all of them if absent.
+    /// Results that must reach the accuracy at the end of each step; default: all.
     #[schemars(with = "Vec<Quantity>", length(min = 1))]
     #[serde(default)]
     pub of: Option<Vec<Quantity>>,
-    /// What stays as the scene has it.
+    /// Parameters that are not refined but kept as given in the scene.
     #[serde(default)]
     pub keep: Vec<Knob>,
 }
 
-/// A result that can be asked for.
+/// A result with an error estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// The force, and where it is prescribed the motion that it causes.
+    /// The contact force; under force control the displacement.
     Load,
     /// The largest pressure.
     PeakPressure,
-    /// The worn volume.
+    /// The wear volume.
     WornVolume,
 }
 
-/// What can be chosen.
+/// A parameter that can be refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Knob {
@@ -52,7 +52,7 @@ pub enum Knob {
     Cells,
     /// Increments of the steps.
     Increments,
-    /// Jumps over fretting cycles, or the tolerance that decides on them.
+    /// Wear jumps over fretting cycles, or the tolerance that controls their length.
     Jumps,
 }
 

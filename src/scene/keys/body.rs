@@ -14,9 +14,9 @@ use super::direction::{Direction, Layup};
 pub enum Body {
     /// Finite elements on a gmsh mesh.
     Fe(Box<FeBody>),
-    /// A finite body of boundary elements on a gmsh mesh: a closed surface, or the skin of a volume mesh.
+    /// A finite body of boundary elements on a gmsh mesh: a closed surface mesh, or the boundary surface of a volume mesh.
     Be(Box<BeBody>),
-    /// Boundary elements: a half-space, its surface in the plane of the frame.
+    /// An elastic half-space whose surface is the plane of the contact frame.
     HalfSpace {
         /// Name of its material.
         material: String,
@@ -24,8 +24,9 @@ pub enum Body {
         #[serde(default)]
         #[schemars(with = "Fibre")]
         fibre: Option<Fibre>,
-        /// Half of the side of a square around the frame beyond which the surface is taken to be at rest: it is meshed, and solved with the
-        /// kernels of a full space, as programs do that have no other half-space.
+        /// Half side length of the square around the frame that is meshed with boundary elements and solved with
+        /// full-space kernels; the surface outside is fixed. For comparison with programs without half-space kernels;
+        /// omit it for the exact half-space.
         #[serde(default)]
         #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
         truncated: Option<f64>,
@@ -52,14 +53,14 @@ pub struct FeBody {
     pub mesh: String,
     /// Physical group of the contact surface.
     pub contact: String,
-    /// Groups held in place.
+    /// Groups with zero displacement.
     #[serde(default)]
     pub fixed: Vec<Fixed>,
     /// Groups with prescribed displacements.
     #[serde(default)]
     pub displaced: Vec<Displaced>,
-    /// Plane surface groups in planes of symmetry: no displacement along their normals, which lie along x, y or z. Under the contact both
-    /// bodies need them, unless one is rigid.
+    /// Surface groups in symmetry planes (normal along x, y or z), where the normal displacement is zero. If the plane
+    /// cuts the contact, both bodies need one, unless one body is rigid.
     #[serde(default)]
     pub symmetry: Vec<String>,
     /// Surface groups on elastic foundations.
@@ -77,12 +78,12 @@ pub struct FeBody {
     /// Volume groups with a material or a fibre of their own.
     #[serde(default)]
     pub regions: BTreeMap<String, Region>,
-    /// Formulation of 8-node hexahedra ("hex8-eas" by default), or a kind of element that the mesh must contain.
+    /// Formulation of 8-node hexahedra (default "hex8-eas"); any other name only checks that the mesh contains elements of that type.
     #[serde(default)]
     #[schemars(with = "Element")]
     pub element: Option<Element>,
-    /// Where the near field of the contact is computed: in a half-space that the finite elements correct, or in the mesh; "auto"
-    /// takes the half-space where it is valid.
+    /// Model near the contact: "half-space" (half-space solution; the finite elements correct for the finite size of
+    /// the body), "mesh" (finite elements only), or "auto" (half-space where it is valid).
     #[serde(default)]
     pub near_field: NearField,
 }
@@ -97,17 +98,17 @@ pub struct BeBody {
     #[serde(default)]
     #[schemars(with = "Fibre")]
     pub fibre: Option<Fibre>,
-    /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file: a closed surface, or solids, whose skin is taken.
+    /// Mesh file (.msh of gmsh, 2.2 or 4.1), relative to the scene file: a closed surface mesh, or a volume mesh, whose boundary surface is used.
     pub mesh: String,
     /// Physical group of the contact surface.
     pub contact: String,
-    /// Surface groups held in place.
+    /// Surface groups with zero displacement.
     #[serde(default)]
     pub fixed: Vec<Fixed>,
     /// Surface groups with prescribed displacements.
     #[serde(default)]
     pub displaced: Vec<Displaced>,
-    /// Plane surface groups without displacement along their normals, which lie along x, y or z, and without shear.
+    /// Surface groups in symmetry planes (normal along x, y or z): zero normal displacement, zero shear traction.
     #[serde(default)]
     pub symmetry: Vec<String>,
     /// Surface groups under pressure.
@@ -119,12 +120,12 @@ pub struct BeBody {
     /// Force per volume.
     #[serde(default)]
     pub body_force: [f64; 3],
-    /// How displacement and traction vary over an element; default "linear".
+    /// Interpolation of displacement and traction on an element; default "linear".
     #[serde(default)]
     pub element: BoundaryElement,
 }
 
-/// Polynomials of displacement and traction on a boundary element, whose nodes lie inside it.
+/// Interpolation on a boundary element. The elements are discontinuous: their nodes lie inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoundaryElement {
@@ -166,7 +167,7 @@ pub enum Component {
 pub struct Fixed {
     /// Physical group.
     pub group: String,
-    /// Components held; default all.
+    /// Fixed components; default all.
     #[serde(default = "all_components")]
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
@@ -182,22 +183,22 @@ pub struct Displaced {
     #[serde(default = "all_components")]
     #[schemars(length(min = 1))]
     pub components: Vec<Component>,
-    /// Their values, in the order of `components`; with a `gradient` those at the origin, default 0.
+    /// Prescribed values, in the order of `components`; with `gradient` the values at the origin, default 0.
     #[serde(default)]
     #[schemars(with = "Vec<f64>")]
     pub value: Option<Vec<f64>>,
-    /// Their change per length along x, y, z, a row for each of `components`: a far field that varies in space.
+    /// Gradient of the prescribed displacement along x, y, z, one row for each of `components`; for a displacement that varies linearly in space.
     #[serde(default)]
     pub gradient: Vec<[f64; 3]>,
 }
 
-/// A surface group on springs to the ground.
+/// Elastic (Winkler) foundation of a surface group.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Foundation {
     /// Physical group.
     pub group: String,
-    /// Force per area and displacement: along the normal of the surface (a number), or along x, y, z (three).
+    /// Stiffness as force per area and displacement: one number for the normal direction, or three for x, y, z.
     pub stiffness: Bedding,
 }
 
@@ -281,7 +282,7 @@ pub enum Element {
     Pyramid14,
 }
 
-/// Where the near field of the contact is computed.
+/// Model near the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)]

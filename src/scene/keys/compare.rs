@@ -9,47 +9,48 @@ use super::body::{BoundaryElement, Element, NearField};
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Compare {
-    /// What body 1 and body 2 are in each variant: FE, BE, HS (half-space), THS (a truncated one) or rigid, like "FE-BE". The others are compared with the
-    /// first. Default: the scene as it is, FE-FE, BE-BE, FE-BE and HS-HS.
+    /// Models of body 1 and body 2 in each variant, e.g. "FE-BE": FE (finite elements), BE (boundary elements), HS
+    /// (half-space), THS (truncated half-space) or rigid. The first variant is the reference. Default: the scene as
+    /// written, FE-FE, BE-BE, FE-BE and HS-HS.
     #[schemars(with = "Vec<String>", length(min = 1))]
     pub variants: Option<Vec<String>>,
-    /// How body 1 is meshed where it is not of the kind that it has.
+    /// Mesh and elements of body 1 in variants that replace its `kind`.
     pub body1: Others,
-    /// The same of body 2.
+    /// Mesh and elements of body 2 in variants that replace its `kind`.
     pub body2: Others,
 }
 
-/// Other descriptions of a meshed body.
+/// Mesh and elements of a meshed body in variants that replace its `kind`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Others {
-    /// Of boundary elements, for a body of kind "fe".
+    /// As a boundary-element body, if its kind is "fe".
     pub be: OtherBe,
-    /// Of finite elements, for a body of kind "be".
+    /// As a finite-element body, if its kind is "be".
     pub fe: OtherFe,
 }
 
-/// A body of finite elements as one of boundary elements.
+/// A finite-element body modelled with boundary elements.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OtherBe {
-    /// Mesh file with the groups of the body's own: a closed surface, or solids, whose skin is taken; the skin of its own mesh if absent.
+    /// Mesh file with the same group names: a closed surface mesh, or a volume mesh, whose boundary surface is used. Default: the boundary surface of the body's mesh.
     #[schemars(with = "String")]
     pub mesh: Option<String>,
-    /// How displacement and traction vary over an element; default "linear".
+    /// Interpolation of displacement and traction on an element; default "linear".
     pub element: BoundaryElement,
 }
 
-/// A body of boundary elements as one of finite elements.
+/// A boundary-element body modelled with finite elements.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OtherFe {
-    /// Mesh file of its solids with the groups of the body's own mesh; that one if absent and if it has solids.
+    /// Volume mesh file with the same group names. Default: the body's mesh, if it is a volume mesh.
     #[schemars(with = "String")]
     pub mesh: Option<String>,
-    /// Formulation of 8-node hexahedra, or a kind of element that the mesh must contain.
+    /// Formulation of 8-node hexahedra (default "hex8-eas"); any other name only checks that the mesh contains elements of that type.
     #[schemars(with = "Element")]
     pub element: Option<Element>,
-    /// Where the near field of the contact is computed.
+    /// Model near the contact, as `near_field` of a finite-element body.
     pub near_field: NearField,
 }

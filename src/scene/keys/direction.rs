@@ -18,16 +18,16 @@ pub struct Direction {
     #[serde(default)]
     #[schemars(with = "f64")]
     pub azimuth: Option<f64>,
-    /// Field of the mesh file (`$ElementData`): 3 components along x, y, z, or 9 whose second three point to axis 2.
+    /// Element field (`$ElementData`) of the mesh file: 3 components (direction of axis 1 in x, y, z) or 9 (directions of axes 1, 2 and 3).
     #[serde(default)]
     #[schemars(with = "String")]
     pub field: Option<String>,
-    /// CSV file, relative to the scene file: element number, fx, fy, fz, and perhaps three towards axis 2; or a .msh
-    /// file with the `field`.
+    /// CSV file, relative to the scene file, with lines of element number, fx, fy, fz (direction of axis 1) and
+    /// optionally gx, gy, gz (direction of axis 2); or a .msh file that contains `field`.
     #[serde(default)]
     #[schemars(with = "String")]
     pub file: Option<String>,
-    /// Fibres wound around an axis.
+    /// Fibres wound around an axis (cylindrical fibre directions).
     #[serde(default)]
     #[schemars(with = "Cylindrical")]
     pub cylindrical: Option<Cylindrical>,
@@ -43,7 +43,7 @@ pub struct Cylindrical {
     /// A point on the axis.
     #[serde(default)]
     pub origin: [f64; 3],
-    /// Angle of the fibre from the axis, degrees: 0 along it, 90 around it, positive right-handed.
+    /// Winding angle from the axis, degrees: 0 axial, 90 circumferential, positive for a right-handed helix.
     #[serde(default)]
     #[schemars(with = "f64")]
     pub angle: Option<f64>,
@@ -102,22 +102,22 @@ pub struct Layer {
     pub angle: f64,
 }
 
-/// Plies stacked along z; an element belongs to the ply of its centroid.
+/// Plies stacked along z; an element belongs to the ply that contains its centroid.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layup {
     /// The plies from the lowest to the highest.
     #[schemars(length(min = 1))]
     pub plies: Vec<LayupPly>,
-    /// Height of the lowest ply's lower face; default the lowest point of the elements.
+    /// z of the lower face of the lowest ply; default: lowest node of the elements.
     #[serde(default)]
     #[schemars(with = "f64")]
     pub bottom: Option<f64>,
-    /// How often `plies` stand on each other, at most 100000 times.
+    /// Number of repetitions of the sequence `plies`, at most 100000.
     #[serde(default = "once")]
     #[schemars(range(min = 1, max = 100_000))]
     pub repeat: Count,
-    /// Whether the mirror image of the stack follows above it.
+    /// Whether the stack is followed by its mirror image (symmetric laminate).
     #[serde(default)]
     pub symmetric: bool,
 }

@@ -20,14 +20,14 @@ pub enum Frame {
         /// Angle of the frame's x from global x towards y, degrees.
         #[serde(default)]
         azimuth: f64,
-        /// Outline of a flat punch: cells whose centres lie outside never touch.
+        /// Outline of a flat punch: cells whose centres lie outside are never in contact.
         #[serde(default)]
         #[schemars(with = "Outline")]
         outline: Option<Outline>,
-        /// Whether frame and half-spaces repeat themselves along its x, y; not with meshed bodies.
+        /// Whether the problem is periodic along the frame's x and y; not available with meshed bodies.
         #[serde(default)]
         periodic: [bool; 2],
-        /// Whether the frame is enlarged when wear brings the contact to its edge; without, the run stops there.
+        /// Whether the frame is enlarged when the worn contact reaches its edge; if false, the run stops there (exit code 3).
         #[serde(default = "enlarged")]
         grow: bool,
     },
@@ -37,8 +37,8 @@ pub enum Frame {
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
-        /// One cell per face or per node; default "nodes" where its faces are of first order and no half-space takes
-        /// part, else "faces".
+        /// One cell per face or per node. Default: "nodes" for first-order faces if neither body is a half-space, else
+        /// "faces".
         #[serde(default)]
         #[schemars(with = "FramePoints")]
         points: Option<FramePoints>,
@@ -48,7 +48,7 @@ pub enum Frame {
         /// Angle of the cells' x from global x towards y, degrees.
         #[serde(default)]
         azimuth: f64,
-        /// Direction from body 1 to body 2, against which `approach` moves body 2.
+        /// Direction from body 1 to body 2; `approach` moves body 2 in the opposite direction.
         #[serde(default = "upward")]
         normal: [f64; 3],
     },
@@ -70,7 +70,7 @@ pub enum Outline {
     Circle {
         /// Radius.
         radius: Positive,
-        /// Middle from the frame's centre, along its x, y.
+        /// Centre of the outline relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         center: [f64; 2],
     },
@@ -81,7 +81,7 @@ pub enum Outline {
         /// Angle of the first axis from the frame's x towards its y, degrees.
         #[serde(default)]
         angle: f64,
-        /// Middle from the frame's centre, along its x, y.
+        /// Centre of the outline relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         center: [f64; 2],
     },
@@ -93,17 +93,17 @@ pub enum Outline {
     },
 }
 
-/// What a cell of a mesh frame belongs to.
+/// What a cell of a mesh frame represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FramePoints {
     /// A face of the contact group.
     Faces,
-    /// A node: the parts of the faces around it that are nearest to it.
+    /// A node with its tributary area: the parts of the adjacent faces nearest to it.
     Nodes,
 }
 
-/// The initial gap; shapes are parabolic unless `exact = true`, and stand on body 2 above the plane z = 0.
+/// Initial gap between the undeformed surfaces. Shapes belong to body 2, above the plane z = 0, and are parabolic approximations unless `exact = true`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -149,13 +149,13 @@ pub enum Gap {
         /// The circle itself instead of its parabola.
         #[serde(default)]
         exact: bool,
-        /// A point of the lowest line from the frame's centre, along its x, y.
+        /// Position of a point of the lowest line relative to the frame's centre, along the frame's x, y.
         #[serde(default)]
         offset: [f64; 2],
     },
     /// r tan(slope).
     Cone {
-        /// Angle between face and surface, degrees.
+        /// Angle between the cone's flank and the surface, degrees.
         #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 90))]
         slope: f64,
         /// Position of the tip from the frame's centre, along its x, y.
@@ -178,11 +178,11 @@ pub enum Gap {
     Heights {
         /// CSV or NPY file of heights, relative to the scene file; row = index along x, column = index along y.
         file: String,
-        /// Distance of the values along x, y, centred in the frame and interpolated; default one value per cell.
+        /// Spacing of the values along x, y; the values are centred in the frame and interpolated. Default: one value per cell, no interpolation.
         #[serde(default)]
         #[schemars(with = "[Positive; 2]")]
         spacing: Option<[Positive; 2]>,
-        /// Shift of the heights' middle from the frame's centre, along its x, y; needs `spacing`.
+        /// Position of the centre of the height map relative to the frame's centre, along the frame's x, y; needs `spacing`.
         #[serde(default)]
         offset: [f64; 2],
         /// Angle of the heights' x from +x towards +y, degrees; needs `spacing`. Default the frame's azimuth.

@@ -31,7 +31,7 @@ pub enum Friction {
         #[serde(default)]
         angle: f64,
     },
-    /// Fibre-reinforced plastic: an ellipse along the fibre, interpolated with its tilt.
+    /// Fibre-reinforced plastic: friction ellipse aligned with the fibre, coefficients interpolated with the fibre tilt.
     #[allow(non_snake_case)]
     Frp {
         /// Coefficient along fibres in the surface.
@@ -43,11 +43,11 @@ pub enum Friction {
         /// Coefficient for fibres along the normal.
         #[schemars(range(min = 0))]
         mu_N: f64,
-        /// Body whose fibre counts, 1 or 2; required if both have one.
+        /// Body whose fibre direction is used, 1 or 2; required if both have one.
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction that counts instead of a body's.
+        /// Fibre direction to use instead of a body's.
         #[serde(default)]
         #[schemars(with = "Fibre")]
         fibre: Option<Fibre>,
@@ -62,126 +62,126 @@ pub enum Wear {
     /// No wear.
     #[default]
     None,
-    /// Volume i per load and sliding distance.
+    /// Archard: wear volume = i x normal load x sliding distance.
     Archard {
-        /// Wear intensity, 1/stress.
+        /// Specific wear rate: wear volume per load and sliding distance, 1/stress (mm3/(N mm) = 1/MPa).
         #[schemars(range(min = 0))]
         i: f64,
-        /// Fraction of the worn depth taken from body 1.
+        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
         #[serde(default = "one")]
         #[schemars(range(min = 0, max = 1))]
         share: f64,
-        /// Integration of wear over a cycle jump.
+        /// Time integration of wear over a jump of many cycles.
         #[serde(default)]
         integrator: Integrator,
-        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: Tolerance,
-        /// Whether explicit jumps may be longer than is stable.
+        /// Whether jumps of the explicit integrator may exceed its stability limit.
         #[serde(default)]
         beyond_critical: bool,
-        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MoveMesh")]
         move_mesh: Option<MoveMesh>,
     },
-    /// Intensities along two axes.
+    /// Specific wear rates along two axes.
     Orthotropic {
-        /// Wear intensity along the first axis, 1/stress.
+        /// Specific wear rate along the first axis, 1/stress.
         #[schemars(range(min = 0))]
         i1: f64,
-        /// Wear intensity along the second axis, 1/stress.
+        /// Specific wear rate along the second axis, 1/stress.
         #[schemars(range(min = 0))]
         i2: f64,
         /// Angle of the first axis from +x towards +y, degrees.
         #[serde(default)]
         angle: f64,
-        /// Fraction of the worn depth taken from body 1.
+        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
         #[serde(default = "one")]
         #[schemars(range(min = 0, max = 1))]
         share: f64,
-        /// Integration of wear over a cycle jump.
+        /// Time integration of wear over a jump of many cycles.
         #[serde(default)]
         integrator: Integrator,
-        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: Tolerance,
-        /// Whether explicit jumps may be longer than is stable.
+        /// Whether jumps of the explicit integrator may exceed its stability limit.
         #[serde(default)]
         beyond_critical: bool,
-        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MoveMesh")]
         move_mesh: Option<MoveMesh>,
     },
-    /// Fibre-reinforced plastic: intensities along the fibre, interpolated with its tilt.
+    /// Fibre-reinforced plastic: specific wear rates along and across the fibre, interpolated with the fibre tilt.
     #[allow(non_snake_case)]
     Frp {
-        /// Wear intensity along fibres in the surface, 1/stress.
+        /// Specific wear rate along fibres in the surface, 1/stress.
         #[schemars(range(min = 0))]
         i_L: f64,
-        /// Wear intensity across fibres in the surface, 1/stress.
+        /// Specific wear rate across fibres in the surface, 1/stress.
         #[schemars(range(min = 0))]
         i_T: f64,
-        /// Wear intensity for fibres along the normal, 1/stress.
+        /// Specific wear rate for fibres along the normal, 1/stress.
         #[schemars(range(min = 0))]
         i_N: f64,
-        /// Body whose fibre counts, 1 or 2; default that of the friction law.
+        /// Body whose fibre direction is used, 1 or 2; default that of the friction law.
         #[serde(default)]
         #[schemars(with = "u8", range(min = 1, max = 2))]
         body: Option<u8>,
-        /// Fibre direction that counts instead of a body's; default that of the friction law.
+        /// Fibre direction to use instead of a body's; default that of the friction law.
         #[serde(default)]
         #[schemars(with = "Fibre")]
         fibre: Option<Fibre>,
-        /// Fraction of the worn depth taken from body 1.
+        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
         #[serde(default = "one")]
         #[schemars(range(min = 0, max = 1))]
         share: f64,
-        /// Integration of wear over a cycle jump.
+        /// Time integration of wear over a jump of many cycles.
         #[serde(default)]
         integrator: Integrator,
-        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: Tolerance,
-        /// Whether explicit jumps may be longer than is stable.
+        /// Whether jumps of the explicit integrator may exceed its stability limit.
         #[serde(default)]
         beyond_critical: bool,
-        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MoveMesh")]
         move_mesh: Option<MoveMesh>,
     },
-    /// Volume k per friction energy.
+    /// Wear volume = k x dissipated friction energy.
     Energy {
-        /// Worn volume per dissipated energy, 1/stress.
+        /// Wear volume per dissipated friction energy, 1/stress.
         #[schemars(range(min = 0))]
         k: f64,
-        /// Fraction of the worn depth taken from body 1.
+        /// Fraction of the wear depth assigned to body 1; the rest goes to body 2.
         #[serde(default = "one")]
         #[schemars(range(min = 0, max = 1))]
         share: f64,
-        /// Integration of wear over a cycle jump.
+        /// Time integration of wear over a jump of many cycles.
         #[serde(default)]
         integrator: Integrator,
-        /// Error of the worn depth over the largest worn depth, where the number of jumps is not given.
+        /// Tolerance of the estimated error of the wear depth, relative to the largest wear depth; controls the length of jumps if `jumps` is not given.
         #[serde(default)]
         tolerance: Tolerance,
-        /// Whether explicit jumps may be longer than is stable.
+        /// Whether jumps of the explicit integrator may exceed its stability limit.
         #[serde(default)]
         beyond_critical: bool,
-        /// Worn depth over the size of the elements beyond which meshes move with wear; they do not if it is absent.
+        /// Wear depth, as a fraction of the element size, at which meshes are moved to the worn surface and the stiffness is recomputed. Default: meshes do not move.
         #[serde(default)]
         #[schemars(with = "MoveMesh")]
         move_mesh: Option<MoveMesh>,
     },
 }
 
-/// Integration of wear over a cycle jump.
+/// Time integration of wear over a jump of many cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// Implicit, second order, damps whatever the size of the jump.
+    /// Implicit, second order, L-stable (stable for jumps of any length).
     #[default]
     Sdirk2,
     /// Implicit, first order.
@@ -190,7 +190,7 @@ pub enum Integrator {
     Explicit,
 }
 
-/// Error of the worn depth over the largest worn depth, default 1e-3.
+/// Estimated error of the wear depth relative to the largest wear depth; default 1e-3.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]
@@ -202,7 +202,7 @@ impl Default for Tolerance {
     }
 }
 
-/// Worn depth over the size of the elements.
+/// Wear depth as a fraction of the element size.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]

@@ -18,7 +18,7 @@ pub enum Material {
         E: f64,
         /// Poisson's ratio, between -1 and 0.5.
         nu: f64,
-        /// Yield stress, for the index of von Mises.
+        /// Yield stress, for the von Mises failure index.
         #[serde(default, rename = "yield")]
         #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
         yields: Option<f64>,
@@ -31,7 +31,7 @@ pub enum Material {
         /// Young's modulus across the fibre.
         #[schemars(extend("exclusiveMinimum" = 0))]
         E2: f64,
-        /// Shear modulus of the planes that hold the fibre.
+        /// Shear modulus in the planes that contain the fibre.
         #[schemars(extend("exclusiveMinimum" = 0))]
         G12: f64,
         /// Poisson's ratio: contraction across under tension along the fibre.

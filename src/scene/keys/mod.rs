@@ -56,7 +56,7 @@ pub struct Scene {
     /// What is written besides summary.json and history.csv.
     #[serde(default)]
     pub output: solver::Output,
-    /// How accurate results shall be, if cells, increments and jumps are to be chosen by the program: a relative error like 1e-3.
+    /// Target relative error, e.g. 1e-3. If given, the program refines cells, increments and wear jumps until the estimated error is below it.
     #[schemars(with = "accuracy::Accuracy")]
     #[serde(default)]
     pub accuracy: Option<accuracy::Accuracy>,

@@ -11,24 +11,24 @@ use crate::skip::{Skip, Skips};
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Largest natural residual of the certificate, relative to the peak pressure.
+    /// Convergence tolerance: natural residual of the contact conditions, relative to the peak pressure.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: f64,
-    /// Iteration.
+    /// Solution method of the contact problem.
     pub method: Method,
     /// Largest number of iterations per increment.
     #[schemars(range(min = 1))]
     pub max_iterations: usize,
-    /// How finite-element bodies are tied to the frame.
+    /// How finite-element bodies are coupled to the contact frame.
     pub coupling: Coupling,
-    /// Work that is skipped where the scene does not need it: all, none, or what is named; the answers are the same either way.
+    /// Work that is omitted where the scene does not need it: true (all kinds), false (none) or a list of names. The results do not depend on it.
     pub skip: SkipChoice,
-    /// Precision of the products inside linear solves; the residual is computed in double precision either way.
+    /// Precision of operator products inside linear solves; residuals are always computed in double precision.
     pub precision: Precision,
-    /// Memory that the run may take: bytes, or a text like "4 GiB" or "500 MB"; 80 % of what is available if absent.
+    /// Memory limit of the run: bytes, or a text like "4 GiB" or "500 MB"; default 80 % of the available memory.
     #[schemars(schema_with = "memory_size")]
     pub memory_limit: Option<MemorySize>,
-    /// Relative tolerance of half-space operators that are compressed: those on frames of many cells that are no grid.
+    /// Relative tolerance of compressed half-space operators (used on mesh frames with many cells).
     #[schemars(range(min = 1e-12, max = 1e-2))]
     pub compression_tolerance: f64,
 }
@@ -126,7 +126,7 @@ impl Default for Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The fastest that suits the scene.
+    /// Selects the fastest suitable method.
     Auto,
     /// Semismooth Newton with a preconditioned Krylov method.
     Newton,
@@ -144,19 +144,19 @@ pub enum Method {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// Single precision, corrected by the next step.
+    /// Single precision, with the error corrected in the next iteration.
     Mixed,
     /// Double precision.
     Double,
 }
 
-/// Ways to tie a finite-element body to the frame.
+/// Coupling of a finite-element body to the contact frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coupling {
     /// Condensed on the frame once (Schur complement).
     Schur,
-    /// The assembled block system, solved anew for every traction: slow, the reference.
+    /// The assembled block system, solved again for every traction: slow; the reference for checks.
     Block,
 }
 
@@ -164,11 +164,11 @@ pub enum Coupling {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Kinds of fields; [] writes none.
+    /// Field files to write; [] writes none.
     pub fields: Vec<FieldKind>,
-    /// Lines and rectangles of points inside half-spaces and bodies of boundary elements, whose displacement and stress is written.
+    /// Sampling points (lines, rectangles) inside half-spaces and boundary-element bodies at which displacement and stress are written.
     pub inside: Vec<Inside>,
-    /// How often a checkpoint is written, from which --resume goes on.
+    /// How often a checkpoint is written; --resume continues from the last one.
     pub checkpoint: Interval,
 }
 
@@ -176,16 +176,16 @@ pub struct Output {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Inside {
-    /// Its name, which its files have too: letters, digits, "-", "_".
+    /// Name, also used in file names: letters, digits, "-", "_".
     pub name: String,
-    /// 1 or 2.
+    /// Number of the body, 1 or 2.
     #[schemars(range(min = 1, max = 2))]
     pub body: usize,
     /// First point, global x, y, z.
     pub from: [f64; 3],
     /// End of the line, or of the first side of a rectangle.
     pub to: [f64; 3],
-    /// Third corner of a rectangle: the end of its side across, which starts at `from` too.
+    /// Third corner of a rectangle: end of its second side, which starts at `from`.
     #[schemars(with = "[f64; 3]")]
     #[serde(default)]
     pub across: Option<[f64; 3]>,
@@ -214,14 +214,14 @@ impl Default for Output {
     }
 }
 
-/// Work after which the next entry is followed by a checkpoint; an interrupt is in any case.
+/// Interval after which the next result is followed by a checkpoint. An interrupted run always writes one.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Interval {
-    /// Seconds since the last one, or the start; 0: none for their sake.
+    /// Seconds since the last checkpoint or the start; 0 disables this criterion.
     #[schemars(range(min = 0))]
     pub seconds: f64,
-    /// Fretting cycles since the last one; 0: none for their sake.
+    /// Fretting cycles since the last checkpoint; 0 disables this criterion.
     pub cycles: u64,
 }
 

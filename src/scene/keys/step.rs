@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::frame::Count;
 
-/// A load step: totals at its end, measured from the initial state; what it does not name stays as it was.
+/// A load step. Its values are totals at its end, measured from the initial state and reached linearly; quantities that it does not name keep their previous values.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
@@ -13,7 +13,7 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "String")]
     pub name: Option<String>,
-    /// Motion of body 2 towards body 1; 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
+    /// Approach (rigid-body indentation depth): motion of body 2 towards body 1, 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
     #[serde(default)]
     #[schemars(with = "f64")]
     pub approach: Option<f64>,
@@ -21,7 +21,7 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "f64", range(min = 0))]
     pub normal_force: Option<f64>,
-    /// Displacement of body 2 in the frame. Excludes `tangential_force`.
+    /// Tangential displacement of body 2. Excludes `tangential_force`.
     #[serde(default)]
     #[schemars(with = "Shift")]
     pub shift: Option<Shift>,
@@ -29,16 +29,16 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "[f64; 2]")]
     pub tangential_force: Option<[f64; 2]>,
-    /// Rotation of body 2 about the frame's x and y through its centre, degrees; taken as small. Excludes `moment`.
+    /// Rotation of body 2 about the x and y axes through the frame's centre, degrees (small rotations). Excludes `moment`.
     #[serde(default)]
     #[schemars(with = "[f64; 2]")]
     pub rotation: Option<[f64; 2]>,
-    /// Moments on body 1 about the frame's x and y through its centre; body 2 turns freely under them. Excludes
+    /// Moments on body 1 about the x and y axes through the frame's centre; body 2 rotates freely under them. Excludes
     /// `rotation`.
     #[serde(default)]
     #[schemars(with = "[f64; 2]")]
     pub moment: Option<[f64; 2]>,
-    /// Rotation of body 2 about n through the frame's centre, degrees; taken as small. Excludes `spin_moment`.
+    /// Rotation of body 2 about the normal through the frame's centre, degrees (small rotations). Excludes `spin_moment`.
     #[serde(default)]
     #[schemars(with = "f64")]
     pub twist: Option<f64>,
@@ -46,11 +46,11 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "f64")]
     pub spin_moment: Option<f64>,
-    /// Load points from a file instead of these, each reached from the one before.
+    /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
     #[serde(default)]
     #[schemars(with = "History")]
     pub history: Option<History>,
-    /// Number of equal increments, of each row with `history`; the result of frictional steps depends on the path.
+    /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
     #[serde(default = "one")]
     pub increments: Count,
     /// Whether friction acts in this step.
@@ -67,32 +67,32 @@ pub struct Step {
     #[serde(default)]
     #[schemars(with = "Sliding")]
     pub sliding: Option<Sliding>,
-    /// Steady rolling, after what the steps before prescribe; creepages grow over the increments, each a steady state.
+    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a steady state.
     #[serde(default)]
     #[schemars(with = "Rolling")]
     pub rolling: Option<Rolling>,
 }
 
-/// Steady rolling of the contact over both bodies.
+/// Steady rolling: the contact zone moves over both bodies at constant loads and creepages.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {
     /// Direction in which the contact moves over the bodies, from the frame's x towards its y: 0, 90, 180 or 270 degrees.
     #[serde(default)]
     pub direction: f64,
-    /// Rigid slip of body 2 over body 1 per rolled distance: along the direction and to its left.
+    /// Creepage, the rigid slip of body 2 over body 1 per rolled distance: along the rolling direction, and to its left.
     #[serde(default)]
     pub creepage: [f64; 2],
-    /// Rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
+    /// Spin creepage: rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
     #[serde(default)]
     pub spin: f64,
-    /// Rolled distance, for worn volume and dissipation.
+    /// Rolled distance, for wear volume and dissipation.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub distance: f64,
 }
 
-/// A displacement in the surface.
+/// A tangential displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shift {
@@ -107,7 +107,7 @@ pub struct Shift {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct History {
-    /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are left out.
+    /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are ignored.
     pub file: String,
     /// What its columns hold; default the names in its first line.
     #[serde(default)]
@@ -169,7 +169,7 @@ impl Column {
     /// All names, for messages.
     pub fn list() -> String {
         let names: Vec<&str> = Self::NAMES.iter().map(|(_, name)| *name).collect();
-        format!("{}; \"-\" is left out", names[..Self::COUNT - 1].join(", "))
+        format!("{}; \"-\" ignores a column", names[..Self::COUNT - 1].join(", "))
     }
 }
 
@@ -180,32 +180,33 @@ pub struct Cycles {
     /// Number of cycles.
     #[schemars(range(min = 1))]
     pub count: u64,
-    /// Half-amplitude of body 2's displacement. Excludes `force_amplitude`.
+    /// Displacement amplitude (±) of body 2. Excludes `force_amplitude`.
     #[serde(default)]
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
-    /// Half-amplitude of the tangential force. Excludes `amplitude`.
+    /// Amplitude (±) of the tangential force. Excludes `amplitude`.
     #[serde(default)]
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub force_amplitude: Option<f64>,
-    /// Half-axis of an ellipse across `angle`, of the displacement or the force as the amplitude; needs `path = "ellipse"`.
+    /// Second semi-axis of an elliptic path, perpendicular to `angle`; a displacement or a force, as the amplitude. Needs `path = "ellipse"`.
     #[serde(default)]
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub amplitude2: Option<f64>,
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Number of equal jumps that the cycles are taken in; default by the estimated error (`wear.tolerance`).
+    /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
     #[serde(default)]
     #[schemars(with = "Count")]
     pub jumps: Option<Count>,
-    /// Increments per stroke, half a cycle. "auto": 1 (8 on an ellipse), and resolved cycles in as many more as `wear.tolerance` needs
-    /// correct the wear. Default: "auto", but no correction while all of the contact slides and the wear agrees within that tolerance. A
-    /// number is taken as it is; a resolved cycle at the start of the step measures its error.
+    /// Increments per stroke (half cycle), a number or "auto". "auto": 1 (8 for an ellipse); the wear is corrected by
+    /// cycles computed with as many increments as `wear.tolerance` requires. Default: as "auto", but without correction
+    /// while the whole contact slips and the wear agrees within the tolerance. A number is used as given; one finely
+    /// resolved cycle at the start of the step measures its error.
     #[serde(default)]
     #[schemars(with = "Strokes")]
     pub increments: Option<Strokes>,
-    /// Path of a cycle.
+    /// Shape of the path of a cycle.
     #[serde(default)]
     pub path: Path,
 }
@@ -230,7 +231,7 @@ pub enum Resolved {
     Auto,
 }
 
-/// Steady sliding of body 2 over body 1: the contact wears where it is.
+/// Steady sliding of body 2 over body 1. The contact zone stays in place on the frame and wears.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sliding {
@@ -240,20 +241,20 @@ pub struct Sliding {
     /// Direction from the frame's x towards its y, degrees.
     #[serde(default)]
     pub angle: f64,
-    /// Number of equal jumps that the distance is taken in; default by the estimated error (`wear.tolerance`).
+    /// Number of equal wear jumps over the distance; default: controlled by the estimated error (`wear.tolerance`).
     #[serde(default)]
     #[schemars(with = "Count")]
     pub jumps: Option<Count>,
 }
 
-/// Path of a cycle.
+/// Shape of the path of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Path {
-    /// To and fro.
+    /// Straight line, back and forth.
     #[default]
     Line,
-    /// Round an ellipse, from its + end towards the left of `angle`.
+    /// Ellipse, starting at +amplitude and turning to the left of `angle`.
     Ellipse,
 }
 

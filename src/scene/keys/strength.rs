@@ -40,15 +40,15 @@ pub struct Strength {
     /// Shear of plane 2-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub S23: f64,
-    /// Normalised interaction 12 of Tsai and Wu.
+    /// Normalised Tsai-Wu interaction coefficient of axes 1 and 2; default -0.5.
     #[serde(default = "mises")]
     #[schemars(range(min = -1, max = 1))]
     pub F12: f64,
-    /// Normalised interaction 13 of Tsai and Wu.
+    /// Normalised Tsai-Wu interaction coefficient of axes 1 and 3; default -0.5.
     #[serde(default = "mises")]
     #[schemars(range(min = -1, max = 1))]
     pub F13: f64,
-    /// Normalised interaction 23 of Tsai and Wu.
+    /// Normalised Tsai-Wu interaction coefficient of axes 2 and 3; default -0.5.
     #[serde(default = "mises")]
     #[schemars(range(min = -1, max = 1))]
     pub F23: f64,

@@ -19,8 +19,8 @@ pub(super) fn resolve(r: &mut Resolver) -> Option<Option<AccuracySpec>> {
         Accuracy::Text(text) => match text.trim().parse::<f64>() {
             Ok(relative) if relative > 0.0 && relative <= LARGEST => all(relative),
             _ => {
-                let message = format!("`accuracy` is \"{text}\", which is no relative error");
-                let mend = format!("a number above 0 and at most {LARGEST}, like \"1e-3\"");
+                let message = format!("`accuracy` = \"{text}\" is not a relative error");
+                let mend = format!("give a number above 0 and at most {LARGEST}, e.g. 1e-3");
                 r.wrong("accuracy", message, "this text", mend);
                 return None;
             }

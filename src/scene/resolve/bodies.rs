@@ -136,7 +136,7 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
     match fem::free_motions(&spec.inputs(key)) {
         Ok(None) => {}
         Ok(Some(free)) => r.notes.push(format!(
-            "{key} floats by {}: the contact has to balance its loads along these motions",
+            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
             free.names.join(", ")
         )),
         Err(error) => {
@@ -144,7 +144,8 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
             let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
             let named = |support: &&Support| error.message().contains(&format!("\"{}\"", support.group));
             let list = spec.supports.iter().find(named).map(|support| support.key.clone()).or(list);
-            let mend = "a body may float as a whole, but not in parts";
+            let mend = "constrain every part of the body that is not connected to the others, or connect the parts; \
+                        only a body of one connected part may have rigid-body modes";
             let place = list.unwrap_or_else(|| key.to_owned());
             r.wrong(&place, error.message().to_owned(), "these supports", mend);
         }
@@ -185,9 +186,9 @@ fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Su
         if found != wanted {
             r.wrong(
                 &format!("{key}.{name}"),
-                format!("{found} {name}s for {wanted} components"),
-                &format!("one {name} per component"),
-                format!("give one {name} for each of `components`, in their order"),
+                format!("`{name}` has {found} entries for {wanted} components"),
+                &format!("one entry of `{name}` per component"),
+                format!("give one entry of `{name}` for each of `components`, in the same order"),
             );
             sound = false;
         }
@@ -228,7 +229,7 @@ fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Fo
         };
         if values.iter().any(|k| *k < 0.0) || values.iter().all(|k| *k == 0.0) {
             let message = format!("the stiffness {values:?} of a foundation is not positive");
-            let mend = "give a positive stiffness; of three components some may be 0";
+            let mend = "give a positive stiffness; of three components one or two may be 0";
             r.wrong(&format!("{key}.foundation.{i}.stiffness"), message, "not positive", mend);
             sound = false;
         }
@@ -253,7 +254,7 @@ pub(super) fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) 
                 });
             }
             Err(error) => {
-                let mend = "name a group of surfaces of the mesh, plane and across x, y or z";
+                let mend = "name a plane surface group of the mesh whose normal is along x, y or z";
                 r.wrong(&format!("{key}.symmetry.{i}"), error.message().to_owned(), "this group", mend);
             }
         }
@@ -294,14 +295,19 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
     }
     if !path.is_file() {
         let message = format!("there is no mesh file {}", path.display());
-        let mend = format!("paths start at the folder of the scene file{}", neighbours(&path));
+        let mend = format!("paths are relative to the folder of the scene file{}", neighbours(&path));
         r.wrong(&place, message, "no such file", mend);
         return None;
     }
     match gmsh::read(&path) {
         Ok(mesh) => Some(mesh),
         Err(error) => {
-            r.wrong(&place, error.to_string(), "this file", "gmsh writes .msh files of versions 2.2 and 4.1");
+            r.wrong(
+                &place,
+                error.to_string(),
+                "this file",
+                "orthowear reads .msh files of gmsh, versions 2.2 and 4.1",
+            );
             None
         }
     }
@@ -313,7 +319,7 @@ pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
     match quality::check(mesh) {
         Ok(quality) => warnings.extend(quality.warnings()),
         Err(error) => {
-            let mend = "every solid needs a positive volume of its own";
+            let mend = "every solid element needs a positive volume, and elements must not overlap";
             r.wrong(place, error.message().to_owned(), "this mesh", mend);
         }
     }
@@ -331,7 +337,11 @@ fn neighbours(path: &Path) -> String {
         .collect();
     names.sort();
     names.truncate(12);
-    if names.is_empty() { String::new() } else { format!("; found there: {}", names.join(", ")) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("; .msh files in that folder: {}", names.join(", "))
+    }
 }
 
 /// Reports every group that the mesh does not have, or has in another dimension.
@@ -374,10 +384,10 @@ pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element
     if mesh.volume_cells().any(|cell| mesh.kind(cell) == kind) {
         return;
     }
-    let message = format!("`element` is \"{name}\", but {} has no solid cells of that kind", mesh.source);
+    let message = format!("`element` = \"{name}\", but {} has no elements of that type", mesh.source);
     let kinds: BTreeSet<&str> = mesh.volume_cells().map(|cell| mesh.kind(cell).name()).collect();
     let kinds: Vec<&str> = kinds.into_iter().collect();
-    let mend = format!("leave `element` out: the default suits the mesh, which has {}", kinds.join(", "));
+    let mend = format!("omit `element` to use the default for this mesh; it has {}", kinds.join(", "));
     r.wrong(&format!("{key}.element"), message, "not in the mesh", mend);
 }
 

@@ -108,7 +108,8 @@ fn check_surfaces(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
             continue;
         }
         if let Err(error) = group_faces(mesh, group) {
-            let mend = "name a group of surfaces on the outside of the body: boundary elements cannot be held at points, lines or inside";
+            let mend = "name an outer surface group: a boundary-element body can only be supported on its surface, not \
+                        at points, lines or interior faces";
             r.wrong(&format!("{key}.{place}.group"), error.message().to_owned(), "this group", mend);
         }
     }
@@ -123,7 +124,7 @@ pub(super) fn closed(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh>
             Some(mesh)
         }
         Err(error) => {
-            let mend = "`orthowear` takes closed surfaces of one body, or solids, whose skin it finds itself";
+            let mend = "give the closed surface mesh of one body, or a volume mesh, whose boundary surface is extracted";
             r.wrong(place, error.message().to_owned(), "this mesh", mend);
             None
         }
@@ -135,13 +136,13 @@ fn check_held(r: &mut Resolver, key: &str, be: &BeSpec) {
     match be.inputs(key).free_motions() {
         Ok(None) => {}
         Ok(Some(free)) => r.notes.push(format!(
-            "{key} floats by {}: the contact has to balance its loads along these motions",
+            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
             free.names.join(", ")
         )),
         Err(error) => {
             let named = |support: &&Support| error.message().contains(&format!("\"{}\"", support.group));
             let list = be.meshed.supports.iter().find(named).map(|support| support.key.clone());
-            let mend = "name each face in one support, or give the supports the same value";
+            let mend = "put each face into one support only, or prescribe the same value in both";
             r.wrong(
                 &list.unwrap_or_else(|| key.to_owned()),
                 error.message().to_owned(),

@@ -24,8 +24,10 @@ pub(super) fn prescribed(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<
     ];
     for ((what, load, motion), _) in CARRIED.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
     {
-        let message = format!("nothing can carry a {what}: this step has no friction");
-        let mend = format!("add a [friction] law and leave out `friction = false`, or prescribe `{motion}`");
+        let message = format!("a {what} is prescribed, but this step has no friction to transmit it");
+        let mend = format!(
+            "add a [friction] law and remove `friction = false`, or prescribe the displacement `{motion}` instead"
+        );
         r.wrong(&format!("{key}.{load}"), message, "needs friction", mend);
     }
 }
@@ -61,10 +63,12 @@ pub(super) fn of_points(r: &mut Resolver, key: &str, (points, steps): (&[LoadPoi
     for (kind, (what, ..)) in CARRIED.iter().enumerate().take(if level { 2 } else { 1 }) {
         let loaded = points.iter().zip(steps).find(|(_, step)| matches!(named(step)[kind], Load::There));
         if let Some((point, _)) = loaded {
-            let message =
-                format!("line {}: nothing can carry a {what}: this step has no friction", point.line);
+            let message = format!(
+                "line {}: a {what} is prescribed, but this step has no friction to transmit it",
+                point.line
+            );
             let mend = format!(
-                "add a [friction] law and leave out `friction = false`, or leave {} out",
+                "add a [friction] law and remove `friction = false`, or remove the columns {}",
                 COLUMNS[kind]
             );
             r.wrong(&format!("{key}.history.file"), message, "needs friction", mend);
@@ -86,11 +90,13 @@ pub(super) fn held(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, le
             };
             if let Some(from) = holder.filter(|_| step.rolling.is_some()) {
                 let message = format!(
-                    "the {what} of step \"{}\" is still prescribed, but rolling prescribes creepages",
+                    "the {what} of step \"{}\" is still active, but in rolling the tangential forces follow from the creepages",
                     from.name
                 );
-                let mend = format!("prescribe `{motion}` or a {load} of zero in a step between");
-                r.wrong(&format!("steps.{i}.rolling"), message, "under a held load", mend);
+                let mend = format!(
+                    "remove the load in a step before the rolling: prescribe `{motion}`, or {load} = 0"
+                );
+                r.wrong(&format!("steps.{i}.rolling"), message, "load still active", mend);
                 holder = None;
                 continue;
             }
@@ -99,9 +105,12 @@ pub(super) fn held(r: &mut Resolver, steps: &[Numbered], laws: Option<&Laws>, le
                 (Load::There, _) => holder = Some(step),
                 (Load::Gone, _) => holder = None,
                 (Load::Unnamed, Some(from)) if frictionless => {
-                    let message = format!("nothing carries the {what} held from step \"{}\"", from.name);
+                    let message = format!(
+                        "the {what} of step \"{}\" is still active, but this step has no friction to transmit it",
+                        from.name
+                    );
                     let mend = format!(
-                        "leave out `friction = false`, or prescribe `{motion}` or a {load} of zero here"
+                        "remove `friction = false`, or prescribe `{motion}` or {load} = 0 in this step"
                     );
                     let place = format!("steps.{i}.friction");
                     let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };

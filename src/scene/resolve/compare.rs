@@ -23,7 +23,7 @@ pub(super) fn resolve(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Optio
             }
             Ok(pair) => pairs.push(pair),
             Err(message) => {
-                r.wrong(&key, message, "no variant", "write FE, BE, HS, THS or rigid for each body")
+                r.wrong(&key, message, "not a variant", "write FE, BE, HS, THS or rigid for each body")
             }
         }
     }
@@ -43,10 +43,8 @@ fn other(r: &mut Resolver, (keys, name): (Others, &str), body: Option<&BodySpec>
     {
         if is_given && !fits && body.is_some() {
             let other = if kind == "be" { "fe" } else { "be" };
-            let message = format!(
-                "another description of {name} as \"{kind}\" needs one of kind \"{other}\" as its own"
-            );
-            let mend = format!("take it out; the keys of a body of kind \"{kind}\" stand in [{name}]");
+            let message = format!("compare.{name}.{kind} applies only if {name}.kind = \"{other}\"");
+            let mend = format!("remove it; the keys of a body of kind \"{kind}\" belong in [{name}]");
             r.wrong(&of_kind(kind), message, "does not fit", mend);
         }
     }
@@ -85,7 +83,8 @@ fn check_groups(r: &mut Resolver, place: &str, meshed: &MeshedSpec, mesh: &Mesh)
     // What is no group of surfaces stands in the way of the variant, not of the scene.
     for group in meshed.groups().filter(|group| group_faces(&meshed.mesh, group).is_ok()) {
         if let Err(error) = group_faces(mesh, group) {
-            let mend = "both meshes of a body need the groups of its contact, supports and loads";
+            let mend =
+                "the second mesh of a body needs the same contact, support and load groups as the first";
             r.wrong(place, error.message().to_owned(), "this mesh", mend);
         }
     }

@@ -40,7 +40,7 @@ pub(super) fn report(r: &mut Resolver, spec: &MeshedSpec) -> usize {
                 number(values[1]),
                 place(&spec.mesh.points[node])
             );
-            let mend = format!("leave {} out of the components of one of them", NAMES[component]);
+            let mend = format!("remove {} from `components` of one of them", NAMES[component]);
             r.wrong(&support.key, message, "this support", mend);
             count += 1;
         }

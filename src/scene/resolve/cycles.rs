@@ -21,8 +21,13 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
     let (count, motion, jumps) = match (&step.cycles, &step.sliding) {
         (Some(cycles), sliding) => {
             if sliding.is_some() {
-                let message = "`sliding` stands besides `cycles`: body 2 does one of the two in a step";
-                r.wrong(&format!("{key}.sliding"), message, "besides `cycles`", "make it a step of its own");
+                let message = "a step has either `cycles` or `sliding`, not both";
+                r.wrong(
+                    &format!("{key}.sliding"),
+                    message,
+                    "together with `cycles`",
+                    "move it to a step of its own",
+                );
             }
             alone(r, key, "cycles", step);
             let tolerance = laws.map(|laws| laws.integration.tolerance);
@@ -32,7 +37,7 @@ pub(super) fn resolve(r: &mut Resolver, key: &str, step: &StepKeys, laws: Option
                 && jumps.0 as u64 > cycles.count
             {
                 let message = format!("{} jumps for {} cycles", jumps.0, cycles.count);
-                let mend = "a jump is at least one cycle: jumps <= count";
+                let mend = "a wear jump covers at least one cycle: jumps <= count";
                 r.wrong(&format!("{key}.cycles.jumps"), message, "more jumps than cycles", mend);
             }
             (cycles.count as f64, CycleMotion::Closed(closed?), cycles.jumps)
@@ -61,13 +66,13 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) ->
         (None, Some(amplitude)) => (Drive::Force, amplitude),
         (both, _) => {
             let (message, label) = if both.is_some() {
-                ("cycles prescribe `amplitude` or `force_amplitude`, not both", "besides `amplitude`")
+                ("cycles prescribe `amplitude` or `force_amplitude`, not both", "together with `amplitude`")
             } else {
                 ("cycles prescribe `amplitude` or `force_amplitude`: both are missing", "lacks an amplitude")
             };
             let key = if both.is_some() { format!("{key}.force_amplitude") } else { key.to_owned() };
-            let mend =
-                "amplitude is that of body 2's displacement, force_amplitude that of the tangential force";
+            let mend = "`amplitude` is the displacement amplitude (±) of body 2, `force_amplitude` the amplitude (±) \
+                        of the tangential force";
             r.wrong(&key, message, label, mend);
             return None;
         }
@@ -76,14 +81,19 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) ->
         (Path::Line, None) => 0.0,
         (Path::Ellipse, Some(across)) => across,
         (Path::Line, Some(_)) => {
-            let message = "`amplitude2` is the half-axis of an ellipse, but the path is a line";
+            let message = "`amplitude2` is the second semi-axis of an elliptic path, but the path is a line";
             let mend = "add path = \"ellipse\", or remove it";
             r.wrong(&format!("{key}.amplitude2"), message, "needs path = \"ellipse\"", mend);
             return None;
         }
         (Path::Ellipse, None) => {
-            let message = "an ellipse has two half-axes, but `amplitude2` is missing";
-            r.wrong(&format!("{key}.path"), message, "lacks `amplitude2`", "add amplitude2, across `angle`");
+            let message = "an elliptic path has two semi-axes, but `amplitude2` is missing";
+            r.wrong(
+                &format!("{key}.path"),
+                message,
+                "lacks `amplitude2`",
+                "add `amplitude2`, the semi-axis perpendicular to `angle`",
+            );
             return None;
         }
     };
@@ -95,8 +105,13 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) ->
     };
     let resolve = tolerance.map(|tolerance| ResolvedCycles { tolerance, correction });
     if cycles.path == Path::Ellipse && increments < 2 {
-        let message = "an ellipse of one increment per half is a line";
-        r.wrong(&format!("{key}.increments"), message, "too few", "take 4 or more, or leave it out for 8");
+        let message = "with one increment per half cycle an elliptic path degenerates to a line";
+        r.wrong(
+            &format!("{key}.increments"),
+            message,
+            "too few",
+            "use 4 or more, or omit the key for the default of 8",
+        );
     }
     let angle = cycles.angle.to_radians();
     Some(Closed { drive, amplitude: [amplitude, across], angle, increments, resolve })
@@ -106,7 +121,7 @@ fn closed(r: &mut Resolver, key: &str, cycles: &Keys, tolerance: Option<f64>) ->
 fn needs_friction(r: &mut Resolver, key: &str, (step, cycles): (&StepKeys, &Keys), laws: Option<&Laws>) {
     let none = !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None));
     if cycles.force_amplitude.is_some() && none {
-        let message = "`force_amplitude` without friction: nothing carries a tangential force in this step";
+        let message = "`force_amplitude` needs friction: this step has none to transmit a tangential force";
         let mend = "give [friction] a law and leave out `friction = false`, or prescribe `amplitude`";
         r.wrong(&format!("{key}.cycles.force_amplitude"), message, "needs friction", mend);
     }
@@ -116,15 +131,18 @@ fn needs_friction(r: &mut Resolver, key: &str, (step, cycles): (&StepKeys, &Keys
 fn alone(r: &mut Resolver, key: &str, what: &str, step: &StepKeys) {
     let [_, others @ ..] = controls(step);
     for (name, _) in others.iter().flatten().filter(|(_, there)| *there) {
-        let message =
-            format!("`{name}` stands besides `{what}`, which move about the position at the step's start");
-        let label = format!("besides `{what}`");
-        r.wrong(&format!("{key}.{name}"), message, &label, "prescribe it in a step before");
+        let message = format!(
+            "`{name}` cannot be combined with `{what}`, whose motion starts from the position at the start of the step"
+        );
+        let label = format!("together with `{what}`");
+        r.wrong(&format!("{key}.{name}"), message, &label, "prescribe it in an earlier step");
     }
     if step.increments.0 != 1 {
         let message = format!("`increments` of the step does not apply to `{what}`");
-        let label = format!("besides `{what}`");
-        let mend = format!("remove it; `{what}.jumps` divides them, `cycles.increments` each stroke");
+        let label = format!("together with `{what}`");
+        let mend = format!(
+            "remove it; `{what}.jumps` sets the number of wear jumps, `cycles.increments` the increments per stroke"
+        );
         r.wrong(&format!("{key}.increments"), message, &label, &mend);
     }
 }

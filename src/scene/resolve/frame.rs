@@ -49,21 +49,21 @@ fn check_repetition(
     for (index, body) in bodies.iter().enumerate() {
         if body.as_ref().is_some_and(|body| body.meshed().is_some()) {
             let message = format!(
-                "a periodic frame takes half-spaces and rigid bodies, but body{} is meshed",
+                "a periodic frame allows only half-spaces and rigid bodies, but body{} has a mesh",
                 index + 1
             );
-            let mend =
-                "remove it and give the mesh planes of symmetry (`symmetry`), or make the body a half-space";
-            r.wrong("frame.periodic", message, "a meshed body does not repeat itself", mend);
+            let mend = "remove `periodic` and use symmetry planes of the mesh (`symmetry`), or make the body a half-space";
+            r.wrong("frame.periodic", message, "not with a meshed body", mend);
         }
     }
     if periodic == [true; 2] && cells == [1, 1] {
-        let message = "one cell that repeats itself in both directions bears a uniform load, under which nothing deforms";
+        let message = "one cell that is periodic in both directions carries a uniform pressure, which gives no \
+                       relative displacement";
         r.wrong("frame.cells", message, "one cell", "give the frame more cells along x or y");
     }
     let coupling = r.document.get("solver.coupling").map(|node| node.to_json());
     if coupling.is_some_and(|word| word == "block") {
-        let message = "the block system has no periodic frames";
+        let message = "coupling = \"block\" does not support periodic frames";
         r.wrong("solver.coupling", message, "with a periodic frame", "remove it: \"schur\" is the default");
     }
     (r.mistakes.len() == before).then_some(())
@@ -75,7 +75,7 @@ fn cut_outline(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 
     let beyond =
         (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)));
     beyond.then(|| {
-        "frame.outline reaches beyond the frame, which cuts it off there; contact at that edge is reported".to_owned()
+        "frame.outline extends beyond the frame and is cut at its edge; contact at that edge triggers a warning".to_owned()
     })
 }
 
@@ -108,7 +108,7 @@ fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2
     let faces = [body1, body2].map(|body| body.meshed().map(mean_face_area));
     match (wanted, faces) {
         (None, [None, None]) => {
-            let message = "the frame takes the faces of a meshed body, but neither body has a mesh";
+            let message = "frame.kind = \"mesh\" needs a meshed body, but neither body has a mesh";
             r.wrong("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
             None
         }
@@ -184,7 +184,7 @@ fn ellipsoid(
     match (radii, semi_axes) {
         (Some(_), Some(_)) => {
             let message = "an ellipsoid is given by `radii` or `semi_axes`, not both";
-            r.wrong("gap.semi_axes", message, "besides `radii`", "remove one of the two");
+            r.wrong("gap.semi_axes", message, "together with `radii`", "remove one of the two");
             None
         }
         (None, None) => {
@@ -193,7 +193,7 @@ fn ellipsoid(
             None
         }
         (Some(_), None) if exact => {
-            let message = "two radii of curvature do not tell how far an exact ellipsoid reaches";
+            let message = "two radii of curvature do not define an exact ellipsoid";
             let mend = "give `semi_axes` = [a, b, c] (radii a^2 / c, b^2 / c) instead of `radii`, or leave out `exact`";
             r.wrong("gap.exact", message, "needs `semi_axes`", mend);
             None
@@ -227,7 +227,12 @@ fn heights(
     if let Some(bad) = array.values.iter().position(|value| value.abs() > SIZES[1]) {
         let (row, column) = (bad / shape[1] + 1, bad % shape[1] + 1);
         let message = format!("the height in row {row}, column {column} is {:e}", array.values[bad]);
-        r.wrong("gap.file", message, "this file", format!("heights of at most {:e}", SIZES[1]));
+        r.wrong(
+            "gap.file",
+            message,
+            "this file",
+            format!("heights must not exceed {:e} in magnitude", SIZES[1]),
+        );
         return None;
     }
     if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
@@ -260,7 +265,7 @@ fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline>
     match outline.check() {
         Ok(()) => Some(outline),
         Err(error) => {
-            let mend = "vertices in order around the outline, along the frame's x, y";
+            let mend = "give the vertices in order around the outline, in coordinates of the frame";
             r.wrong("frame.outline", error.message().to_owned(), "this outline", mend);
             None
         }

@@ -45,21 +45,21 @@ fn check_name(r: &mut Resolver, key: &str, name: &str, before: &[InsideRequest])
     let key = format!("{key}.name");
     let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(fits) {
-        let mend = "letters a to z, digits, \"-\" and \"_\", for the files are named by it";
+        let mend = "use letters a to z, digits, \"-\" and \"_\": it becomes part of file names";
         return r.wrong(
             &key,
-            format!("`name` is \"{name}\", which no file can be named by"),
+            format!("`name` = \"{name}\" cannot be used in a file name"),
             "this name",
             mend,
         );
     }
     if before.iter().any(|other| other.name.eq_ignore_ascii_case(name)) {
-        let message = format!("`name` is \"{name}\", as of an element of output.inside before it");
+        let message = format!("`name` = \"{name}\" is already used by an earlier entry of output.inside");
         r.wrong(
             &key,
             message,
             "the same name",
-            "give each its own name, small and capital letters being the same",
+            "give each entry its own name; upper and lower case count as the same",
         );
     }
 }
@@ -70,21 +70,25 @@ fn check_body(r: &mut Resolver, key: &str, number: usize, body: &BodySpec, frame
         BodySpec::Be(_) => return,
         BodySpec::HalfSpace(_) => match frame {
             Some(FrameSpec::Grid { periodic, .. }) if *periodic != [false; 2] => (
-                format!("`body` is {number}, a half-space under a frame that repeats itself"),
-                "leave out output.inside, or frame.periodic".to_owned(),
+                format!(
+                    "body {number} is a half-space under a periodic frame, where interior points are not available"
+                ),
+                "remove output.inside or frame.periodic".to_owned(),
             ),
             _ => return,
         },
         BodySpec::Fe(_) => (
-            format!("`body` is {number}, a body of finite elements"),
             format!(
-                "write its volume with output.fields = [\"volume\"]: body{number}_volume_0001.vtu has displacement and stress, and \
-                 ParaView's filter \"Plot Over Line\" takes a line from it"
+                "body {number} is a finite-element body; output.inside is for half-spaces and boundary-element bodies"
+            ),
+            format!(
+                "use output.fields = [\"volume\"]: body{number}_volume_0001.vtu contains displacement and stress, and \
+                 ParaView's filter \"Plot Over Line\" samples them along a line"
             ),
         ),
         BodySpec::Truncated(_) => (
-            format!("`body` is {number}, a half-space with a meshed surface"),
-            format!("leave out body{number}.truncated: the exact half-space has points inside"),
+            format!("body {number} is a truncated half-space, in which interior points are not available"),
+            format!("remove body{number}.truncated: the exact half-space supports interior points"),
         ),
         BodySpec::Rigid => {
             (format!("`body` is {number}, which is rigid"), "name a body that deforms".to_owned())
@@ -111,7 +115,12 @@ fn counts(r: &mut Resolver, key: &str, inside: &Inside) -> Option<[usize; 2]> {
             let across = Point::from(across) - Point::from(inside.from);
             if along.cross(&across).norm() <= FLAT * along.norm() * across.norm() {
                 let message = "`across` lies on the line through `from` and `to`";
-                r.wrong(&format!("{key}.across"), message, "no rectangle", "give a corner beside that line");
+                r.wrong(
+                    &format!("{key}.across"),
+                    message,
+                    "not a rectangle",
+                    "give a corner that is not on that line",
+                );
             }
             counts
         }

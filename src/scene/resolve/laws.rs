@@ -65,7 +65,7 @@ pub(super) fn resolve(
     let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction));
     let (friction, (wear, integration)) = (law?, wear?);
     if matches!(wear, WearLaw::Energy { .. }) && matches!(friction, FrictionLaw::None) {
-        let message = "the wear law takes the friction energy, but there is no friction";
+        let message = "wear law \"energy\" uses the friction energy, but there is no friction";
         r.wrong("wear.law", message, "needs friction", "add a [friction] law, or use law = \"archard\"");
     }
     Some(Laws { friction, wear, integration })
@@ -94,13 +94,14 @@ fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<
     if ellipse.mu.contains(&0.0) {
         let message =
             format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
-        let mend = "make both coefficients positive (a small one will do), or both 0 for no friction at all";
+        let mend =
+            "make both coefficients positive (a small value suffices), or both 0 for frictionless contact";
         r.wrong("friction", message, "0 in one direction only", mend);
     } else if ellipse.mu[0] > MOST_ECCENTRIC * ellipse.mu[1] || ellipse.mu[1] > MOST_ECCENTRIC * ellipse.mu[0]
     {
         let message =
             format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);
-        let mend = "let one be at most a million times the other";
+        let mend = "reduce the ratio of the two coefficients to at most 1e6";
         r.wrong("friction", message, "more than a million times apart", mend);
     }
     Some(law)
@@ -165,8 +166,8 @@ fn needs_worn_mesh(r: &mut Resolver, ground: Ground<'_>, share: f64) {
     if parts.iter().any(|(body, part)| body.fe().is_some() && *part > 0.0) {
         return;
     }
-    let message = "`move_mesh` moves the meshes of worn bodies, but no body with finite elements wears";
-    let mend = "remove it, or let the meshed body wear: `share` is the part of body 1";
+    let message = "`move_mesh` needs a finite-element body that wears, but there is none";
+    let mend = "remove it, or set `share` (the fraction of the wear depth assigned to body 1) so that the meshed body wears";
     r.wrong("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
@@ -183,7 +184,7 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
         (Some(number), has_fibre) => {
             let index = usize::from(number == 2);
             if !has_fibre[index] {
-                let message = format!("{section} takes the fibre of body {number}, which has no `fibre`");
+                let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
                 r.wrong(&format!("{section}.body"), message, "has no fibre", mend);
                 return None;
@@ -199,12 +200,13 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
             return None;
         }
         (None, [true, true]) => {
-            let message = format!("both bodies have a fibre; {section} does not say whose counts");
+            let message =
+                format!("both bodies have a fibre direction; {section} does not say which one to use");
             r.wrong(
                 &format!("{section}.law"),
                 message,
-                "whose fibre?",
-                "add `body = 1` or `body = 2` to [friction]",
+                "which body?",
+                &format!("add `body = 1` or `body = 2` to [{section}]"),
             );
             return None;
         }
@@ -231,21 +233,21 @@ fn fibre_under_frame(
     let fibre = surface.elastic.fibre?;
     if spread > LARGEST_SPREAD {
         let message = format!(
-            "{section} has one fibre direction, but those of body {} vary by up to {spread:.1} degrees from their mean \
-             under the frame (at most {LARGEST_SPREAD})",
+            "{section} uses one fibre direction, but the fibres of body {} under the frame deviate by up to \
+             {spread:.1} degrees from their mean (limit: {LARGEST_SPREAD})",
             index + 1
         );
-        let mend = format!("give the direction that counts: {section}.fibre = {{ tilt = .., azimuth = .. }}");
+        let mend = format!("set the direction to use: {section}.fibre = {{ tilt = .., azimuth = .. }}");
         r.wrong(&format!("{section}.law"), message, "which direction?", mend);
         return None;
     }
     r.notes.push(format!(
-        "{section} takes the mean fibre of body {} under the frame: tilt {:.2}, azimuth {:.2} degrees{}",
+        "{section} uses the mean fibre direction of body {} under the frame: tilt {:.2}, azimuth {:.2} degrees{}",
         index + 1,
         fibre.tilt.to_degrees(),
         fibre.azimuth.to_degrees(),
         if spread > 1e-6 {
-            format!("; fibres there vary by up to {spread:.2} degrees")
+            format!("; the fibres deviate from it by up to {spread:.2} degrees")
         } else {
             String::new()
         }

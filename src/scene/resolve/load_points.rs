@@ -39,7 +39,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &History) -> Option<Vec
                 &format!("{key}.file"),
                 message,
                 "this file",
-                "a CSV file, its path relative to the scene file",
+                "give a CSV file; its path is relative to the folder of the scene file",
             );
             return None;
         }
@@ -63,7 +63,7 @@ pub(super) fn read(r: &mut Resolver, key: &str, history: &History) -> Option<Vec
     contradictions(r, key, &columns);
     if lines.is_empty() {
         let message = format!("{} has no load points", history.file);
-        r.wrong(&format!("{key}.file"), message, "no rows", "a row of numbers for each load point");
+        r.wrong(&format!("{key}.file"), message, "no rows", "add one row of numbers per load point");
     }
     let points = rows(r, key, &history.file, &columns, &lines);
     (r.mistakes.len() == before).then_some(points)
@@ -84,13 +84,13 @@ fn header(r: &mut Resolver, key: &str, file: &str, lines: &mut Vec<(usize, &str)
         match Column::named(name) {
             Some(column) => columns.push(column),
             None => wrong
-                .push(format!("{file}, line {line}: column {} is \"{name}\", which is not known", index + 1)),
+                .push(format!("{file}, line {line}: column {} has the unknown name \"{name}\"", index + 1)),
         }
     }
     let mend = format!("name the columns in the first line or in `columns`: {}", Column::list());
     list(r, key, file, wrong, ["unknown column", &mend]);
     if names.is_empty() {
-        let mend = format!("a first line that names the columns: {}", Column::list());
+        let mend = format!("start the file with a line of column names: {}", Column::list());
         r.wrong(&format!("{key}.file"), format!("{file} is empty"), "no columns", mend);
     }
     (r.mistakes.len() == before).then_some(columns)
@@ -104,8 +104,8 @@ fn contradictions(r: &mut Resolver, key: &str, columns: &[Column]) {
     for (i, column) in columns.iter().enumerate() {
         let before = columns[..i].iter().filter(|known| *known == column).count();
         if *column != Column::Ignored && before == 1 {
-            let message = format!("the column `{}` is there twice", column.name());
-            wrong(message, "twice", "name each column once; \"-\" leaves one out");
+            let message = format!("the column `{}` appears twice", column.name());
+            wrong(message, "twice", "name each column once; \"-\" ignores a column");
         }
     }
     for [motion, load] in EXCLUSIVE {
@@ -113,11 +113,15 @@ fn contradictions(r: &mut Resolver, key: &str, columns: &[Column]) {
         if let (Some(motion), Some(load)) = (there(motion), there(load)) {
             let message =
                 format!("a load history prescribes `{}` or `{}`, not both", motion.name(), load.name());
-            wrong(message, "both", "leave one of them out with \"-\" in `columns`");
+            wrong(message, "both", "ignore one of them with \"-\" in `columns`");
         }
     }
     if columns.iter().all(|column| *column == Column::Ignored) {
-        wrong("no column prescribes anything".to_owned(), "nothing prescribed", &Column::list());
+        wrong(
+            "all columns are ignored, so nothing is prescribed".to_owned(),
+            "nothing prescribed",
+            &Column::list(),
+        );
     }
 }
 
@@ -134,7 +138,11 @@ fn rows(
     for (line, text) in lines {
         let cells = cells(text);
         if cells.len() != columns.len() {
-            wrong.push(format!("{file}, line {line}: {} values in {} columns", cells.len(), columns.len()));
+            wrong.push(format!(
+                "{file}, line {line}: {} values, but there are {} columns",
+                cells.len(),
+                columns.len()
+            ));
             continue;
         }
         let mut values = [None; Column::COUNT];
@@ -144,8 +152,7 @@ fn rows(
                     values[*column as usize] = Some(value);
                 }
                 Ok(value) if value.is_finite() => wrong.push(format!(
-                    "{file}, line {line}, column `{}`: {cell} is no size that is computed with; numbers are 0 or from {:e} to \
-                     {:e} in size",
+                    "{file}, line {line}, column `{}`: {cell} is out of range; magnitudes must be 0 or lie between {:e} and {:e}",
                     column.name(),
                     SIZES[0],
                     SIZES[1]
@@ -153,7 +160,7 @@ fn rows(
                 _ => {
                     let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
                     wrong.push(format!(
-                        "{file}, line {line}, column `{}`: {found} where a finite number belongs",
+                        "{file}, line {line}, column `{}`: expected a finite number, found {found}",
                         column.name()
                     ));
                 }
@@ -161,7 +168,7 @@ fn rows(
         }
         if let Some(force) = values[Column::NormalForce as usize].filter(|force| *force < 0.0) {
             wrong.push(format!(
-                "{file}, line {line}, column `normal_force`: {force} pulls; a normal force is compression, 0 or more"
+                "{file}, line {line}, column `normal_force`: {force} is negative (tension); compression is positive, 0 or more"
             ));
         }
         points.push(point(*line, &values));
@@ -177,8 +184,8 @@ fn list(r: &mut Resolver, key: &str, file: &str, wrong: Vec<String>, [label, men
         r.wrong(&format!("{key}.file"), message, label, mend);
     }
     if count > LISTED {
-        let message = format!("{file}: {} more mistakes of this kind", count - LISTED);
-        r.wrong(&format!("{key}.file"), message, "this file", "mend those above first");
+        let message = format!("{file}: {} more errors of this kind", count - LISTED);
+        r.wrong(&format!("{key}.file"), message, "this file", "fix the errors above first");
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
             }
         });
         if users(r, &name).is_empty() {
-            r.notes.push(format!("no body is made of the material `{name}`"));
+            r.notes.push(format!("the material `{name}` is not used by any body"));
         }
         materials.insert(name, stiffness);
     }
@@ -66,7 +66,7 @@ pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
             }
             Err(error) => {
                 let place = if let Limit::Yield(_) = limit { "yield" } else { "strength" };
-                let mend = "strengths are positive, also those of compression";
+                let mend = "give all strengths as positive numbers, also those in compression";
                 r.wrong(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
             }
         }

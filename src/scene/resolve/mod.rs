@@ -161,8 +161,8 @@ fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit
     if bytes.is_none() {
         r.wrong(
             "solver.memory_limit",
-            "`memory_limit` is no amount of memory",
-            "no amount of memory",
+            "`memory_limit` is not a valid amount of memory",
+            "not an amount of memory",
             "give a number of bytes, or a text like \"4 GiB\" or \"500 MB\"",
         );
     }

@@ -34,7 +34,7 @@ pub(super) fn resolve(
     let by_table = direction.field.is_some() || direction.file.is_some();
     let ways = [by_angles, by_table, direction.cylindrical.is_some()];
     if ways.iter().filter(|given| **given).count() > 1 {
-        let message = "the fibre is given in more than one way";
+        let message = "the fibre direction is defined in more than one way";
         let mend = "give `tilt` and `azimuth`, or `field` and `file`, or `cylindrical`";
         r.wrong(key, message, "more than one way", mend);
         return None;
@@ -96,7 +96,7 @@ fn from_fields(
     let key = &format!("{key}.field");
     let Some(field) = fields.iter().find(|field| field.name == name) else {
         let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-        let mut mend = format!("fields of elements there ($ElementData): {}", list(&names, "\""));
+        let mut mend = format!("element fields ($ElementData) in that file: {}", list(&names, "\""));
         if let Some(word) = closest(name, &names) {
             mend = format!("did you mean \"{word}\"? {mend}");
         }
@@ -107,8 +107,8 @@ fn from_fields(
         Ok((axes, unknown)) => {
             if let [first, ..] = unknown.as_slice() {
                 r.notes.push(format!(
-                    "{key}: the field \"{name}\" of {source} has values for {} elements that {} lacks (the first is \
-                     element {first}); they are not used",
+                    "{key}: the field \"{name}\" of {source} has values for {} elements that are not in {} (first: \
+                     element {first}); these values are ignored",
                     unknown.len(),
                     mesh.source
                 ));
@@ -121,7 +121,7 @@ fn from_fields(
                 key,
                 message,
                 "this field",
-                "three components along x, y, z, or nine: axis 1, axis 2, axis 3",
+                "the field needs 3 components (direction of axis 1) or 9 (directions of axes 1, 2 and 3)",
             );
             None
         }
@@ -165,7 +165,7 @@ fn from_file(
                     &format!("{key}.file"),
                     error.to_string(),
                     "this file",
-                    "paths start at the scene's folder",
+                    "paths are relative to the folder of the scene file",
                 );
                 return None;
             }
@@ -188,13 +188,8 @@ fn from_file(
         return from_fields(r, key, &name, &fields, &path.display().to_string(), mesh);
     }
     if field.is_some() {
-        let message = format!("{file} is no .msh file, so it has no fields");
-        r.wrong(
-            &format!("{key}.field"),
-            message,
-            "without meaning here",
-            "remove `field`, or name a .msh file",
-        );
+        let message = format!("`field` applies to .msh files only; {file} is not one");
+        r.wrong(&format!("{key}.field"), message, "not applicable", "remove `field`, or name a .msh file");
         return None;
     }
     from_table(r, &format!("{key}.file"), &path, mesh)
@@ -202,8 +197,8 @@ fn from_file(
 
 /// Axes from the lines of a CSV file.
 fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<Orientation> {
-    let mend =
-        "each line: element number, fx, fy, fz, and perhaps gx, gy, gz towards axis 2; # begins a comment";
+    let mend = "each line: element number, fx, fy, fz (direction of axis 1) and optionally gx, gy, gz (direction of \
+                axis 2); # starts a comment";
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) => {
@@ -246,7 +241,8 @@ fn add_line(
 ) -> Result<(), String> {
     if line.contains(';') && line.contains(',') {
         return Err(
-            "both `;` and `,`: write decimal points, and one of the two between the values".to_owned()
+            "the line contains both `;` and `,`: use decimal points, and only one of the two as separator"
+                .to_owned(),
         );
     }
     let words: Vec<&str> =

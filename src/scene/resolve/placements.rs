@@ -114,9 +114,10 @@ impl Whole<'_> {
         let Some([low, high]) = self.heights(group) else {
             r.wrong(
                 key,
-                "there are no elements for the plies: the group is empty, or all elements have a material of their own",
+                "no elements are left for this layup: the group is empty, or every element belongs to a region with \
+                 its own material",
                 "no elements",
-                "leave the layup out, or the materials of the regions that are to have it",
+                "remove the layup, or remove `material`, `fibre` and `layup` from the regions that should have it",
             );
             return None;
         };
@@ -130,8 +131,8 @@ impl Whole<'_> {
         let plies: Vec<Ply> = plies.collect();
         if ((z - bottom) / (high - low) - 1.0).abs() > 1e-6 {
             r.notes.push(format!(
-                "{key}: the plies are {:.6} thick together (z = {bottom:.6} to {z:.6}), their elements lie between z = \
-                 {low:.6} and {high:.6}",
+                "{key}: the total thickness of the plies is {:.6} (z = {bottom:.6} to {z:.6}), but the elements extend \
+                 from z = {low:.6} to {high:.6}",
                 z - bottom
             ));
         }

@@ -27,19 +27,24 @@ pub(super) fn resolve(
         ("sliding", step.sliding.is_some()),
     ];
     for (name, _) in others.iter().filter(|(_, there)| *there) {
-        let message = format!("`{name}` stands besides `rolling`, whose tractions follow from the creepages");
-        r.wrong(&format!("{key}.{name}"), message, "besides `rolling`", "remove one of the two");
+        let message = format!(
+            "`{name}` cannot be combined with `rolling`, whose tangential tractions follow from the creepages"
+        );
+        r.wrong(&format!("{key}.{name}"), message, "together with `rolling`", "remove one of the two");
     }
     if !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None)) {
-        let message = "rolling without friction has no tangential tractions: this step has none";
+        let message = "rolling needs friction, but this step has none";
         let mend = "add a [friction] law and leave out `friction = false`, or remove `rolling`";
         r.wrong(&format!("{key}.rolling"), message, "needs friction", mend);
     }
     let turns = rolling.direction / 90.0;
     if (turns - turns.round()).abs() > ALONG {
-        let message = format!("the direction of rolling is {} degrees from the frame's x", rolling.direction);
-        let mend = "roll along 0, 90, 180 or 270 degrees, and turn the frame by frame.azimuth";
-        r.wrong(&format!("{key}.rolling.direction"), message, "between the rows of cells", mend);
+        let message = format!(
+            "the rolling direction of {} degrees is not along an axis of the frame",
+            rolling.direction
+        );
+        let mend = "use 0, 90, 180 or 270 degrees; for other directions rotate the frame with frame.azimuth";
+        r.wrong(&format!("{key}.rolling.direction"), message, "not along a frame axis", mend);
     }
     (r.mistakes.len() == before).then(|| Rolling {
         quarter_turns: turns.round().rem_euclid(4.0) as u8,
@@ -55,14 +60,14 @@ pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Optio
     let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();
     let Some(key) = rolling.first() else { return };
     if let Some(FrameSpec::Mesh { .. }) = frame {
-        let message = "rolling needs cells in rows along its direction, the frame follows a mesh";
+        let message = "rolling needs a grid frame, but frame.kind = \"mesh\"";
         r.wrong(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
     }
     for (number, body) in bodies.iter().enumerate() {
         let meshed = |body: &BodySpec| body.meshed().is_some() || matches!(body, BodySpec::Truncated(_));
         if body.as_ref().is_some_and(meshed) {
             let message = format!(
-                "in steady rolling every material point passes the same way, but body{} is meshed",
+                "steady rolling needs bodies that do not change along the rolling direction, but body{} has a mesh",
                 number + 1
             );
             r.wrong(key, message, "needs half-spaces", "make the body a half-space or rigid");
@@ -72,7 +77,8 @@ pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Optio
     for key in rolling.iter().map(|key| format!("{key}.spin")).filter(|_| periodic) {
         let spin = r.document.get(&key).map(|node| node.to_json());
         if spin.is_some_and(|spin| spin.as_f64() != Some(0.0)) {
-            let message = "spin grows with the distance from the centre, but the frame repeats itself";
+            let message =
+                "spin is not possible on a periodic frame: its slip grows with the distance from the centre";
             r.wrong(&key, message, "with a periodic frame", "remove it, or frame.periodic");
         }
     }

@@ -28,7 +28,7 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
         && steps.first().is_some_and(|step| step.normal.is_none())
     {
         r.notes.push(format!(
-            "step \"{}\" starts at first touch: it has neither approach nor normal_force",
+            "step \"{}\" has neither approach nor normal_force: body 2 stays where the surfaces first touch (approach 0)",
             steps[0].name
         ));
     }
@@ -47,8 +47,8 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
         r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
     }
     if keys.name.as_deref().is_some_and(|name| name.contains(char::is_control)) {
-        let message = "a step has a name of more than one line, or with characters that cannot be seen";
-        r.wrong(&format!("{key}.name"), message, "this name", "give it in one line");
+        let message = "the name of a step contains line breaks or control characters";
+        r.wrong(&format!("{key}.name"), message, "this name", "use printable characters on one line");
     }
     exclusive(r, &key, &keys);
     carried::prescribed(r, &key, &keys, laws, level);
@@ -112,12 +112,13 @@ fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
         ("rolling", keys.rolling.is_some()),
     ]);
     for (name, _) in others.filter(|(_, there)| *there) {
-        let message = format!("`{name}` stands besides `history`, which prescribes the loads of its step");
+        let message =
+            format!("`{name}` cannot be combined with `history`, which prescribes all loads of its step");
         r.wrong(
             &format!("{key}.{name}"),
             message,
-            "besides `history`",
-            "make it a column, or a step of its own",
+            "together with `history`",
+            "make it a column of the file, or move it to a step of its own",
         );
     }
 }
@@ -129,8 +130,9 @@ fn same_names(r: &mut Resolver, steps: &[Numbered]) {
     let names: Vec<&str> = steps.map(|step| step.name.as_str()).collect();
     for (i, name) in names.iter().enumerate() {
         if names[..i].contains(name) {
-            r.notes
-                .push(format!("two steps have the name \"{name}\": results by name are those of the last"));
+            r.notes.push(format!(
+                "two steps are named \"{name}\": results reported by step name are those of the last one"
+            ));
         }
     }
 }
@@ -159,7 +161,7 @@ fn exclusive(r: &mut Resolver, key: &str, keys: &Keys) {
     for [(motion, moved), (load, loaded)] in controls(keys) {
         if moved && loaded {
             let message = format!("a step prescribes `{motion}` or `{load}`, not both");
-            let label = format!("besides `{motion}`");
+            let label = format!("together with `{motion}`");
             r.wrong(&format!("{key}.{load}"), message, &label, "remove one of the two");
         }
     }
@@ -175,8 +177,8 @@ fn large_rotations(r: &mut Resolver, steps: &[Numbered]) {
         if largest > LARGEST_ROTATION && !told.contains(&&step.name) {
             told.push(&step.name);
             r.notes.push(format!(
-                "step \"{}\" turns body 2 by {largest:.3} degrees: rotations are taken as small (the gap changes by angle \
-                 times distance), and friction follows none of its turning",
+                "step \"{}\" rotates body 2 by {largest:.3} degrees: rotations are linearised (change of gap = angle x \
+                 distance), and the axes of the friction law do not rotate",
                 step.name
             ));
         }
@@ -206,8 +208,9 @@ fn periodic_turns(r: &mut Resolver, steps: &[Numbered], periodic: [bool; 2]) {
         for key in [tilt, spin].into_iter().flatten().filter(|_| !told.contains(i)) {
             let place =
                 if step.row.is_some() { format!("steps.{i}.history") } else { format!("steps.{i}.{key}") };
-            let message = "a body that repeats itself cannot turn: the gap would grow from period to period";
-            r.wrong(&place, message, "with frame.periodic", "leave it out, or make the frame not periodic");
+            let message =
+                "a rotation is not possible on a periodic frame: the gap would grow from period to period";
+            r.wrong(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");
         }
         if tilt.or(spin).is_some() {
             told.push(*i);
