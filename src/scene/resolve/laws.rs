@@ -206,7 +206,7 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
                 &format!("{section}.law"),
                 message,
                 "which body?",
-                &format!("add `body = 1` or `body = 2` to [{section}]"),
+                format!("add `body = 1` or `body = 2` to [{section}]"),
             );
             return None;
         }
