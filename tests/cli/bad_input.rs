@@ -181,7 +181,7 @@ const TABLE: &[Row] = &[
         &[
             "steps.0.spin_moment",
             "a spin moment is prescribed, but this step has no friction",
-            "prescribe `twist`",
+            "prescribe the displacement `twist`",
         ],
     ),
     (

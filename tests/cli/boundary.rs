@@ -128,7 +128,7 @@ fn a_block_that_floats() {
     let [load, peak] = ["normal_force", "peak_pressure"].map(|key| step[key].as_f64().unwrap());
     assert!((load - 160.0).abs() < 1e-3 && (peak - 40.0).abs() < 1e-3, "{load} {peak}");
     let said = summary["warnings"].to_string();
-    assert!(said.contains("floats by translation z"), "{said}");
+    assert!(said.contains("unconstrained rigid-body modes (translation z)"), "{said}");
 }
 
 /// Truth: what is wrong with each scene by construction, exit code 2, and the element or key that is meant.

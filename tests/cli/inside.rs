@@ -14,7 +14,7 @@ const CUT: &str = "\n[[output.inside]]\nname = \"cut\"\nbody = 2\nfrom = [-0.4, 
 /// What is replaced by what in the sound scene with [`LINE`] and [`CUT`], and words of the message.
 const WRONG: &[(&str, &str, &[&str])] = &[
     ("body = 1", "body = 3", &["output.inside.0.body", "at most 2"]),
-    ("name = \"cut\"", "name = \"Axis\"", &["output.inside.1.name", "before it"]),
+    ("name = \"cut\"", "name = \"Axis\"", &["output.inside.1.name", "by an earlier entry"]),
     ("name = \"axis\"", "name = \"a/b\"", &["output.inside.0.name", "cannot be used in a file name"]),
     ("name = \"axis\"", "name = \"\"", &["output.inside.0.name"]),
     ("to = [0.0, 0.0, -0.6]", "to = [0.0, 0.0, 0.6]", &["output.inside.0.to", "outside of body 1", "below"]),

@@ -129,10 +129,10 @@ fn mistakes_of_histories_are_placed() {
         "approach,twist\n0.01,nan\n,0.1\n0.01\n0.02,x\n",
         plain,
         &[
-            "line 2, column `twist`: \"nan\"",
-            "line 3, column `approach`: nothing",
-            "line 4: 1 values in 2 columns",
-            "line 5, column `twist`: \"x\"",
+            "line 2, column `twist`: expected a finite number, found \"nan\"",
+            "line 3, column `approach`: expected a finite number, found nothing",
+            "line 4: 1 values, but there are 2 columns",
+            "line 5, column `twist`: expected a finite number, found \"x\"",
             "4 errors",
         ],
     );

@@ -194,7 +194,7 @@ fn friction_of_directions_that_vary() {
 #[test]
 fn mistakes_in_tables_and_fields() {
     let commas = folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", "101;0,8;0,6;0,0\n")]);
-    refused(&commas, &["f.csv:1: both `;` and `,`"]);
+    refused(&commas, &["f.csv:1: the line contains both `;` and `,`"]);
     let table = |text: &str| folder("fibre = { file = \"f.csv\" }", "", &[("f.csv", text)]);
     refused(
         &table("101,1,0,0\n102,0,0,0\n102,1,x,0\n9,1\n999,1,0,0\n"),
@@ -232,7 +232,7 @@ fn contradictions_are_named() {
         &folder("fibre = { cylindrical = { axis = \"z\" } }", "", &[]),
         &["neither `angle` nor `layers`"],
     );
-    refused(&folder("fibre = { cylindrical = { axis = \"w\", angle = 1 } }", "", &[]), &["`axis` is \"w\""]);
+    refused(&folder("fibre = { cylindrical = { axis = \"w\", angle = 1 } }", "", &[]), &["`axis` = \"w\""]);
     refused(
         &folder("fibre = { cylindrical = { axis = [0, 1], angle = 1 } }", "", &[]),
         &["a list of 3 values"],

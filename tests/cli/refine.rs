@@ -109,7 +109,7 @@ fn refine_refuses_what_it_cannot_do() {
     assert!(refused("hertz.toml", &[]).contains("the scene has no finite-element body"));
     assert!(
         refused("sphere-on-cfrp-block.toml", &["--body", "2"])
-            .contains("body 2 is not one of finite elements")
+            .contains("body 2 is not a finite-element body")
     );
     assert!(refused("sphere-on-cfrp-block.toml", &["--step", "press"]).contains("indent, shift, fretting"));
     assert!(refused("sphere-on-cfrp-block.toml", &["--error", "2"]).contains("between 0 and 1"));

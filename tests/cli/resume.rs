@@ -16,7 +16,7 @@ use job::{Job, assert_whole, results, send, whole};
 fn interrupted_runs_go_on() {
     let job = Job::new();
     let text = job.interrupt(&["--threads", "1"], 3);
-    assert!(text.contains("INTERRUPTED") && text.contains("to go on: orthowear run"), "{text}");
+    assert!(text.contains("INTERRUPTED") && text.contains("to resume: orthowear run"), "{text}");
     assert!(text.contains("out --resume\n"), "{text}");
     let entries = job.summary()["steps"].as_array().unwrap().len();
     assert!(job.summary()["status"] == "interrupted" && entries >= 3, "{entries}");

@@ -40,16 +40,19 @@ fn each_mixed_up_number_is_named() {
         found.contains("use kind = \"rigid\" for the stiffer body") && !found.contains("was it given in"),
         "{found}"
     );
-    set("gap.radius=0.02", &["radius of the gap is 2.0000e-2", "half-width is 7.5000e-1"]);
+    set(
+        "gap.radius=0.02",
+        &["radius of the gap is 2.0000e-2", "half-width of the contact frame is 7.5000e-1"],
+    );
     set("gap.radius=2e7", &["radius of the gap is 2.0000e7"]);
     set(
         "steps.press.approach=5.0",
-        &["approach 5.0000e0 makes a contact", "least extent of the mesh of body1 1.0000e0"],
+        &["approach 5.0000e0 gives a contact", "smallest dimension of the mesh of body1, 1.0000e0"],
     );
     set("steps.press.approach=1e-9", &["much smaller than a cell"]);
-    set("steps.shift.shift.distance=20.0", &["shifted by 2.0000e1"]);
+    set("steps.shift.shift.distance=20.0", &["displacement of body 2 is 2.0000e1"]);
     let forced = "steps=[{ normal_force = 1e9 }]";
-    set(forced, &["force 1.0000e9 makes a contact"]);
+    set(forced, &["force 1.0000e9 gives a contact"]);
 }
 
 /// Truth: the scene has one material and uses it; a second one is left alone.
