@@ -204,7 +204,7 @@ const TABLE: &[Row] = &[
         "cycles = { count = 1000, amplitude = 0.05, jumps = 4 }",
         "sliding = { distance = 1.0 }\nshift = { distance = 0.1 }",
         1,
-        &["steps.1.shift", "besides `sliding`"],
+        &["steps.1.shift", "together with `sliding`"],
     ),
     (
         "jumps = 4",

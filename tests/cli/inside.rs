@@ -35,7 +35,7 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     (
         "cells = [16, 16]",
         "cells = [16, 16]\nperiodic = [true, true]",
-        &["output.inside.0.body", "repeats itself"],
+        &["output.inside.0.body", "under a periodic frame"],
     ),
 ];
 

@@ -138,8 +138,8 @@ fn mistakes_of_histories_are_placed() {
     );
     check("approach,normal_force\n0.01,3\n", plain, &["`approach` or `normal_force`, not both"]);
     check("approach,approach\n0.01,3\n", plain, &["`approach` appears twice"]);
-    check("approach,speed\n0.01,3\n", plain, &["column 2 is \"speed\"", "shift_x"]);
-    check("normal_force\n-3\n", plain, &["line 2, column `normal_force`: -3 pulls"]);
+    check("approach,speed\n0.01,3\n", plain, &["column 2 has the unknown name \"speed\"", "shift_x"]);
+    check("normal_force\n-3\n", plain, &["line 2, column `normal_force`: -3 is negative"]);
     check("", plain, &["is empty"]);
     check("approach\n", plain, &["no load points"]);
     check("0.01\n", "history = { file = \"loads.csv\", columns = [\"-\"] }", &["nothing is prescribed"]);

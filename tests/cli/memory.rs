@@ -124,7 +124,8 @@ fn refused_before_anything_is_allocated() {
         let more = ["--set", "frame.cells=[8000, 8000]", "--max-memory", "2 GB", "--threads", "1"];
         let (code, said) = confined(1_500_000, &[command, &[path.as_str()], &more].concat());
         assert!(code == Some(4) && said.contains("a frame of 8000 x 8000 cells"), "{code:?} {said}");
-        let needed = said.split(" with its operator needs ").nth(1).unwrap().split(['(', ')']).nth(1).unwrap();
+        let needed =
+            said.split(" with its operator needs ").nth(1).unwrap().split(['(', ')']).nth(1).unwrap();
         let needed: f64 = needed.split_whitespace().next().unwrap().parse().unwrap();
         assert!(needed > 30.0 * 1.5e9 && said.contains("--max-memory"), "{said}");
     }

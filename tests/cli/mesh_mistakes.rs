@@ -160,7 +160,7 @@ fn supports_of_other_kinds() {
         ("displaced = [{ group = \"base\" }]", ["body1.displaced.0", "neither `value` nor `gradient`"]),
         (
             "displaced = [{ group = \"base\", gradient = [[1.0, 0.0, 0.0]] }]",
-            ["body1.displaced.0.gradient", "1 gradients"],
+            ["body1.displaced.0.gradient", "has 1 entries for 3 components"],
         ),
         ("symmetry = [\"middle\"]", ["body1.symmetry.0", "inner face"]),
     ] {

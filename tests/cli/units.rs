@@ -11,7 +11,7 @@ fn notes(options: &[&str]) -> String {
     let folder = folder("fibre = { tilt = 30.0 }", "", &[]);
     let (code, text, errors) = orthowear(folder.path(), &[&["check", "scene.toml"][..], options].concat());
     assert_eq!(code, Some(0), "{errors}");
-    text.lines().filter(|line| line.contains("mixed-up units:")).collect::<Vec<_>>().join("\n")
+    text.lines().filter(|line| line.contains("possible unit error:")).collect::<Vec<_>>().join("\n")
 }
 
 /// Truth: the sizes of ordinary materials and of the scene: 20 mm radius, 0.75 mm half-width, 0.005 mm approach, a mesh
@@ -85,7 +85,7 @@ fn ready_scenes_are_not_warned_about() {
         }
         let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         assert!(
-            plan.notes.iter().all(|note| !note.contains("mixed-up units:")),
+            plan.notes.iter().all(|note| !note.contains("possible unit error:")),
             "{}: {:?}",
             path.display(),
             plan.notes
