@@ -165,7 +165,7 @@ fn mistakes_of_histories_are_placed() {
         &[
             "line 2, column `normal_force`: 1e300",
             "line 3, column `normal_force`: -1e-120",
-            "1e-100 to 1e100",
+            "between 1e-100 and 1e100",
         ],
     );
 }
