@@ -27,7 +27,7 @@ pub mod exit {
 
 /// What sort of failure an [`Error`] is; it decides the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ErrorKind {
     /// The scene, a mesh, a material or a command-line value is wrong (exit code 2).
     Input,
     /// Memory or disk does not suffice, or a file cannot be written (exit code 4).
@@ -43,7 +43,7 @@ pub enum Kind {
 /// An error with the context it was met in, outermost first.
 #[derive(Debug, Clone)]
 pub struct Error {
-    kind: Kind,
+    kind: ErrorKind,
     message: String,
     context: Vec<String>,
 }
@@ -54,27 +54,27 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// An error in what the user gave: say what was found, what is allowed, and how to mend it.
     pub fn input(message: impl Into<String>) -> Self {
-        Self { kind: Kind::Input, message: message.into(), context: Vec::new() }
+        Self { kind: ErrorKind::Input, message: message.into(), context: Vec::new() }
     }
 
     /// Memory, disk or file-system failure.
     pub fn resources(message: impl Into<String>) -> Self {
-        Self { kind: Kind::Resources, message: message.into(), context: Vec::new() }
+        Self { kind: ErrorKind::Resources, message: message.into(), context: Vec::new() }
     }
 
     /// A numerical stage failed.
     pub fn numerical(message: impl Into<String>) -> Self {
-        Self { kind: Kind::Numerical, message: message.into(), context: Vec::new() }
+        Self { kind: ErrorKind::Numerical, message: message.into(), context: Vec::new() }
     }
 
     /// An iteration did not converge.
     pub fn not_converged(message: impl Into<String>) -> Self {
-        Self { kind: Kind::NotConverged, message: message.into(), context: Vec::new() }
+        Self { kind: ErrorKind::NotConverged, message: message.into(), context: Vec::new() }
     }
 
     /// The computation was stopped on demand.
     pub(crate) fn interrupted() -> Self {
-        Self { kind: Kind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
+        Self { kind: ErrorKind::Interrupted, message: "interrupted".to_owned(), context: Vec::new() }
     }
 
     /// The same error, met while doing `place` (file, group, step, ...); a place said last already is not said again.
@@ -87,24 +87,24 @@ impl Error {
     }
 
     /// The same error, that came with another one.
-    pub(crate) fn besides(mut self, other: &Error) -> Self {
+    pub(crate) fn followed_by(mut self, other: &Error) -> Self {
         self.message = format!("{}; besides, {other}", self.message);
         self
     }
 
     /// Its kind.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
     /// Exit code of the program for this error.
     pub fn exit_code(&self) -> u8 {
         match self.kind {
-            Kind::Input => exit::INPUT,
-            Kind::Resources => exit::RESOURCES,
-            Kind::Numerical => exit::FAILED,
-            Kind::NotConverged => exit::NOT_CONVERGED,
-            Kind::Interrupted => exit::INTERRUPTED,
+            ErrorKind::Input => exit::INPUT,
+            ErrorKind::Resources => exit::RESOURCES,
+            ErrorKind::Numerical => exit::FAILED,
+            ErrorKind::NotConverged => exit::NOT_CONVERGED,
+            ErrorKind::Interrupted => exit::INTERRUPTED,
         }
     }
 
@@ -126,11 +126,11 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// What messages that put results in doubt begin with.
-pub const DOUBT: &str = "WARNING: ";
+pub const WARNING_PREFIX: &str = "WARNING: ";
 
 /// A message to the user that puts results in doubt, among those that do not.
-pub(crate) fn doubtful(message: &str) -> String {
-    format!("{DOUBT}{message}")
+pub(crate) fn warning(message: &str) -> String {
+    format!("{WARNING_PREFIX}{message}")
 }
 
 /// Adds context to a `Result`.

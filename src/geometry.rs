@@ -106,7 +106,7 @@ impl Side {
 }
 
 /// A number as people write it, six digits of it.
-pub fn number(x: f64) -> String {
+pub fn format_number(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
         format!("{rounded}")
@@ -116,6 +116,6 @@ pub fn number(x: f64) -> String {
 }
 
 /// A place in messages: (x, y, z).
-pub fn place(x: &[f64; 3]) -> String {
-    format!("({}, {}, {})", number(x[0]), number(x[1]), number(x[2]))
+pub fn format_point(x: &[f64; 3]) -> String {
+    format!("({}, {}, {})", format_number(x[0]), format_number(x[1]), format_number(x[2]))
 }

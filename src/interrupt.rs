@@ -7,21 +7,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, Result};
 
-static WISHED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// The flag that a signal sets.
 pub fn flag() -> &'static AtomicBool {
-    &WISHED
+    &REQUESTED
 }
 
 /// Takes the wish back. Only when nothing is computed: what was computed since the wish may be wrong, and no longer knows that it is.
-pub fn forget() {
-    WISHED.store(false, Ordering::Relaxed);
+pub fn reset() {
+    REQUESTED.store(false, Ordering::Relaxed);
 }
 
 /// Whether to stop. What is computed after that is thrown away, and may be wrong.
-pub(crate) fn wished() -> bool {
-    WISHED.load(Ordering::Relaxed)
+pub(crate) fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
 }
 
 /// An error once a stop is wished.
@@ -29,5 +29,5 @@ pub(crate) fn wished() -> bool {
 /// # Errors
 /// Of the kind `Interrupted`.
 pub(crate) fn check() -> Result<()> {
-    if wished() { Err(Error::interrupted()) } else { Ok(()) }
+    if requested() { Err(Error::interrupted()) } else { Ok(()) }
 }

@@ -15,10 +15,10 @@ const MAGIC: &[u8; 6] = b"\x93NUMPY";
 const ALIGNMENT: usize = 64;
 
 /// A value's type: its code in the header, its bytes, and how they become a number.
-type Kind = (&'static str, usize, fn(&[u8]) -> f64);
+type ValueType = (&'static str, usize, fn(&[u8]) -> f64);
 
 /// What is read; the header may say "=" for "<" on machines that write so.
-const KINDS: [Kind; 4] = [
+const VALUE_TYPES: [ValueType; 4] = [
     ("f4", 4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
     ("f8", 8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]])),
     ("i4", 4, |b| f64::from(i32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
@@ -42,7 +42,7 @@ pub fn read(bytes: &[u8]) -> Result<Array2> {
     let (header, data) = split(bytes)?;
     let descr = field(header, "descr")?;
     let descr = descr.trim_matches(['\'', '"']);
-    let kind = KINDS.iter().find(|(name, ..)| descr.strip_prefix(['<', '=']) == Some(name)).ok_or_else(|| {
+    let kind = VALUE_TYPES.iter().find(|(name, ..)| descr.strip_prefix(['<', '=']) == Some(name)).ok_or_else(|| {
         let order = if descr.starts_with('>') { ", whose bytes are big-endian" } else { "" };
         wrong(format!("it holds values of type \"{descr}\"{order}: save it as float64, e.g. numpy.save(file, z.astype(\"<f8\"))"))
     })?;
@@ -136,11 +136,11 @@ fn shape(text: &str) -> Result<[usize; 2]> {
 }
 
 /// An archive of arrays (.npz) in memory: a ZIP file with an uncompressed .npy file for each array.
-pub struct Archive {
+pub struct NpzWriter {
     zip: ZipWriter<Cursor<Vec<u8>>>,
 }
 
-impl Archive {
+impl NpzWriter {
     /// An archive without arrays.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn archives_hold_npy_files() {
         let values = [1.5, -2.0, f64::MIN_POSITIVE, 4.0, 5.0, 6.0];
-        let mut archive = Archive::new();
+        let mut archive = NpzWriter::new();
         archive.add("of one", &[6], &values).unwrap();
         archive.add("a/of two", &[2, 3], &values).unwrap();
         archive.add("of three", &[1, 3, 2], &values).unwrap();

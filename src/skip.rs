@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Work that can be left out where the answer does not need it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Skip {
+pub enum OmittableWork {
     /// Unknowns in the surface of steps in which nothing rubs or wears.
     TangentialUnknowns,
     /// Unknowns in the surface where all of the contact slips.
@@ -31,7 +31,7 @@ pub enum Skip {
     ColdStarts,
 }
 
-impl Skip {
+impl OmittableWork {
     /// All of them.
     pub const ALL: [Self; 11] = [
         Self::TangentialUnknowns,
@@ -50,28 +50,28 @@ impl Skip {
 
 /// Which work may be left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Skips(u16);
+pub struct AllowedOmissions(u16);
 
-impl Skips {
+impl AllowedOmissions {
     /// All that can be.
-    pub const ALL: Self = Self((1 << Skip::ALL.len()) - 1);
+    pub const ALL: Self = Self((1 << OmittableWork::ALL.len()) - 1);
 
     /// Nothing.
     pub const NONE: Self = Self(0);
 
     /// Whether `skip` may be left out.
-    pub const fn has(self, skip: Skip) -> bool {
+    pub const fn allows(self, skip: OmittableWork) -> bool {
         self.0 & (1 << skip as u16) != 0
     }
 
     /// Without leaving out `skip`.
-    pub const fn without(self, skip: Skip) -> Self {
+    pub const fn without(self, skip: OmittableWork) -> Self {
         Self(self.0 & !(1 << skip as u16))
     }
 }
 
-impl FromIterator<Skip> for Skips {
-    fn from_iter<I: IntoIterator<Item = Skip>>(skips: I) -> Self {
+impl FromIterator<OmittableWork> for AllowedOmissions {
+    fn from_iter<I: IntoIterator<Item = OmittableWork>>(skips: I) -> Self {
         Self(skips.into_iter().fold(0, |set, skip| set | 1 << skip as u16))
     }
 }
@@ -79,9 +79,9 @@ impl FromIterator<Skip> for Skips {
 /// What an entry of the ledger is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
-pub enum Work {
+pub enum OmissionKind {
     /// Work that `solver.skip` may name.
-    Named(Skip),
+    Named(OmittableWork),
     /// Fretting cycles between those that are solved.
     Cycles,
     /// Meshes that could follow the worn surfaces.
@@ -94,15 +94,15 @@ pub enum Work {
     Other,
 }
 
-impl Work {
+impl OmissionKind {
     /// Whether `solver.skip` does not know it.
-    pub fn is_unnamed(&self) -> bool {
+    pub fn has_no_key(&self) -> bool {
         !matches!(self, Self::Named(_))
     }
 }
 
-impl From<Skip> for Work {
-    fn from(skip: Skip) -> Self {
+impl From<OmittableWork> for OmissionKind {
+    fn from(skip: OmittableWork) -> Self {
         Self::Named(skip)
     }
 }
@@ -128,10 +128,10 @@ pub struct Saved {
 
 /// Work that a scene did not need and that was therefore not done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Skipped {
+pub struct OmittedWork {
     /// What kind of work; written as its name in `solver.skip`.
     #[serde(rename = "skip", skip_serializing_if = "Work::is_unnamed")]
-    pub work: Work,
+    pub kind: OmissionKind,
     /// What was skipped.
     pub what: String,
     /// Why it could be.
@@ -141,10 +141,10 @@ pub struct Skipped {
     pub saved: Option<Saved>,
 }
 
-impl Skipped {
+impl OmittedWork {
     /// An entry whose time is not known yet.
-    pub fn new(work: impl Into<Work>, what: impl Into<String>, why: impl Into<String>) -> Self {
-        Self { work: work.into(), what: what.into(), why: why.into(), saved: None }
+    pub fn new(work: impl Into<OmissionKind>, what: impl Into<String>, why: impl Into<String>) -> Self {
+        Self { kind: work.into(), what: what.into(), why: why.into(), saved: None }
     }
 }
 
@@ -155,14 +155,14 @@ mod tests {
     /// Truth: a set holds what was put into it, and all holds everything.
     #[test]
     fn sets() {
-        for (place, skip) in Skip::ALL.into_iter().enumerate() {
+        for (place, skip) in OmittableWork::ALL.into_iter().enumerate() {
             assert_eq!(skip as usize, place);
-            assert!(Skips::ALL.has(skip) && !Skips::NONE.has(skip));
-            let only: Skips = [skip].into_iter().collect();
-            let holds: Vec<Skip> = Skip::ALL.into_iter().filter(|&other| only.has(other)).collect();
+            assert!(AllowedOmissions::ALL.allows(skip) && !AllowedOmissions::NONE.allows(skip));
+            let only: AllowedOmissions = [skip].into_iter().collect();
+            let holds: Vec<OmittableWork> = OmittableWork::ALL.into_iter().filter(|&other| only.allows(other)).collect();
             assert_eq!(holds, [skip]);
-            assert!(!Skips::ALL.without(skip).has(skip) && only.without(skip) == Skips::NONE);
+            assert!(!AllowedOmissions::ALL.without(skip).allows(skip) && only.without(skip) == AllowedOmissions::NONE);
         }
-        assert_eq!(Skip::ALL.into_iter().collect::<Skips>(), Skips::ALL);
+        assert_eq!(OmittableWork::ALL.into_iter().collect::<AllowedOmissions>(), AllowedOmissions::ALL);
     }
 }

@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use faer::Par;
 use orthowear::bem::finite::{
-    BoundaryElements, CompressedEquations, Domain, Equations, Interpolation, Panel, Problem, Solution,
+    BoundaryElements, CompressedEquations, Domain, SolutionMethod, Interpolation, Panel, BoundaryValueProblem, BoundarySolution,
 };
 use orthowear::bem::full_space::FullSpaceField;
 use orthowear::element::ElementKind;
@@ -95,7 +95,7 @@ fn processor() -> f64 {
 }
 
 /// Responses of the loaded nodes.
-fn responses(solution: &Solution) -> Vec<f64> {
+fn responses(solution: &BoundarySolution) -> Vec<f64> {
     let loaded = solution.loaded();
     let columns = 3 * loaded.len();
     (0..columns * columns)
@@ -119,14 +119,14 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
     let mut loaded: Vec<usize> = (0..n / 3).filter(|&node| positions[node].z > -1e-9).collect();
     loaded.sort_by(|&a, &b| positions[a].norm().total_cmp(&positions[b].norm()));
     loaded.truncate(settings.loaded);
-    let problem = Problem {
+    let problem = BoundaryValueProblem {
         elements: &elements,
-        domain: Domain::Inside,
-        held: &held,
-        known: &known,
+        domain: Domain::Interior,
+        displacement_known: &held,
+        boundary_values: &known,
         loaded: &loaded,
-        free: free.as_ref(),
-        mean: &[],
+        free_motions: free.as_ref(),
+        mean_displacement: &[],
     };
     let before = processor();
     let start = Instant::now();
@@ -152,12 +152,12 @@ fn measure(sides: usize, settings: &Settings) -> Outcome<()> {
         return Ok(());
     }
     let start = Instant::now();
-    let dense = problem.solve_by(Equations::Dense, Par::rayon(0))?;
+    let dense = problem.solve_by(SolutionMethod::Dense, Par::rayon(0))?;
     let seconds = start.elapsed().as_secs_f64();
     let (found, wanted) = (responses(&compressed), responses(&dense));
     let largest = wanted.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let error = found.iter().zip(&wanted).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) / largest;
-    let bytes = Problem::dense_bytes(n / 3, loaded.len()) as f64;
+    let bytes = BoundaryValueProblem::dense_bytes(n / 3, loaded.len()) as f64;
     println!(" {seconds:.1} | {:.0} | {error:.1e} |", bytes / f64::from(1 << 20));
     Ok(())
 }

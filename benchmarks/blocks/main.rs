@@ -20,7 +20,7 @@ use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::history::step::{Normal, Step};
 use orthowear::history::{Model, run};
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, GradedBlock, Solids};
+use orthowear::mesh::structured::{self, GradedBlock, BlockElements};
 use orthowear::wear::WearLaw;
 
 /// Half of the frame's side, mm, and its cells along it.
@@ -64,7 +64,7 @@ fn block(
         outer_cells: outer,
         depth_cells: deep,
         first_depth: Some(2.0 * FRAME.0 / FRAME.1 as f64),
-        solids: Solids::Hex8,
+        solids: BlockElements::Hex8,
         side: structured::Side::Lower,
         distortion: 0.0,
     };
@@ -110,7 +110,7 @@ fn force(lower: &mut dyn ElasticBody, frame: &ContactFrame) -> Result<f64> {
         friction: false,
         wear: false,
         cycles: None,
-        row: None,
+        history_row: None,
         rolling: None,
     };
     let result = run(&model, &[press], &SolverOptions::default(), &mut Silent)?;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use orthowear::linalg::factor::{SymbolicFactor, SymmetricFactor};
+use orthowear::linalg::cholesky::{SymbolicCholesky, SymmetricSolver};
 use orthowear::linalg::two_level::TwoLevelSolver;
 
 use crate::Outcome;
@@ -45,9 +45,9 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
     let analyse = watch.lap();
     let matrix = case.model.stiffness();
     let n_trailing = if route == Route::Schur { n_contact } else { 0 };
-    let symbolic = SymbolicFactor::new(matrix, &order, n_trailing)?;
+    let symbolic = SymbolicCholesky::new(matrix, &order, n_trailing)?;
     let symbolic_seconds = watch.lap();
-    let (flops, entries, bytes) = (symbolic.flops(), symbolic.n_stored(), symbolic.memory_bytes());
+    let (flops, entries, bytes) = (symbolic.flops(), symbolic.n_factor_entries(), symbolic.memory_bytes());
     let factor = symbolic.factorise(matrix, |row| row.to_string())?;
     let factor_seconds = watch.lap();
     let contact = &order[order.len() - n_contact..];
@@ -79,7 +79,7 @@ pub fn measure(name: &str, ordering: Ordering, route: Route) -> Outcome<()> {
 }
 
 /// Sum of the diagonal of the flexibility, by back-solves in batches.
-fn back_solves(factor: &impl SymmetricFactor, contact: &[usize]) -> Outcome<f64> {
+fn back_solves(factor: &impl SymmetricSolver, contact: &[usize]) -> Outcome<f64> {
     const BATCH: usize = 64;
     let n = factor.n();
     let mut trace = 0.0;

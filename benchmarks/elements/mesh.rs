@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::element::ElementKind::{self, Quad4, Quad9, Tri3, Wedge6};
-use orthowear::mesh::structured::{GradedBlock, Solids};
-use orthowear::mesh::{Block, CellRef, Mesh};
+use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
 use crate::Outcome;
 
@@ -19,7 +19,7 @@ const SIZE: f64 = 12.0;
 /// A block 24 x 24 x 12 mm with `n` elements along the edge of the contact patch (two wedges or six tetrahedra in the place of
 /// a hexahedron), growing outward and downward.
 pub fn block(kind: ElementKind, n: usize) -> Outcome<Mesh> {
-    let solids = if kind.n_corners() == 4 { Solids::Tet4 } else { Solids::Hex8 };
+    let solids = if kind.n_corners() == 4 { BlockElements::Tet4 } else { BlockElements::Hex8 };
     let mesh = GradedBlock {
         patch_half_width: [PATCH; 2],
         patch_cells: [n; 2],
@@ -48,7 +48,7 @@ fn wedges(mesh: &Mesh) -> Mesh {
         (Quad4, &[&[0, 1, 2, 3]]),
         (Wedge6, &[&[0, 1, 2, 4, 5, 6], &[0, 2, 3, 4, 6, 7]]),
     ];
-    cut.blocks = kinds.map(|(kind, _)| Block { kind, nodes: vec![], tags: vec![] }).to_vec();
+    cut.blocks = kinds.map(|(kind, _)| CellBlock { kind, nodes: vec![], tags: vec![] }).to_vec();
     for group in &mesh.groups {
         let block = match (group.dim, group.name.as_str()) {
             (3, _) => 2,
@@ -122,7 +122,7 @@ fn raised(mut mesh: Mesh, kind: ElementKind) -> Mesh {
                 }));
             }
         }
-        mesh.blocks[block] = Block { kind: new, nodes, tags: old.tags };
+        mesh.blocks[block] = CellBlock { kind: new, nodes, tags: old.tags };
     }
     mesh
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orthowear::mesh::structured::{GradedBlock, Side, Solids};
+use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
 
 use super::Outcome;
 use super::writer::{VARIANTS, write};
@@ -161,7 +161,7 @@ fn mesh_frames(quick: bool) -> Vec<Case> {
     sizes.iter().map(case).collect()
 }
 
-fn cube(n: usize, solids: Solids) -> GradedBlock {
+fn cube(n: usize, solids: BlockElements) -> GradedBlock {
     GradedBlock {
         half_width: [6.0; 2],
         depth: 6.0,
@@ -199,13 +199,13 @@ fn finite_elements(quick: bool) -> Vec<Case> {
                 let how = if least { "conjugate gradients" } else { "factorisation" };
                 let name = format!("block of {0} x {0} x {n} hexahedra, {how}, {fields}", 2 * n);
                 let scene = on_block("\"fe\"\nnear_field = \"mesh\"", n);
-                let case = Case::block(GROUP, name, scene, cube(n, Solids::Hex8), sets);
+                let case = Case::block(GROUP, name, scene, cube(n, BlockElements::Hex8), sets);
                 cases.push(Case { least, ..case });
             }
         }
     }
     let stress = ["output.fields=[\"vtu\", \"volume\", \"stress\", \"error\"]"];
-    for (solids, name) in [(Solids::Hex8, "hexahedra"), (Solids::Tet4, "tetrahedra")] {
+    for (solids, name) in [(BlockElements::Hex8, "hexahedra"), (BlockElements::Tet4, "tetrahedra")] {
         let name = format!("block of 16 x 16 x 8 {name}, stress");
         let scene = on_block("\"fe\"\nnear_field = \"mesh\"", 8);
         cases.push(Case::block(GROUP, name, scene, cube(8, solids), &stress));
@@ -237,7 +237,7 @@ fn boundary_elements(quick: bool) -> Vec<Case> {
     let case = |&(n, element): &(usize, &str)| {
         let scene = on_block(&format!("\"be\"\nelement = \"{element}\""), n / 2);
         let name = format!("skin of {0} x {0} x {n} hexahedra, {element}", 2 * n);
-        Case::block("Bodies of boundary elements", name, scene, cube(n, Solids::Hex8), &[BARE])
+        Case::block("Bodies of boundary elements", name, scene, cube(n, BlockElements::Hex8), &[BARE])
     };
     sizes.iter().map(case).collect()
 }
@@ -264,6 +264,6 @@ fn inside() -> Vec<Case> {
             &[INSIDE[0], "frame.cells=[512, 512]"],
         ),
         Case::file(GROUP, "3600 points in CFRP, 64 x 64 cells", "sphere-on-cfrp-halfspaces", &[INSIDE[1]]),
-        Case::block(GROUP, "3600 points in boundary elements", be, cube(5, Solids::Hex8), &[INSIDE[1], BARE]),
+        Case::block(GROUP, "3600 points in boundary elements", be, cube(5, BlockElements::Hex8), &[INSIDE[1], BARE]),
     ]
 }

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use orthowear::interrupt;
-use orthowear::job::STACK;
+use orthowear::job::THREAD_STACK_BYTES;
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -35,27 +35,27 @@ impl Drop for Active {
         let mut active = ACTIVE.lock().unwrap_or_else(PoisonError::into_inner);
         *active -= 1;
         if *active == 0 {
-            interrupt::forget();
+            interrupt::reset();
         }
     }
 }
 
 /// What the work tells on its way, and whether it is to stop.
-pub struct Line<M> {
+pub struct WorkerChannel<M> {
     sender: Sender<M>,
     /// Whether to stop.
     pub stop: Arc<AtomicBool>,
 }
 
-impl<M> Line<M> {
+impl<M> WorkerChannel<M> {
     /// Tells; whether anybody still listens.
-    pub fn tell(&self, message: M) -> bool {
+    pub fn send(&self, message: M) -> bool {
         self.sender.send(message).is_ok()
     }
 }
 
 /// Work in progress.
-pub struct Work<M, T> {
+pub struct BackgroundTask<M, T> {
     // An object that threads of Python share has to be `Sync`.
     messages: Mutex<Receiver<M>>,
     stop: Arc<AtomicBool>,
@@ -64,39 +64,39 @@ pub struct Work<M, T> {
 
 /// The threads that `work` runs on; as many as there are cores if not given.
 fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, String> {
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(STACK);
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(THREAD_STACK_BYTES);
     builder.build().map_err(|error| format!("no threads: {error}"))
 }
 
-fn words(panic: &(dyn Any + Send)) -> String {
+fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message").to_owned()
 }
 
-impl<M: Send + 'static, T: Send + 'static> Work<M, T> {
+impl<M: Send + 'static, T: Send + 'static> BackgroundTask<M, T> {
     /// Begins.
     pub fn begin(
         py: Python<'_>,
         threads: Option<usize>,
-        work: impl FnOnce(&Line<M>) -> T + Send + 'static,
+        work: impl FnOnce(&WorkerChannel<M>) -> T + Send + 'static,
     ) -> PyResult<Self> {
         let (sender, messages) = channel();
         let stop = Arc::new(AtomicBool::new(false));
-        let line = Line { sender, stop: stop.clone() };
+        let line = WorkerChannel { sender, stop: stop.clone() };
         let active = Active::new();
         let all = move || {
             let pool = pool(threads)?;
             let done = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&line))));
             drop(active);
-            done.map_err(|panic| words(&*panic))
+            done.map_err(|panic| panic_message(&*panic))
         };
-        let thread = std::thread::Builder::new().name("orthowear".into()).stack_size(STACK).spawn(all);
+        let thread = std::thread::Builder::new().name("orthowear".into()).stack_size(THREAD_STACK_BYTES).spawn(all);
         let thread = thread.map_err(|error| errors::internal(py, &error.to_string()))?;
         Ok(Self { messages: Mutex::new(messages), stop, thread: Some(thread) })
     }
 
     /// The next message; `None` after the last one. A signal stops the work and is raised when it has ended.
-    pub fn next(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
+    pub fn next_message(&mut self, py: Python<'_>) -> PyResult<Option<M>> {
         loop {
             let messages = self.messages.get_mut().unwrap_or_else(PoisonError::into_inner);
             let heard = py.detach(move || messages.recv_timeout(PAUSE));
@@ -121,29 +121,29 @@ impl<M: Send + 'static, T: Send + 'static> Work<M, T> {
     }
 
     /// What the work has come to; `None` if it was closed.
-    pub fn end(&mut self, py: Python<'_>) -> PyResult<Option<T>> {
+    pub fn join(&mut self, py: Python<'_>) -> PyResult<Option<T>> {
         let Some(thread) = self.thread.take() else { return Ok(None) };
         match py.detach(|| thread.join()) {
             Ok(Ok(done)) => Ok(Some(done)),
             Ok(Err(panic)) => Err(errors::internal(py, &panic)),
-            Err(panic) => Err(errors::internal(py, &words(&*panic))),
+            Err(panic) => Err(errors::internal(py, &panic_message(&*panic))),
         }
     }
 }
 
-impl<M, T> Drop for Work<M, T> {
+impl<M, T> Drop for BackgroundTask<M, T> {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 }
 
 /// Does `work` that tells nothing on its way.
-pub fn wait<T: Send + 'static>(
+pub fn run_in_background<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
-    let mut work = Work::<(), T>::begin(py, threads, move |line| work(&line.stop))?;
-    while work.next(py)?.is_some() {}
-    work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))
+    let mut work = BackgroundTask::<(), T>::begin(py, threads, move |line| work(&line.stop))?;
+    while work.next_message(py)?.is_some() {}
+    work.join(py)?.ok_or_else(|| errors::internal(py, "closed"))
 }

@@ -1,9 +1,9 @@
 //! Failures of the library as the exceptions of `orthowear.errors`.
 
 use orthowear::cli::{exit, render};
-use orthowear::error::{Error, Kind};
-use orthowear::scene::{Mistakes, Plan};
-use orthowear::study::Failure;
+use orthowear::error::{Error, ErrorKind};
+use orthowear::scene::{Diagnostics, Plan};
+use orthowear::study::SceneError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
@@ -22,20 +22,20 @@ fn raise(py: Python<'_>, class: &str, (text, code): (&str, u8), (mistakes, repor
 }
 
 /// All mistakes of a scene.
-pub fn mistakes(py: Python<'_>, mistakes: &Mistakes) -> PyErr {
-    files(py, std::slice::from_ref(mistakes))
+pub fn mistakes(py: Python<'_>, mistakes: &Diagnostics) -> PyErr {
+    study_diagnostics(py, std::slice::from_ref(mistakes))
 }
 
 /// All mistakes of a study and its scene.
-pub fn files(py: Python<'_>, files: &[Mistakes]) -> PyErr {
+pub fn study_diagnostics(py: Python<'_>, files: &[Diagnostics]) -> PyErr {
     let list: Vec<Value> = files.iter().flat_map(listed).collect();
-    let text: Vec<String> = files.iter().map(Mistakes::to_string).collect();
+    let text: Vec<String> = files.iter().map(Diagnostics::to_string).collect();
     let report: String = files.iter().map(render).collect();
     raise(py, "InputError", (&text.join("\n"), exit::INPUT), (list.into(), &report))
 }
 
 /// What `mistakes` has of each of them.
-fn listed(mistakes: &Mistakes) -> Vec<Value> {
+fn listed(mistakes: &Diagnostics) -> Vec<Value> {
     mistakes
         .list
         .iter()
@@ -43,7 +43,7 @@ fn listed(mistakes: &Mistakes) -> Vec<Value> {
             json!({
                 "key": mistake.key,
                 "message": mistake.message,
-                "mend": mistake.mend,
+                "mend": mistake.help,
                 "line": mistakes.line(mistake),
             })
         })
@@ -51,9 +51,9 @@ fn listed(mistakes: &Mistakes) -> Vec<Value> {
 }
 
 /// A failure of the library, with the place in the scene where it concerns one.
-pub fn failure(py: Python<'_>, plan: &Plan, failure: &Failure) -> PyErr {
-    if failure.error.kind() == Kind::Input && !failure.key.is_empty() {
-        return mistakes(py, &Mistakes::from_error(&plan.document, &failure.key, &failure.error));
+pub fn scene_error(py: Python<'_>, plan: &Plan, failure: &SceneError) -> PyErr {
+    if failure.error.kind() == ErrorKind::Input && !failure.key.is_empty() {
+        return mistakes(py, &Diagnostics::from_error(&plan.document, &failure.key, &failure.error));
     }
     error(py, &failure.error)
 }
@@ -61,11 +61,11 @@ pub fn failure(py: Python<'_>, plan: &Plan, failure: &Failure) -> PyErr {
 /// An error of the library.
 pub fn error(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error.kind() {
-        Kind::Input => "InputError",
-        Kind::Resources => "ResourcesError",
-        Kind::Numerical => "NumericalError",
-        Kind::NotConverged => "NotConvergedError",
-        Kind::Interrupted => "InterruptedRunError",
+        ErrorKind::Input => "InputError",
+        ErrorKind::Resources => "ResourcesError",
+        ErrorKind::Numerical => "NumericalError",
+        ErrorKind::NotConverged => "NotConvergedError",
+        ErrorKind::Interrupted => "InterruptedRunError",
     };
     let text = error.to_string();
     raise(py, class, (&text, error.exit_code()), (json!([]), &format!("error: {text}\n")))

@@ -42,7 +42,7 @@ pub fn cells<'py>(py: Python<'py>, frame: &ContactFrame) -> PyResult<Bound<'py, 
     });
     found.set_item("axes", rows(py, triads)?.call_method1("reshape", (n, 3, 3))?)?;
     found.set_item("grid", frame.grid.map(|grid| (grid.cells[0], grid.cells[1])))?;
-    let places: Vec<i64> = (0..n).map(|cell| frame.place(cell) as i64).collect();
+    let places: Vec<i64> = (0..n).map(|cell| frame.grid_index(cell) as i64).collect();
     found.set_item("places", PyArray1::from_vec(py, places))?;
     Ok(found)
 }

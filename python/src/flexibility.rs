@@ -7,11 +7,11 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use orthowear::frame::ContactFrame;
 use orthowear::history::Model;
 use orthowear::scene::Plan;
-use orthowear::study::{self, Failure};
+use orthowear::study::{self, SceneError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::engine::wait;
+use crate::engine::run_in_background;
 use crate::{errors, fields};
 
 /// The map from tractions on body 2 to the change of the gap.
@@ -21,13 +21,13 @@ pub struct Flexibility {
 }
 
 /// The model of a plan, with the rows of all cells; `None` if it was stopped.
-fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, Failure> {
-    let Some(study) = study::prepare(plan, &mut |_, _| {}, stop)? else { return Ok(None) };
+fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, SceneError> {
+    let Some(study) = study::build(plan, &mut |_, _| {}, stop)? else { return Ok(None) };
     let model = study.into_model();
-    let cells = model.flexibility.unformed();
+    let cells = model.flexibility.unformed_cells();
     if !cells.is_empty() {
-        let formed = model.flexibility.form(&cells);
-        formed.map_err(|error| Failure { error, key: "frame".to_owned() })?;
+        let formed = model.flexibility.form_rows(&cells);
+        formed.map_err(|error| SceneError { error, key: "frame".to_owned() })?;
     }
     Ok(Some(model))
 }
@@ -35,8 +35,8 @@ fn made(plan: &Plan, stop: &AtomicBool) -> Result<Option<Model>, Failure> {
 impl Flexibility {
     pub fn new(py: Python<'_>, plan: Arc<Plan>, threads: Option<usize>) -> PyResult<Self> {
         let shared = plan.clone();
-        let model = wait(py, threads, move |stop| made(&shared, stop))?;
-        let model = model.map_err(|failure| errors::failure(py, &plan, &failure))?;
+        let model = run_in_background(py, threads, move |stop| made(&shared, stop))?;
+        let model = model.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let model = model.ok_or_else(|| errors::internal(py, "stopped without a signal"))?;
         Ok(Self { model: Arc::new(model) })
     }

@@ -9,14 +9,14 @@ use orthowear::error::{Error, Result};
 use orthowear::frame::ContactFrame;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::interrupt;
-use orthowear::job::resume::Checkpoints;
-use orthowear::job::{self, Job, Shares, nothing};
-use orthowear::results::output::OutputDir;
+use orthowear::job::resume::CheckpointSettings;
+use orthowear::job::{self, RunOptions, SharedWork, keep_files};
+use orthowear::results::output_dir::OutputDir;
 use orthowear::results::summary::Summary;
 use orthowear::scene::Plan;
-use orthowear::study::Failure;
+use orthowear::study::SceneError;
 
-use crate::engine::{Line, PAUSE};
+use crate::engine::{WorkerChannel, PAUSE};
 use crate::fields::Fields;
 
 /// What a run tells on its way.
@@ -28,26 +28,26 @@ pub enum Message {
 }
 
 /// What a run has come to.
-pub struct Ended {
+pub struct RunOutput {
     pub summary: Summary,
     /// Those of the last entry.
     pub fields: Option<Fields>,
-    pub failure: Option<Failure>,
+    pub failure: Option<SceneError>,
 }
 
 /// Keeps the fields of the last entry, and hands each over where somebody asks for them.
-struct Watcher<'a> {
-    line: &'a Line<Message>,
+struct FieldCollector<'a> {
+    line: &'a WorkerChannel<Message>,
     /// Each word asks for one more entry.
-    asks: Option<Receiver<()>>,
+    requests: Option<Receiver<()>>,
     /// The frame that entries are on.
     frame: Option<ContactFrame>,
     fields: Option<Fields>,
 }
 
-impl Watcher<'_> {
+impl FieldCollector<'_> {
     /// Waits until the entry is asked for; whether it is.
-    fn is_asked(&self, asks: &Receiver<()>) -> bool {
+    fn wait_for_request(&self, asks: &Receiver<()>) -> bool {
         loop {
             match asks.recv_timeout(PAUSE) {
                 Ok(()) => return true,
@@ -63,7 +63,7 @@ impl Watcher<'_> {
     }
 }
 
-impl Observer for Watcher<'_> {
+impl Observer for FieldCollector<'_> {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
     fn on_frame(&mut self, frame: &ContactFrame) {
@@ -75,9 +75,9 @@ impl Observer for Watcher<'_> {
             return Err(Error::numerical("an entry without a frame"));
         };
         let fields = Fields { frame: frame.clone(), state: state.clone() };
-        match &self.asks {
-            Some(asks) if self.is_asked(asks) => {
-                self.line.tell(Message::Entry(Box::new((record.clone(), fields))));
+        match &self.requests {
+            Some(asks) if self.wait_for_request(asks) => {
+                self.line.send(Message::Entry(Box::new((record.clone(), fields))));
             }
             Some(_) => self.line.stop.store(true, Ordering::Relaxed),
             None => self.fields = Some(fields),
@@ -87,46 +87,46 @@ impl Observer for Watcher<'_> {
 }
 
 /// How a plan is run.
-pub struct Wishes {
+pub struct RunRequest {
     pub plan: Arc<Plan>,
     /// Directory of the results.
     pub out: Option<PathBuf>,
     /// Whether progress is told.
     pub progress: bool,
     /// Where entries are asked for one by one.
-    pub asks: Option<Receiver<()>>,
+    pub requests: Option<Receiver<()>>,
 }
 
 /// Runs a plan as the command line does.
-pub fn run(wishes: Wishes, line: &Line<Message>) -> Ended {
-    let Wishes { plan, out, progress, asks } = wishes;
-    let mut summary = job::summary(&plan);
-    let mut watcher = Watcher { line, asks, frame: None, fields: None };
+pub fn run(wishes: RunRequest, line: &WorkerChannel<Message>) -> RunOutput {
+    let RunRequest { plan, out, progress, requests: asks } = wishes;
+    let mut summary = job::new_summary(&plan);
+    let mut watcher = FieldCollector { line, requests: asks, frame: None, fields: None };
     let begun = match out {
         None => Ok((None, None)),
         Some(path) => {
-            OutputDir::open(&path).and_then(|output| Ok((Some(output), Some(Checkpoints::of(&plan)?))))
+            OutputDir::open(&path).and_then(|output| Ok((Some(output), Some(CheckpointSettings::for_new_run(&plan)?))))
         }
     };
     let failure = match begun {
-        Err(error) => Some(Failure { error, key: String::new() }),
+        Err(error) => Some(SceneError { error, key: String::new() }),
         Ok((output, checkpoints)) => {
             let show = &mut |stage: &str, done, residual| {
                 if progress {
-                    line.tell(Message::Progress(stage.to_owned(), done, residual));
+                    line.send(Message::Progress(stage.to_owned(), done, residual));
                 }
             };
-            let job = Job {
+            let job = RunOptions {
                 frame: None,
-                show,
-                watch: &mut watcher,
+                on_progress: show,
+                observer: &mut watcher,
                 stop: &line.stop,
                 checkpoints,
-                shares: Shares::default(),
-                complete: &mut nothing,
+                shared_work: SharedWork::default(),
+                on_end: &mut keep_files,
             };
             job::run(&plan, output, &mut summary, job).err()
         }
     };
-    Ended { summary, fields: watcher.fields, failure }
+    RunOutput { summary, fields: watcher.fields, failure }
 }

@@ -5,20 +5,20 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use orthowear::bem::half_space::SurfaceGreen;
-use orthowear::cli::{MaxMemory, max_memory};
-use orthowear::error::Kind;
+use orthowear::cli::{MaxMemory, parse_max_memory};
+use orthowear::error::ErrorKind;
 use orthowear::fem::FlexibilityCache;
 use orthowear::geometry::Side;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::scene::{self, Plan};
-use orthowear::study::{self, Failure};
+use orthowear::study::{self, SceneError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
 
-use crate::engine::{Work, wait};
+use crate::engine::{BackgroundTask, run_in_background};
 use crate::flexibility::Flexibility;
-use crate::run::{Ended, Message, Wishes, run};
+use crate::run::{RunOutput, Message, RunRequest, run};
 use crate::steps::Steps;
 use crate::{convert, errors};
 
@@ -41,20 +41,20 @@ pub struct Settings {
 impl Settings {
     /// The memory limit, if there is one.
     pub fn limit(&self, py: Python<'_>) -> PyResult<Option<MemoryLimit>> {
-        let limit = self.max_memory.as_deref().map(max_memory).transpose();
+        let limit = self.max_memory.as_deref().map(parse_max_memory).transpose();
         let limit = limit.map_err(|text| errors::input(py, &format!("max_memory: {text}")))?;
         Ok(limit.map(MaxMemory::limit))
     }
 
     /// The cache, if it is wanted.
     pub fn cache(&self, py: Python<'_>) -> PyResult<Option<FlexibilityCache>> {
-        let cache = if self.cache { FlexibilityCache::of_user() } else { Ok(None) };
+        let cache = if self.cache { FlexibilityCache::of_environment() } else { Ok(None) };
         cache.map_err(|error| errors::error(py, &error))
     }
 }
 
 impl Scene {
-    fn made(py: Python<'_>, path: PathBuf, plan: Result<Plan, scene::Mistakes>) -> PyResult<Self> {
+    fn made(py: Python<'_>, path: PathBuf, plan: Result<Plan, scene::Diagnostics>) -> PyResult<Self> {
         let plan = plan.map_err(|mistakes| errors::mistakes(py, &mistakes))?;
         Ok(Self { path, plan })
     }
@@ -62,8 +62,8 @@ impl Scene {
     /// The plan with the settings.
     fn plan(&self, py: Python<'_>, settings: &Settings) -> PyResult<Arc<Plan>> {
         let mut plan = self.plan.clone();
-        plan.allow(settings.limit(py)?);
-        plan.cache = settings.cache(py)?;
+        plan.override_memory_limit(settings.limit(py)?);
+        plan.flexibility_cache = settings.cache(py)?;
         Ok(Arc::new(plan))
     }
 }
@@ -97,7 +97,7 @@ impl Scene {
     }
 
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        convert::to_python(py, &self.plan.document.json())
+        convert::to_python(py, &self.plan.document.to_display_json())
     }
 
     #[getter]
@@ -124,12 +124,12 @@ impl Scene {
     fn check<'py>(&self, py: Python<'py>, settings: Settings) -> PyResult<Bound<'py, PyAny>> {
         let plan = self.plan(py, &settings)?;
         let shared = plan.clone();
-        let looked = wait(py, settings.threads, move |_| {
-            Ok::<_, Failure>((study::forecast(&shared)?, study::notes(&shared)?))
+        let looked = run_in_background(py, settings.threads, move |_| {
+            Ok::<_, SceneError>((study::estimate(&shared)?, study::fit_warnings(&shared)?))
         })?;
-        let (forecast, notes) = looked.map_err(|failure| errors::failure(py, &plan, &failure))?;
+        let (forecast, notes) = looked.map_err(|failure| errors::scene_error(py, &plan, &failure))?;
         let bodies: Vec<_> = forecast.bodies.iter().map(|body| {
-            json!({ "what": body.what, "memory_bytes": body.memory_bytes, "seconds": body.seconds, "note": body.note })
+            json!({ "what": body.description, "memory_bytes": body.memory_bytes, "seconds": body.seconds, "note": body.warning })
         }).collect();
         let notes: Vec<&String> = plan.notes.iter().chain(&notes).collect();
         convert::to_python(
@@ -137,9 +137,9 @@ impl Scene {
             &json!({
                 "title": plan.title,
                 "cells": forecast.n_cells,
-                "contact_problems": forecast.n_solves,
+                "contact_problems": forecast.n_contact_problems,
                 "memory_bytes": forecast.memory_bytes,
-                "memory_limit_bytes": plan.memory.remaining(),
+                "memory_limit_bytes": plan.memory_limit.remaining(),
                 "seconds": forecast.seconds,
                 "bodies": bodies,
                 "skipped": forecast.skipped,
@@ -158,15 +158,15 @@ impl Scene {
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
         let plan = self.plan(py, &settings)?;
-        let wishes = Wishes { plan: plan.clone(), out, progress: progress.is_some(), asks: None };
-        let mut work = Work::begin(py, settings.threads, |line| run(wishes, line))?;
-        while let Some(message) = work.next(py)? {
+        let wishes = RunRequest { plan: plan.clone(), out, progress: progress.is_some(), requests: None };
+        let mut work = BackgroundTask::begin(py, settings.threads, |line| run(wishes, line))?;
+        while let Some(message) = work.next_message(py)? {
             if let (Message::Progress(stage, done, residual), Some(hear)) = (message, &progress) {
                 hear.call1((stage, done, residual)).inspect_err(|_| work.close(py))?;
             }
         }
-        let ended = work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
-        concluded(py, &plan, &ended)
+        let ended = work.join(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
+        to_python_result(py, &plan, &ended)
     }
 
     /// A run whose entries are asked for one by one.
@@ -187,14 +187,14 @@ impl Scene {
         angles: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (elastic, side) = match body {
-            1 => (self.plan.bodies[0].elastic(), Side::Lower),
-            2 => (self.plan.bodies[1].elastic(), Side::Upper),
+            1 => (self.plan.bodies[0].material(), Side::Lower),
+            2 => (self.plan.bodies[1].material(), Side::Upper),
             _ => return Err(errors::input(py, &format!("body {body}: it is 1 or 2"))),
         };
         let elastic = elastic
             .ok_or_else(|| errors::input(py, &format!("body {body} is rigid: it has no Green's function")))?;
-        let stiffness = elastic.in_axes(self.plan.frame.azimuth());
-        let green = wait(py, None, move |_| SurfaceGreen::new(&stiffness, side))?;
+        let stiffness = elastic.stiffness_in_frame(self.plan.frame.azimuth());
+        let green = run_in_background(py, None, move |_| SurfaceGreen::new(&stiffness, side))?;
         let green = green.map_err(|error| errors::error(py, &error))?;
         let values: Vec<f64> = angles
             .as_array()
@@ -207,15 +207,15 @@ impl Scene {
 }
 
 /// What a run has come to, or the exception that it ended with.
-pub fn concluded<'py>(
+pub fn to_python_result<'py>(
     py: Python<'py>,
     plan: &Plan,
-    ended: &Ended,
+    ended: &RunOutput,
 ) -> PyResult<(Bound<'py, PyAny>, Option<Bound<'py, PyDict>>)> {
     // A run that does not converge is one that has results.
-    if let Some(failure) = ended.failure.as_ref().filter(|failure| failure.error.kind() != Kind::NotConverged)
+    if let Some(failure) = ended.failure.as_ref().filter(|failure| failure.error.kind() != ErrorKind::NotConverged)
     {
-        return Err(errors::failure(py, plan, failure));
+        return Err(errors::scene_error(py, plan, failure));
     }
     let fields = ended.fields.as_ref().map(|fields| fields.to_python(py)).transpose()?;
     Ok((convert::to_python(py, &ended.summary)?, fields))

@@ -8,9 +8,9 @@ use orthowear::scene::Plan;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::engine::Work;
-use crate::run::{Ended, Message, Wishes, run};
-use crate::scene::concluded;
+use crate::engine::BackgroundTask;
+use crate::run::{RunOutput, Message, RunRequest, run};
+use crate::scene::to_python_result;
 use crate::{convert, errors};
 
 /// An entry and its fields.
@@ -20,10 +20,10 @@ type Entry<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 #[pyclass(module = "orthowear._orthowear")]
 pub struct Steps {
     plan: Arc<Plan>,
-    work: Work<Message, Ended>,
+    work: BackgroundTask<Message, RunOutput>,
     /// `None` when the run is closed.
-    asks: Option<Sender<()>>,
-    ended: Option<Ended>,
+    requests: Option<Sender<()>>,
+    ended: Option<RunOutput>,
 }
 
 impl Steps {
@@ -40,9 +40,9 @@ impl Steps {
             ));
         }
         let (asks, asked) = channel();
-        let wishes = Wishes { plan: plan.clone(), out, progress: false, asks: Some(asked) };
-        let work = Work::begin(py, threads, |line| run(wishes, line))?;
-        Ok(Self { plan, work, asks: Some(asks), ended: None })
+        let wishes = RunRequest { plan: plan.clone(), out, progress: false, requests: Some(asked) };
+        let work = BackgroundTask::begin(py, threads, |line| run(wishes, line))?;
+        Ok(Self { plan, work, requests: Some(asks), ended: None })
     }
 }
 
@@ -53,10 +53,10 @@ impl Steps {
     }
 
     fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Entry<'py>>> {
-        let Some(asks) = &self.asks else { return Ok(None) };
+        let Some(asks) = &self.requests else { return Ok(None) };
         // Nobody hears it when the run has ended.
         let _ = asks.send(());
-        match self.work.next(py) {
+        match self.work.next_message(py) {
             Ok(Some(Message::Entry(entry))) => {
                 let (record, fields) = *entry;
                 Ok(Some((convert::to_python(py, &record)?, fields.to_python(py)?)))
@@ -64,12 +64,12 @@ impl Steps {
             // Progress is not told.
             Ok(Some(Message::Progress(..))) => Ok(None),
             Ok(None) => {
-                self.asks = None;
-                self.ended = self.work.end(py)?;
+                self.requests = None;
+                self.ended = self.work.join(py)?;
                 self.summary(py).map(|_| None)
             }
             Err(signal) => {
-                self.asks = None;
+                self.requests = None;
                 Err(signal)
             }
         }
@@ -77,7 +77,7 @@ impl Steps {
 
     /// Stops the run.
     fn close(&mut self, py: Python<'_>) {
-        self.asks = None;
+        self.requests = None;
         self.work.close(py);
     }
 
@@ -85,7 +85,7 @@ impl Steps {
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.ended
             .as_ref()
-            .map(|ended| concluded(py, &self.plan, ended).map(|(summary, _)| summary))
+            .map(|ended| to_python_result(py, &self.plan, ended).map(|(summary, _)| summary))
             .transpose()
     }
 }

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use orthowear::error::Error;
-use orthowear::job::sweep::{StudyEnded, StudyJob};
-use orthowear::study::sweep::table::{RunResult, StudyResult};
+use orthowear::job::sweep::{StudyOutcome, StudyRunner};
+use orthowear::study::sweep::table::{StudyRun, StudyResult};
 use orthowear::study::sweep::{self, Sweep};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json;
 
-use crate::engine::Work;
+use crate::engine::BackgroundTask;
 use crate::scene::Settings;
 use crate::{convert, errors};
 
@@ -28,12 +28,12 @@ impl Study {
     fn load(py: Python<'_>, path: PathBuf, overrides: &Bound<'_, PyDict>) -> PyResult<Self> {
         let overrides = convert::overrides(overrides)?;
         let sweep = py.detach(|| sweep::read(&path, &overrides));
-        Ok(Self { sweep: sweep.map_err(|files| errors::files(py, &files))? })
+        Ok(Self { sweep: sweep.map_err(|files| errors::study_diagnostics(py, &files))? })
     }
 
     /// What study.json says before anything was run.
     fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let runs = (0..self.sweep.runs.len()).map(|number| RunResult::new(&self.sweep, number)).collect();
+        let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(&self.sweep, number)).collect();
         convert::to_python(py, &json!(StudyResult::new(&self.sweep, runs)))
     }
 
@@ -48,29 +48,29 @@ impl Study {
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
         let mut sweep = self.sweep.clone();
-        sweep.allow(settings.limit(py)?);
+        sweep.set_memory_limit(settings.limit(py)?);
         let n = sweep.runs.len();
         self.check(py, numbers.as_deref().unwrap_or_default())?;
         let cache = settings.cache(py)?;
         let sweep = Arc::new(sweep);
         let own = sweep.clone();
-        let mut work = Work::begin(py, settings.threads, move |line| {
+        let mut work = BackgroundTask::begin(py, settings.threads, move |line| {
             let stop = &*line.stop;
-            let job = StudyJob { sweep: &own, directory: &out, cache: cache.as_ref(), stop, resume };
+            let job = StudyRunner { sweep: &own, directory: &out, cache: cache.as_ref(), stop, resume };
             job.make_directory()?;
             let wanted = numbers.clone().unwrap_or_else(|| (0..n).collect());
-            let share = job.share(&wanted, rayon::current_num_threads());
+            let share = job.plan_concurrency(&wanted, rayon::current_num_threads());
             let ended = job.run(&wanted, share, &mut |done| {
-                line.tell((done, wanted.len()));
+                line.send((done, wanted.len()));
             });
             concluded(&job, ended, numbers.is_none())
         })?;
-        while let Some(done) = work.next(py)? {
+        while let Some(done) = work.next_message(py)? {
             if let Some(hear) = &progress {
                 hear.call1(done).inspect_err(|_| work.close(py))?;
             }
         }
-        let ended = work.end(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
+        let ended = work.join(py)?.ok_or_else(|| errors::internal(py, "closed"))?;
         let (result, code, kept) = ended.map_err(|error| errors::error(py, &error))?;
         Ok((convert::to_python(py, &json!(result))?, code, kept))
     }
@@ -90,7 +90,7 @@ impl Study {
     ) -> PyResult<(Bound<'py, PyAny>, u8, usize)> {
         let ended = py.detach(|| {
             let stop = orthowear::interrupt::flag();
-            let job = StudyJob { sweep: &self.sweep, directory: &out, cache: None, stop, resume: false };
+            let job = StudyRunner { sweep: &self.sweep, directory: &out, cache: None, stop, resume: false };
             job.find_directory()?;
             concluded(&job, job.collect(), write)
         });
@@ -111,8 +111,8 @@ impl Study {
 }
 
 /// The results, written if wanted; the first problem if no run could be begun.
-fn concluded(job: &StudyJob<'_>, ended: StudyEnded, write: bool) -> Result<(StudyResult, u8, usize), Error> {
-    let StudyEnded { runs, code, kept, images: _, problems } = ended;
+fn concluded(job: &StudyRunner<'_>, ended: StudyOutcome, write: bool) -> Result<(StudyResult, u8, usize), Error> {
+    let StudyOutcome { runs, code, reused: kept, images: _, problems } = ended;
     if let Some(problem) = problems.first() {
         return Err(Error::resources(problem));
     }

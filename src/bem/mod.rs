@@ -3,7 +3,7 @@
 pub mod finite;
 pub mod full_space;
 pub mod half_space;
-mod nearness;
+mod quadrature_order;
 
 use nalgebra::Matrix3;
 
@@ -26,7 +26,7 @@ impl PointState {
     }
 
     /// In axes that those of this are the columns of `axes` in.
-    pub fn turned(&self, axes: &Matrix3<f64>) -> Self {
+    pub fn rotated(&self, axes: &Matrix3<f64>) -> Self {
         Self { displacement: axes * self.displacement, stress: axes * self.stress * axes.transpose() }
     }
 }

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use super::floating::{Floating, FloatingMotion};
-use super::partial::PartialFlexibility;
-use super::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
+use super::rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
+use super::lazy_flexibility::LazyFlexibility;
+use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::{CondensedBody, FeModel, FeSpec, Resources, StressRecovery, contact_points};
+use crate::fem::{CondensedBody, FeModel, FeSpec, CondensationResources, StressRecovery, surface_stress_points};
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
-use crate::material::strength::Limit;
+use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
@@ -25,12 +25,12 @@ pub struct FeBody {
     candidates: Option<Vec<bool>>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
-    floating: Option<Floating>,
+    rigid_body_modes: Option<UnconstrainedModes>,
     taken: bool,
     faces: Vec<SurfaceFace>,
     /// The mesh as it was read: that of the gap.
-    unworn: Arc<Mesh>,
-    limits: BTreeMap<String, Limit>,
+    initial_mesh: Arc<Mesh>,
+    limits: BTreeMap<String, MaterialStrength>,
     recovery: OnceLock<StressRecovery>,
 }
 
@@ -41,7 +41,7 @@ impl FeBody {
     /// # Errors
     /// If the group or the frame do not fit ([`FaceMap::new`]), or the body cannot be assembled or factorised.
     pub fn new(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::new_with(spec, contact, side, frame, &Resources::default())
+        Self::new_with(spec, contact, side, frame, &CondensationResources::default())
     }
 
     /// As [`Self::new`], with the cache and the memory of `resources`.
@@ -53,9 +53,9 @@ impl FeBody {
         contact: &str,
         side: Side,
         frame: &ContactFrame,
-        resources: &Resources,
+        resources: &CondensationResources,
     ) -> Result<Self> {
-        Self::worn(spec, (contact, side), frame, resources, None)
+        Self::with_worn_mesh(spec, (contact, side), frame, resources, None)
     }
 
     /// As [`Self::new_with`], with the stiffness of the mesh `worn` ([`super::worn::worn_mesh`]) where there is one; the gap and the
@@ -63,11 +63,11 @@ impl FeBody {
     ///
     /// # Errors
     /// See [`Self::new`].
-    pub fn worn(
+    pub fn with_worn_mesh(
         spec: FeSpec,
         (contact, side): (&str, Side),
         frame: &ContactFrame,
-        resources: &Resources,
+        resources: &CondensationResources,
         worn: Option<Arc<Mesh>>,
     ) -> Result<Self> {
         let name = spec.name.clone();
@@ -78,21 +78,21 @@ impl FeBody {
         spec: FeSpec,
         (contact, side): (&str, Side),
         frame: &ContactFrame,
-        resources: &Resources,
+        resources: &CondensationResources,
         worn: Option<Arc<Mesh>>,
     ) -> Result<Self> {
         let unworn = spec.mesh.clone();
         let faces = group_faces(&unworn, contact)?;
         let map = FaceMap::new(frame, &unworn, &faces, side)?;
-        let heights = map.heights(frame, &unworn);
+        let heights = map.mean_heights(frame, &unworn);
         let spec = FeSpec { mesh: worn.unwrap_or_else(|| unworn.clone()), ..spec };
-        let model = FeModel::within(spec, &resources.memory)?;
+        let model = FeModel::with_memory_limit(spec, &resources.memory)?;
         let candidates = frame.candidates.clone();
         let formed = candidates.as_ref().map(|cells| map.restrict(cells));
         let condensed = model.condense_with(formed.as_ref().unwrap_or(&map).nodes(), resources)?;
-        let free_gap = condensed.model().is_loaded().then(|| free_gap(&condensed, &map, side));
+        let free_gap = condensed.model().has_own_loads().then(|| free_gap(&condensed, &map, side));
         let (limits, recovery) = (BTreeMap::new(), OnceLock::new());
-        let floating = floating(&condensed, &map, side, frame);
+        let floating = rigid_body_modes(&condensed, &map, side, frame);
         let condensed = Arc::new(condensed);
         Ok(Self {
             side,
@@ -101,17 +101,17 @@ impl FeBody {
             candidates,
             heights,
             free_gap,
-            floating,
+            rigid_body_modes: floating,
             taken: false,
             faces,
-            unworn,
+            initial_mesh: unworn,
             limits,
             recovery,
         })
     }
 
     /// Also judges the stress by the limits of the materials, by their names.
-    pub fn with_limits(mut self, limits: BTreeMap<String, Limit>) -> Self {
+    pub fn with_limits(mut self, limits: BTreeMap<String, MaterialStrength>) -> Self {
         self.limits = limits;
         self
     }
@@ -152,7 +152,7 @@ impl FeBody {
 
 /// Share of the body's own deformation in the gap.
 fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
-    let free = condensed.free_displacement();
+    let free = condensed.contact_free_displacement();
     let nodal: Vec<f64> = map.nodes().iter().flat_map(|&node| free[node]).collect();
     let mut gap = vec![0.0; 3 * map.n_cells()];
     map.apply(&nodal, &mut gap);
@@ -161,21 +161,21 @@ fn free_gap(condensed: &CondensedBody, map: &FaceMap, side: Side) -> Vec<f64> {
 }
 
 /// The free motions as the frame sees them.
-fn floating(condensed: &CondensedBody, map: &FaceMap, side: Side, frame: &ContactFrame) -> Option<Floating> {
+fn rigid_body_modes(condensed: &CondensedBody, map: &FaceMap, side: Side, frame: &ContactFrame) -> Option<UnconstrainedModes> {
     let model = condensed.model();
-    let free = model.free_motions()?;
+    let free = model.rigid_body_modes()?;
     let sign = side.gap_sign();
     let axes = frame.axes;
-    let motions = model.work_on_free_motions().into_iter().enumerate().map(|(j, load)| {
-        let [shift, turn] = free.about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
+    let motions = model.load_work_on_rigid_body_modes().into_iter().enumerate().map(|(j, load)| {
+        let [shift, turn] = free.motion_about(&frame.origin, j).map(|global| axes.to_local(&global) * sign);
         let points = map.nodes().iter().map(|&node| Point::from(model.mesh().points[node]));
         let nodal: Vec<f64> =
             points.flat_map(|x| <[f64; 3]>::from(free.displacement(&x, j) * sign)).collect();
         let mut gap = vec![0.0; 3 * map.n_cells()];
         map.apply(&nodal, &mut gap);
-        FloatingMotion { relative: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load }
+        RigidBodyMode { relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z], gap, load_work: load }
     });
-    Some(Floating { side, motions: motions.collect(), names: free.names.clone() })
+    Some(UnconstrainedModes { side, modes: motions.collect(), names: free.names.clone() })
 }
 
 impl ElasticBody for FeBody {
@@ -200,29 +200,29 @@ impl ElasticBody for FeBody {
             .take_flexibility();
         let cells = self.candidates.clone().unwrap_or_else(|| vec![true; self.map.n_cells()]);
         let body = self.condensed.clone();
-        Ok(Some(Box::new(PartialFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
+        Ok(Some(Box::new(LazyFlexibility::new(self.map.clone(), cells, body, &nodal)?)))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
         self.free_gap.as_deref()
     }
 
-    fn floating(&self) -> Option<&Floating> {
-        self.floating.as_ref()
+    fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
+        self.rigid_body_modes.as_ref()
     }
 
     fn surface(&self) -> Option<MeshedSurface<'_>> {
         Some(MeshedSurface {
-            mesh: &self.unworn,
+            mesh: &self.initial_mesh,
             faces: &self.faces,
             side: self.side,
-            heights: self.heights.clone(),
+            mean_heights: self.heights.clone(),
         })
     }
 
     /// Displacement at all mesh nodes.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
-        let displacement = self.condensed.solve_at(self.map.nodes(), &self.contact_forces(tractions))?;
+        let displacement = self.condensed.solve_with_forces_on(self.map.nodes(), &self.contact_forces(tractions))?;
         Ok(BodyField { displacement, stress: None })
     }
 
@@ -230,17 +230,17 @@ impl ElasticBody for FeBody {
         &self,
         _tractions: &[f64],
         displacement: &[[f64; 3]],
-        estimate: Estimate,
+        estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         let model = self.condensed.model();
         let recovery = self.stress_recovery()?;
         let stress = recovery.stress(model, displacement)?;
         let error = match estimate {
-            Estimate::Wanted => Some(recovery.estimate(model, displacement, &stress)?),
-            Estimate::Skipped => None,
+            ErrorEstimation::Estimate => Some(recovery.estimate_error(model, displacement, &stress)?),
+            ErrorEstimation::Skip => None,
         };
         let points = recovery.points();
-        let contact = contact_points(model, points, &self.faces, displacement);
+        let contact = surface_stress_points(model, points, &self.faces, displacement);
         Ok(Some(StressField::new((model, points), (stress, error), contact, &self.limits)))
     }
 }

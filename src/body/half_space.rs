@@ -6,14 +6,14 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::{BodyEquations, BodyField, ElasticBody, PointState};
-use crate::bem::half_space::compressed::{DENSE, TOLERANCE};
+use crate::bem::half_space::compressed::{MAX_DENSE_CELLS, DEFAULT_TOLERANCE};
 use crate::bem::half_space::{
-    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, Kernels, PeriodicFlexibility,
-    PointForceField, Subsurface, SurfaceGreen,
+    CompressedFlexibility, CrossBlocks, DenseFlexibility, FftFlexibility, KernelCache, PeriodicFlexibility,
+    PointForceField, SubsurfaceField, SurfaceGreen,
 };
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
-use crate::geometry::{Point, Triad, place};
+use crate::geometry::{Point, Triad, format_point};
 use crate::interrupt;
 use crate::linalg::cache::Cache;
 use crate::linalg::composed::SharedFlexibility;
@@ -23,20 +23,20 @@ use crate::linalg::subset::SubsetFlexibility;
 use crate::material::Stiffness;
 
 /// Largest angle (radians) between a cell's axes and the plane's.
-const FLAT: f64 = 1e-6;
+const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Points less deep than this share of the size of a cell count as so deep: on the border of a cell the stress of uniform tractions has no
 /// bound.
-const SHALLOW: f64 = 0.02;
+const MIN_DEPTH_CELLS: f64 = 0.02;
 
 /// Height over the size of a cell up to which a point above the surface counts as on it.
-const ON_SURFACE: f64 = 1e-6;
+const SURFACE_TOLERANCE_CELLS: f64 = 1e-6;
 
 /// Error of the table of the field inside, over the largest gradient, from which on it is told.
-const DOUBTFUL: f64 = 1e-3;
+const FIELD_ERROR_WARNING: f64 = 1e-3;
 
 /// Points evaluated between two looks at whether to stop.
-const BATCH: usize = 256;
+const POINTS_PER_CANCEL_CHECK: usize = 256;
 
 /// A half-space of any anisotropy whose surface is the plane of the frame.
 pub struct HalfSpaceBody {
@@ -52,7 +52,7 @@ pub struct HalfSpaceBody {
     /// Stiffness in axes in which the outward normal is the third.
     stiffness: Stiffness,
     /// What operators on grids are made of, kept for other runs.
-    kernels: Option<Arc<Kernels>>,
+    kernels: Option<Arc<KernelCache>>,
     /// Where tables of its field are kept.
     cache: Option<Cache>,
     /// The field of a point force, made when points inside are asked for.
@@ -67,18 +67,18 @@ impl HalfSpaceBody {
     /// # Errors
     /// If the frame is not plane, or the surface Green's function of the material does not converge.
     pub fn new(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> Result<Self> {
-        Self::sharing(stiffness, side, frame, None)
+        Self::with_kernels(stiffness, side, frame, None)
     }
 
     /// The same with what is kept of other half-spaces.
     ///
     /// # Errors
     /// As [`HalfSpaceBody::new`].
-    pub fn sharing(
+    pub fn with_kernels(
         stiffness: &Stiffness,
         side: Side,
         frame: &ContactFrame,
-        kernels: Option<Arc<Kernels>>,
+        kernels: Option<Arc<KernelCache>>,
     ) -> Result<Self> {
         let axes = plane_axes(frame)?;
         // Active rotation by the inverse of the axes gives the components in those axes.
@@ -94,10 +94,10 @@ impl HalfSpaceBody {
             green,
             axes,
             cells,
-            tolerance: TOLERANCE,
+            tolerance: DEFAULT_TOLERANCE,
             cross,
             memory,
-            stiffness: local.rotated(&upright(side)),
+            stiffness: local.rotated(&outward_rotation(side)),
             kernels,
             cache: None,
             point_force: OnceLock::new(),
@@ -130,8 +130,8 @@ impl HalfSpaceBody {
         match &self.cells {
             // Nine planes of the symbol and the padded vectors of one application.
             PlaneCells::Grid { cells, .. } => 4 * 8 * 16 * cells[0] * cells[1],
-            PlaneCells::Polygons { centers, corners, areas } if compressed(areas.len(), cross) => {
-                CompressedFlexibility::usual_bytes((centers, corners, areas), &self.green, self.tolerance)
+            PlaneCells::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
+                CompressedFlexibility::typical_bytes((centers, corners, areas), &self.green, self.tolerance)
             }
             PlaneCells::Polygons { areas, .. } => {
                 72usize.saturating_mul(areas.len()).saturating_mul(areas.len())
@@ -141,19 +141,19 @@ impl HalfSpaceBody {
 
     /// Seconds that making a compressed operator usually takes.
     pub fn building_seconds(&self) -> f64 {
-        CompressedFlexibility::usual_seconds(self.cells.n(), &self.green, self.tolerance)
+        CompressedFlexibility::typical_build_seconds(self.cells.n(), &self.green, self.tolerance)
     }
 
     /// Makes the field of a point force, which points inside need: what the user should know of its accuracy, or of the cache.
     ///
     /// # Errors
-    /// As [`PointForceField::cached`].
-    pub fn make_inside(&self) -> Result<Option<String>> {
-        let (field, note) = PointForceField::cached(&self.stiffness, self.cache.as_ref())?;
+    /// As [`PointForceField::load_or_compute`].
+    pub fn prepare_interior_field(&self) -> Result<Option<String>> {
+        let (field, note) = PointForceField::load_or_compute(&self.stiffness, self.cache.as_ref())?;
         let error = field.error();
         // A second thread may have been faster; both are equal.
         let _ = self.point_force.set(field);
-        let doubt = (error > DOUBTFUL).then(|| {
+        let doubt = (error > FIELD_ERROR_WARNING).then(|| {
             format!(
                 "the table of the field inside the half-space errs by up to {:.2} % of the stress around a point force, for its \
                  stiffness varies much with direction: stress at points inside may err by as much",
@@ -171,7 +171,7 @@ impl HalfSpaceBody {
 }
 
 /// What turns the axes of the plane so that the outward normal is the third: nothing, or half a turn about the first.
-fn upright(side: Side) -> Matrix3<f64> {
+fn outward_rotation(side: Side) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Point::new(1.0, side.outward(), side.outward()))
 }
 
@@ -179,9 +179,9 @@ fn upright(side: Side) -> Matrix3<f64> {
 ///
 /// # Errors
 /// If the frame is not plane.
-pub fn first_above(side: Side, frame: &ContactFrame, points: &[Point]) -> Result<Option<(usize, f64)>> {
+pub fn first_point_above_surface(side: Side, frame: &ContactFrame, points: &[Point]) -> Result<Option<(usize, f64)>> {
     let axes = plane_axes(frame)?;
-    let slack = ON_SURFACE * cell_size(frame);
+    let slack = SURFACE_TOLERANCE_CELLS * cell_size(frame);
     let height = |x: &Point| side.outward() * axes.normal().dot(&(x - frame.centers[0]));
     Ok(points.iter().map(height).enumerate().find(|(_, height)| *height > slack))
 }
@@ -198,7 +198,7 @@ fn plane_axes(frame: &ContactFrame) -> Result<Triad> {
     for (cell, (triad, center)) in frame.triads.iter().zip(&frame.centers).enumerate() {
         let tilt = (triad.0 - first.0).amax();
         let height = first.normal().dot(&(center - origin)).abs();
-        if tilt > FLAT || height > FLAT * size {
+        if tilt > PLANE_TOLERANCE || height > PLANE_TOLERANCE * size {
             return Err(Error::input(format!(
                 "a half-space needs a plane contact frame, but cell {cell} is {height:.3e} mm out of the plane of \
                  the first one and turned by {:.3e} degrees: use frame.kind = \"grid\" (curved faces are projected \
@@ -239,7 +239,7 @@ fn plane_polygons(frame: &ContactFrame) -> Result<(Vec<[f64; 2]>, Vec<Vec<[f64; 
 }
 
 /// The smallest grid around some places of a grid of `cells`, and their places in it.
-fn around(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
+fn bounding_grid(cells: [usize; 2], places: &[usize]) -> ([usize; 2], Vec<usize>) {
     let at = |place: usize| [place / cells[1], place % cells[1]];
     let mut bounds = [[usize::MAX, 0]; 2];
     for index in places.iter().map(|&place| at(place)) {
@@ -259,10 +259,10 @@ impl PlaneCells {
     fn new(frame: &ContactFrame) -> Result<Self> {
         if let Some(grid) = frame.grid {
             let (spacing, periodic) = (grid.spacing, grid.periodic);
-            let (cells, places) = match &frame.places {
+            let (cells, places) = match &frame.grid_indices {
                 // The period is the whole grid.
                 Some(places) if periodic == [false; 2] => {
-                    let (cells, places) = around(grid.cells, places);
+                    let (cells, places) = bounding_grid(grid.cells, places);
                     (cells, Some(places))
                 }
                 places => (grid.cells, places.clone()),
@@ -284,14 +284,14 @@ impl PlaneCells {
     fn flexibility(
         &self,
         green: &SurfaceGreen,
-        (cross, kernels): (CrossBlocks, Option<&Kernels>),
+        (cross, kernels): (CrossBlocks, Option<&KernelCache>),
         (tolerance, memory): (f64, &MemoryLimit),
     ) -> Result<Box<dyn Flexibility>> {
         Ok(match self {
             Self::Grid { cells, spacing, periodic, places } => {
                 let whole: Box<dyn Flexibility> = match periodic {
                     [false, false] => {
-                        Box::new(FftFlexibility::sharing(*cells, *spacing, green, cross, kernels)?)
+                        Box::new(FftFlexibility::with_kernel_cache(*cells, *spacing, green, cross, kernels)?)
                     }
                     _ => Box::new(PeriodicFlexibility::new(*cells, *spacing, *periodic, green, cross)?),
                 };
@@ -300,8 +300,8 @@ impl PlaneCells {
                     Some(places) => Box::new(SubsetFlexibility::new(whole, places.clone())),
                 }
             }
-            Self::Polygons { centers, corners, areas } if compressed(areas.len(), cross) => {
-                Box::new(CompressedFlexibility::within((centers, corners, areas), green, tolerance, memory)?)
+            Self::Polygons { centers, corners, areas } if uses_compression(areas.len(), cross) => {
+                Box::new(CompressedFlexibility::within_memory((centers, corners, areas), green, tolerance, memory)?)
             }
             Self::Polygons { centers, corners, areas } => {
                 Box::new(DenseFlexibility::new(centers, corners, areas, green)?)
@@ -311,8 +311,8 @@ impl PlaneCells {
 }
 
 /// Whether the operator on a frame of so many cells that is no grid is compressed.
-pub fn compressed(n_cells: usize, cross: CrossBlocks) -> bool {
-    n_cells > DENSE && cross == CrossBlocks::SkipVanishing
+pub fn uses_compression(n_cells: usize, cross: CrossBlocks) -> bool {
+    n_cells > MAX_DENSE_CELLS && cross == CrossBlocks::SkipVanishing
 }
 
 /// Operator of a half-space, or of two whose Green's functions are summed: FFT on grids, periodic or not; elsewhere dense, or
@@ -323,9 +323,9 @@ pub fn compressed(n_cells: usize, cross: CrossBlocks) -> bool {
 pub fn half_space_flexibility(
     green: &SurfaceGreen,
     frame: &ContactFrame,
-    (cross, kernels): (CrossBlocks, Option<&Kernels>),
+    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
 ) -> Result<Box<dyn Flexibility>> {
-    PlaneCells::new(frame)?.flexibility(green, (cross, kernels), (TOLERANCE, &MemoryLimit::of_machine()))
+    PlaneCells::new(frame)?.flexibility(green, (cross, kernels), (DEFAULT_TOLERANCE, &MemoryLimit::of_machine()))
 }
 
 /// The same operator as a matrix of the integrals over every cell, whatever the frame but a periodic one.
@@ -351,7 +351,7 @@ impl ElasticBody for HalfSpaceBody {
         BodyEquations::HalfSpace(&self.green)
     }
 
-    fn near_field(&self) -> Option<&SurfaceGreen> {
+    fn near_field_green(&self) -> Option<&SurfaceGreen> {
         Some(&self.green)
     }
 
@@ -381,7 +381,7 @@ impl ElasticBody for HalfSpaceBody {
     }
 
     /// The displacement is that from infinity.
-    fn inside(
+    fn recover_at_points(
         &self,
         frame: &ContactFrame,
         tractions: &[f64],
@@ -392,17 +392,17 @@ impl ElasticBody for HalfSpaceBody {
                 "points inside half-spaces under frames that repeat themselves are not computed",
             ));
         }
-        if let Some((i, height)) = first_above(self.side, frame, points)? {
+        if let Some((i, height)) = first_point_above_surface(self.side, frame, points)? {
             return Err(Error::input(format!(
                 "the point {} lies {height:.3e} outside of the half-space",
-                place(&points[i].into())
+                format_point(&points[i].into())
             )));
         }
         if self.point_force.get().is_none() {
-            self.make_inside()?;
+            self.prepare_interior_field()?;
         }
         let field = self.point_force.get().expect("set above");
-        let turn = upright(self.side);
+        let turn = outward_rotation(self.side);
         let (_, corners) = plane_polygons(frame)?;
         let n = corners.len();
         let cells = corners.into_iter().enumerate().map(|(i, corners)| {
@@ -410,17 +410,17 @@ impl ElasticBody for HalfSpaceBody {
             let on_body2 = Point::new(tractions[i], tractions[n + i], tractions[2 * n + i]);
             (corners, turn * on_body2 * self.side.gap_sign())
         });
-        let below = Subsurface::new((&self.stiffness, field), cells);
-        let least = -SHALLOW * cell_size(frame);
+        let below = SubsurfaceField::new((&self.stiffness, field), cells);
+        let least = -MIN_DEPTH_CELLS * cell_size(frame);
         let axes = self.axes.0 * turn;
         let height = self.axes.normal().dot(&(frame.centers[0] - frame.origin)) * self.side.outward();
         let at = |x: &Point| {
             let mut local = axes.transpose() * (x - frame.origin);
             local.z = (local.z - height).min(least);
-            below.at(&local).turned(&axes)
+            below.at(&local).rotated(&axes)
         };
         let mut states = Vec::with_capacity(points.len());
-        for batch in points.chunks(BATCH) {
+        for batch in points.chunks(POINTS_PER_CANCEL_CHECK) {
             interrupt::check()?;
             states.extend(batch.par_iter().map(at).collect::<Vec<_>>());
         }

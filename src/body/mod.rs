@@ -1,16 +1,16 @@
 //! Elastic bodies as the contact sees them: a flexibility on the frame, and the recovery of their fields.
 
 pub mod boundary_elements;
-pub mod condensed;
+pub mod condensed_flexibility;
 pub mod finite_elements;
-pub mod floating;
+pub mod rigid_body_modes;
 pub mod half_space;
 pub mod hybrid;
-mod partial;
+mod lazy_flexibility;
 pub mod rigid;
 pub mod stress;
-pub mod truncated;
-pub mod worn;
+pub mod truncated_half_space;
+pub mod worn_mesh;
 
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
 use crate::error::Result;
@@ -19,14 +19,14 @@ use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 
 pub use crate::bem::PointState;
-pub use boundary_elements::{BeBody, BeSpec, UnderFrame};
+pub use boundary_elements::{BeBody, BeSpec, FrameFit};
 pub use finite_elements::FeBody;
-pub use floating::{Floating, FloatingMotion};
+pub use rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
 pub use half_space::HalfSpaceBody;
 pub use hybrid::HybridBody;
 pub use rigid::RigidBody;
-pub use stress::{Estimate, StressField};
-pub use truncated::{TruncatedHalfSpace, TruncatedSpec, Truncation};
+pub use stress::{ErrorEstimation, StressField};
+pub use truncated_half_space::{TruncatedHalfSpace, TruncatedSpec, Truncation};
 
 /// Displacement, and stress where it was asked for, of a body at the points of its own surface or volume, for output.
 #[derive(Debug, Clone, Default)]
@@ -64,7 +64,7 @@ pub trait ElasticBody: Send + Sync {
     }
 
     /// The Green's function of the half-space that its flexibility has near a force; `None` if it is not that of one.
-    fn near_field(&self) -> Option<&SurfaceGreen> {
+    fn near_field_green(&self) -> Option<&SurfaceGreen> {
         None
     }
 
@@ -84,7 +84,7 @@ pub trait ElasticBody: Send + Sync {
 
     /// The rigid motions that its supports leave free; `None` if it is held. Its flexibility is then the generalised
     /// inverse that leaves its mean motion at rest, and its free gap that of loads and contact in balance.
-    fn floating(&self) -> Option<&Floating> {
+    fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
         None
     }
 
@@ -109,7 +109,7 @@ pub trait ElasticBody: Send + Sync {
         &self,
         _tractions: &[f64],
         _displacement: &[[f64; 3]],
-        _estimate: Estimate,
+        _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         Ok(None)
     }
@@ -119,7 +119,7 @@ pub trait ElasticBody: Send + Sync {
     ///
     /// # Errors
     /// If a point does not lie in the body, memory does not suffice, or a stop is wished.
-    fn inside(
+    fn recover_at_points(
         &self,
         _frame: &ContactFrame,
         _tractions: &[f64],

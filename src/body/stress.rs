@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::fem::{ContactPoint, ErrorEstimate, ExposureField, FeModel, RecoveryPoints, exposures};
-use crate::material::strength::Limit;
+use crate::fem::{SurfaceStressPoint, ErrorEstimate, ExposureField, FeModel, RecoveryPoints, exposures};
+use crate::material::strength::MaterialStrength;
 
 /// Whether the error of the stress is estimated too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimate {
+pub enum ErrorEstimation {
     /// It is.
-    Wanted,
+    Estimate,
     /// It is not.
-    Skipped,
+    Skip,
 }
 
 /// Stress in the volume of a body.
@@ -25,7 +25,7 @@ pub struct StressField {
     /// Exposure of the materials whose limits are known, by criterion.
     pub exposures: Vec<ExposureField>,
     /// The strain in the contact surface, which with the tractions gives the stress there.
-    pub contact: Vec<ContactPoint>,
+    pub contact: Vec<SurfaceStressPoint>,
     /// Estimated error of the elements' own stress, where it was asked for.
     pub error: Option<ErrorEstimate>,
 }
@@ -35,8 +35,8 @@ impl StressField {
     pub(super) fn new(
         (model, points): (&FeModel, &Arc<RecoveryPoints>),
         (stress, error): (Vec<[f64; 6]>, Option<ErrorEstimate>),
-        contact: Vec<ContactPoint>,
-        limits: &BTreeMap<String, Limit>,
+        contact: Vec<SurfaceStressPoint>,
+        limits: &BTreeMap<String, MaterialStrength>,
     ) -> Self {
         let limit = |cell: usize| {
             let regions = model.regions();

@@ -1,10 +1,10 @@
 //! Results with the estimates of their errors, as a person reads them.
 
-use super::table::{align, short};
-use crate::results::accuracy::{AccuracyRecord, Estimated};
+use super::table::{align_columns, five_digits};
+use crate::results::accuracy::{AccuracyRecord, EstimatedResult};
 
 /// Results with estimates below this share of the accuracy are left out of the table.
-const NOTHING: f64 = 1e-4;
+const NEGLIGIBLE_ERROR_SHARE: f64 = 1e-4;
 
 /// The accuracy as a person reads it.
 pub(super) fn describe(record: &AccuracyRecord) -> String {
@@ -14,38 +14,38 @@ pub(super) fn describe(record: &AccuracyRecord) -> String {
             .to_vec(),
     ];
     let matters =
-        |result: &&Estimated| result.relative.is_none_or(|relative| relative > NOTHING * record.requested);
+        |result: &&EstimatedResult| result.relative.is_none_or(|relative| relative > NEGLIGIBLE_ERROR_SHARE * record.requested);
     for result in record.results.iter().filter(matters) {
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
         rows.push(vec![
             result.step.clone(),
             result.name.to_owned(),
-            digits(result.value, result),
+            value_with_reliable_digits(result.value, result),
             number(result.estimate),
             number(result.relative),
-            result.extrapolated.map_or_else(String::new, |limit| digits(limit, result)),
+            result.extrapolated.map_or_else(String::new, |limit| value_with_reliable_digits(limit, result)),
         ]);
     }
     let last = record.runs.last();
     let cells =
         last.and_then(|run| run.cells).map(|[x, y]| format!(" with {x} x {y} cells")).unwrap_or_default();
-    let times = last.filter(|run| run.increments > 1);
-    let times = times.map(|run| format!(", increments x {}", run.increments)).unwrap_or_default();
+    let times = last.filter(|run| run.increment_factor > 1);
+    let times = times.map(|run| format!(", increments x {}", run.increment_factor)).unwrap_or_default();
     let reached = if record.met { "reached" } else { "NOT REACHED; last converged run" };
     let n = record.runs.len();
     let plural = if n == 1 { "run" } else { "runs" };
-    let of = record.of.join(", ");
+    let of = record.quantities.join(", ");
     format!(
         "accuracy {:e} of {of}: {reached}{cells}{times}; {n} {plural}\n{}",
         record.requested,
-        align(&rows)
+        align_columns(&rows)
     )
 }
 
 /// A value with a digit more than are estimated to be right.
-fn digits(value: f64, result: &Estimated) -> String {
+fn value_with_reliable_digits(value: f64, result: &EstimatedResult) -> String {
     let Some(estimate) = result.estimate.filter(|estimate| *estimate > 0.0) else {
-        return short(value);
+        return five_digits(value);
     };
     let places = (1.0 - estimate.log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.places$}")

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt::Write as _;
 
-use crate::linalg::memory::has_answer;
+use crate::linalg::memory::allocation_failure_is_handled;
 
 /// The system's allocator, whose failures end the program unless the work that asked has an answer to them.
 #[derive(Debug)]
@@ -14,12 +14,12 @@ pub struct Allocator;
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as promised by the caller.
-        checked(unsafe { System.alloc(layout) }, layout.size())
+        exit_if_null(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as promised by the caller.
-        checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        exit_if_null(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
@@ -29,24 +29,24 @@ unsafe impl GlobalAlloc for Allocator {
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as promised by the caller.
-        checked(unsafe { System.realloc(place, layout, size) }, size)
+        exit_if_null(unsafe { System.realloc(place, layout, size) }, size)
     }
 }
 
-fn checked(place: *mut u8, bytes: usize) -> *mut u8 {
-    if place.is_null() && !has_answer() {
-        end(bytes);
+fn exit_if_null(place: *mut u8, bytes: usize) -> *mut u8 {
+    if place.is_null() && !allocation_failure_is_handled() {
+        exit_out_of_memory(bytes);
     }
     place
 }
 
 /// A line of text that takes no memory of the heap.
-struct Line {
+struct StackText {
     bytes: [u8; 512],
     length: usize,
 }
 
-impl std::fmt::Write for Line {
+impl std::fmt::Write for StackText {
     fn write_str(&mut self, text: &str) -> std::fmt::Result {
         let room = &mut self.bytes[self.length..];
         let n = text.len().min(room.len());
@@ -59,8 +59,8 @@ impl std::fmt::Write for Line {
 /// Ends the program at once: other threads may be in the middle of anything, and files are written under other names until they
 /// are whole.
 #[cold]
-fn end(bytes: usize) -> ! {
-    let mut line = Line { bytes: [0; 512], length: 0 };
+fn exit_out_of_memory(bytes: usize) -> ! {
+    let mut line = StackText { bytes: [0; 512], length: 0 };
     let _ = writeln!(
         line,
         "error: out of memory: {bytes} more bytes could not be allocated. Existing checkpoints are kept, nothing else \

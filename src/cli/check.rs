@@ -1,22 +1,22 @@
 //! `orthowear check`.
 
-use super::progress::seconds;
-use super::run::{report, show_failure};
-use super::table::{align, short};
-use super::{SceneArgs, exit, refuse, remark, to_stdout};
+use super::progress::format_duration;
+use super::run::{print_error, show_failure};
+use super::table::{align_columns, five_digits};
+use super::{SceneArgs, exit, print_diagnostics, with_severity, to_stdout};
 use crate::fem::FlexibilityCache;
 use crate::friction::FrictionLaw;
 use crate::history::step::{
-    Correction, CycleMotion, Cycles, Drive, Jumps, Normal, Spin, Step, Tangential, Tilt,
+    Correction, CycleMotion, Cycles, Drive, JumpPolicy, Normal, Spin, Step, Tangential, Tilt,
 };
-use crate::scene::keys::frame::FramePoints;
-use crate::scene::plan::{FrameSpec, Plan};
-use crate::study::accuracy::Search;
-use crate::study::{self, Forecast, moving};
+use crate::scene::spec::frame::FramePoints;
+use crate::scene::plan::{FramePlan, Plan};
+use crate::study::accuracy::AccuracySearch;
+use crate::study::{self, RunEstimate, moving};
 use crate::wear::WearLaw;
 
 /// Sections and keys whose defaults are shown where the scene does not give them.
-const DEFAULTS: [(&str, &str); 12] = [
+const LISTED_DEFAULTS: [(&str, &str); 12] = [
     ("units", "length mm, force N"),
     ("friction", "law none"),
     ("wear", "law none"),
@@ -35,13 +35,13 @@ const DEFAULTS: [(&str, &str); 12] = [
 pub(super) fn check(arguments: &SceneArgs) -> u8 {
     let mut plan = match arguments.plan() {
         Ok(plan) => plan,
-        Err(mistakes) => return refuse(&mistakes),
+        Err(mistakes) => return print_diagnostics(&mistakes),
     };
-    plan.cache = match FlexibilityCache::of_user() {
+    plan.flexibility_cache = match FlexibilityCache::of_environment() {
         Ok(cache) => cache,
-        Err(error) => return report(&error),
+        Err(error) => return print_error(&error),
     };
-    let looked = || Ok((study::forecast(&plan)?, study::notes(&plan)?, Search::new(&plan)?));
+    let looked = || Ok((study::estimate(&plan)?, study::fit_warnings(&plan)?, AccuracySearch::new(&plan)?));
     match looked() {
         Ok((forecast, notes, search)) => {
             to_stdout(&describe(&plan, &forecast, search.as_ref(), &notes));
@@ -52,10 +52,10 @@ pub(super) fn check(arguments: &SceneArgs) -> u8 {
 }
 
 /// The plan as a person reads it.
-fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[String]) -> String {
+fn describe(plan: &Plan, forecast: &RunEstimate, search: Option<&AccuracySearch>, notes: &[String]) -> String {
     let mut rows: Vec<Vec<String>> = summary_rows(plan, forecast);
     if let Some((search, wanted)) = search.zip(plan.accuracy.as_ref()) {
-        let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.words()).collect();
+        let knobs: Vec<&str> = search.knobs().iter().map(|knob| knob.label()).collect();
         let words = format!(
             "target {:e}: {} are refined until the estimated error is below it; the values above are those of the scene",
             wanted.relative,
@@ -69,7 +69,7 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
         text.push_str(&format!("{:width$}   {}\n", row[0], row[1]));
     }
     text.push_str("\nsteps\n");
-    text.push_str(&align(&step_rows(plan)));
+    text.push_str(&align_columns(&step_rows(plan)));
     text.push_str("\nskipped\n");
     if forecast.skipped.is_empty() {
         text.push_str("  nothing\n");
@@ -80,12 +80,12 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
         text.push_str(&format!("  {}: {}{saved}\n", skip.what, skip.why));
     }
     text.push_str("\ndefaults\n");
-    for (key, value) in DEFAULTS.iter().filter(|(key, _)| is_default(plan, key)) {
+    for (key, value) in LISTED_DEFAULTS.iter().filter(|(key, _)| is_default(plan, key)) {
         text.push_str(&format!("  {key}: {value}\n"));
     }
-    let of_bodies = forecast.bodies.iter().filter_map(|body| body.note.as_ref());
+    let of_bodies = forecast.bodies.iter().filter_map(|body| body.warning.as_ref());
     for note in plan.notes.iter().chain(of_bodies).chain(notes) {
-        text.push_str(&format!("\n{}\n", remark(note)));
+        text.push_str(&format!("\n{}\n", with_severity(note)));
     }
     text.push_str(&format!("\n{}: no errors found\n", plan.document.file));
     text
@@ -93,18 +93,18 @@ fn describe(plan: &Plan, forecast: &Forecast, search: Option<&Search>, notes: &[
 
 /// A time that was saved, in words.
 fn saved_time(s: f64) -> String {
-    if s < 0.1 { format!("{:.0} ms", 1e3 * s) } else { seconds(s) }
+    if s < 0.1 { format!("{:.0} ms", 1e3 * s) } else { format_duration(s) }
 }
 
 fn is_default(plan: &Plan, key: &str) -> bool {
-    let replaced = key == "solver.memory_limit" && plan.memory.is_of_option();
+    let replaced = key == "solver.memory_limit" && plan.memory_limit.is_of_command_line();
     plan.document.get(key).is_none() && !replaced
 }
 
-fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
+fn summary_rows(plan: &Plan, forecast: &RunEstimate) -> Vec<Vec<String>> {
     let length = &plan.units.length;
     let frame = match plan.frame {
-        FrameSpec::Grid { half_width, cells, periodic, ref outline, .. } => {
+        FramePlan::Grid { half_width, cells, periodic, ref outline, .. } => {
             let all = cells[0] * cells[1];
             let repeated = match periodic {
                 [false, false] => "",
@@ -125,46 +125,46 @@ fn summary_rows(plan: &Plan, forecast: &Forecast) -> Vec<Vec<String>> {
                 None => grid,
             }
         }
-        FrameSpec::Mesh { body, points, .. } => {
+        FramePlan::Mesh { body, points, .. } => {
             let what = if points == FramePoints::Faces { "faces" } else { "node cells" };
             format!("{} {what} of the contact group of body {}", forecast.n_cells, body + 1)
         }
     };
-    let allowed = plan.memory.words().map_or_else(String::new, |words| format!(" ({words})"));
+    let allowed = plan.memory_limit.description().map_or_else(String::new, |words| format!(" ({words})"));
     let mib = forecast.memory_bytes / f64::from(1 << 20);
     let mib = if mib < 100.0 { format!("{mib:.1}") } else { format!("{mib:.0}") };
     [
-        ("body 1", forecast.bodies[0].what.clone()),
-        ("body 2", forecast.bodies[1].what.clone()),
+        ("body 1", forecast.bodies[0].description.clone()),
+        ("body 2", forecast.bodies[1].description.clone()),
         ("frame", frame),
         ("unknowns", format!("{} tractions", 3 * forecast.n_cells)),
-        ("friction", friction(&plan.friction)),
-        ("wear", wear(plan)),
-        ("contact problems", forecast.n_solves.to_string()),
+        ("friction", describe_friction(&plan.friction)),
+        ("wear", describe_wear(plan)),
+        ("contact problems", forecast.n_contact_problems.to_string()),
         ("memory", format!("about {mib} MiB{allowed}")),
-        ("time", format!("about {} (within a factor of a few)", seconds(forecast.seconds))),
+        ("time", format!("about {} (within a factor of a few)", format_duration(forecast.seconds))),
     ]
     .into_iter()
     .map(|(name, value)| vec![name.to_owned(), value])
     .collect()
 }
 
-fn friction(law: &FrictionLaw) -> String {
+fn describe_friction(law: &FrictionLaw) -> String {
     match law.ellipse() {
         None => "none".to_owned(),
-        Some(ellipse) if ellipse.mu[0] == ellipse.mu[1] => format!("coefficient {}", short(ellipse.mu[0])),
+        Some(ellipse) if ellipse.mu[0] == ellipse.mu[1] => format!("coefficient {}", five_digits(ellipse.mu[0])),
         Some(ellipse) => format!(
             "ellipse {} x {}, first axis at {:.1} degrees from the frame's x",
-            short(ellipse.mu[0]),
-            short(ellipse.mu[1]),
+            five_digits(ellipse.mu[0]),
+            five_digits(ellipse.mu[1]),
             ellipse.angle.to_degrees()
         ),
     }
 }
 
-fn wear(plan: &Plan) -> String {
+fn describe_wear(plan: &Plan) -> String {
     let law = wear_law(&plan.wear);
-    let Some(share) = plan.move_mesh else { return law };
+    let Some(share) = plan.mesh_motion_threshold else { return law };
     let bodies = moving::worn_bodies(plan).map(|(index, ..)| format!("body{}", index + 1));
     let bodies: Vec<String> = bodies.collect();
     format!(
@@ -178,7 +178,7 @@ fn wear_law(law: &WearLaw) -> String {
         WearLaw::None => "none".to_owned(),
         WearLaw::Archard { i } => format!("Archard, specific wear rate {i:e}"),
         WearLaw::Orthotropic { i, .. } => format!("orthotropic, specific wear rates {:e}, {:e}", i[0], i[1]),
-        WearLaw::Frp { .. } => law.intensity(None).map_or_else(String::new, |wear| {
+        WearLaw::Frp { .. } => law.specific_rate(None).map_or_else(String::new, |wear| {
             format!("fibre-reinforced plastic, specific wear rates {:.4e}, {:.4e}", wear.i[0], wear.i[1])
         }),
         WearLaw::Energy { k } => format!("energy, wear volume {k:e} per friction energy"),
@@ -186,19 +186,19 @@ fn wear_law(law: &WearLaw) -> String {
 }
 
 fn step_rows(plan: &Plan) -> Vec<Vec<String>> {
-    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let row = |step: &Step| {
-        let wanted = match step.row {
-            Some(row) => format!("load history of {} points, first: {}", row.count, prescribed(step)),
-            None => prescribed(step),
+        let wanted = match step.history_row {
+            Some(row) => format!("load history of {} points, first: {}", row.count, describe_controls(step)),
+            None => describe_controls(step),
         };
-        vec![format!("  {}", step.name), wanted, how(step)]
+        vec![format!("  {}", step.name), wanted, describe_increments(step)]
     };
     plan.steps.iter().filter(first).map(row).collect()
 }
 
 /// What a step prescribes.
-fn prescribed(step: &Step) -> String {
+fn describe_controls(step: &Step) -> String {
     let mut parts = Vec::new();
     match step.normal {
         Some(Normal::Approach(x)) => parts.push(format!("approach {x}")),
@@ -206,44 +206,44 @@ fn prescribed(step: &Step) -> String {
         None => {}
     }
     match step.tangential {
-        Some(Tangential::Shift([x, y])) => parts.push(format!("shift ({}, {})", short(x), short(y))),
+        Some(Tangential::Shift([x, y])) => parts.push(format!("shift ({}, {})", five_digits(x), five_digits(y))),
         Some(Tangential::Force([x, y])) => parts.push(format!("tangential force ({x}, {y})")),
         None => {}
     }
     match step.tilt {
         Some(Tilt::Rotation([x, y])) => {
-            parts.push(format!("rotation ({}, {})", short(x.to_degrees()), short(y.to_degrees())));
+            parts.push(format!("rotation ({}, {})", five_digits(x.to_degrees()), five_digits(y.to_degrees())));
         }
         Some(Tilt::Moment([x, y])) => parts.push(format!("moment ({x}, {y})")),
         None => {}
     }
     match step.spin {
-        Some(Spin::Twist(angle)) => parts.push(format!("twist {}", short(angle.to_degrees()))),
+        Some(Spin::Twist(angle)) => parts.push(format!("twist {}", five_digits(angle.to_degrees()))),
         Some(Spin::Moment(moment)) => parts.push(format!("spin moment {moment}")),
         None => {}
     }
     if let Some(cycles) = &step.cycles {
-        parts.push(motion(cycles));
+        parts.push(describe_cycles(cycles));
     }
     if let Some(rolling) = &step.rolling {
         parts.push(format!(
             "rolling along {} degrees with creepage ({}, {}), spin {}",
             90 * u32::from(rolling.quarter_turns),
-            short(rolling.creepage[0]),
-            short(rolling.creepage[1]),
-            short(rolling.spin)
+            five_digits(rolling.creepage[0]),
+            five_digits(rolling.creepage[1]),
+            five_digits(rolling.spin)
         ));
     }
     if parts.is_empty() { "unchanged".to_owned() } else { parts.join(", ") }
 }
 
 /// The motion of cycles.
-fn motion(cycles: &Cycles) -> String {
+fn describe_cycles(cycles: &Cycles) -> String {
     match &cycles.motion {
         CycleMotion::Sliding { angle } => {
             format!("steady sliding over {} at {:.1} degrees", cycles.count, angle.to_degrees())
         }
-        CycleMotion::Closed(closed) => {
+        CycleMotion::ClosedPath(closed) => {
             let [along, left] = closed.amplitude;
             let path = if left == 0.0 {
                 format!("+-{along}")
@@ -253,7 +253,7 @@ fn motion(cycles: &Cycles) -> String {
             let of = if closed.drive == Drive::Force { " of the tangential force" } else { "" };
             let mut text =
                 format!("{} cycles of {path}{of} at {:.1} degrees", cycles.count, closed.angle.to_degrees());
-            let correction = closed.resolve.map(|used| used.correction);
+            let correction = closed.resolved_cycles.map(|used| used.correction);
             match correction {
                 Some(Correction::Always | Correction::WhereNeeded) => {
                     text.push_str(", increments per stroke as needed");
@@ -269,18 +269,18 @@ fn motion(cycles: &Cycles) -> String {
 }
 
 /// How a step is taken.
-fn how(step: &Step) -> String {
+fn describe_increments(step: &Step) -> String {
     let mut text = match &step.cycles {
         Some(cycles) => match cycles.jumps {
-            Jumps::Number(jumps) => format!("{jumps} jumps"),
-            Jumps::Tolerance(tolerance) => {
+            JumpPolicy::Number(jumps) => format!("{jumps} jumps"),
+            JumpPolicy::Tolerance(tolerance) => {
                 format!("jumps controlled by their estimated error, {tolerance:e} of the wear depth")
             }
         },
         None if step.increments == 1 => "1 increment".to_owned(),
         None => format!("{} increments", step.increments),
     };
-    if step.row.is_some() {
+    if step.history_row.is_some() {
         text.push_str(" per point");
     }
     if !step.friction {

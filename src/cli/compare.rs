@@ -5,31 +5,31 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::progress::{Progress, seconds};
-use super::run::{reason, report, show_failure};
-use super::table::{align, short};
-use super::{CompareArgs, exit, refuse, remark, signal, to_stderr, to_stdout};
+use super::progress::{ProgressDisplay, format_duration};
+use super::run::{explain_reason, print_error, show_failure};
+use super::table::{align_columns, five_digits};
+use super::{CompareArgs, exit, print_diagnostics, with_severity, signal, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
 use crate::frame::ContactFrame;
-use crate::job::{Job, Shares, compute, nothing, units};
+use crate::job::{RunOptions, SharedWork, run_simulation, keep_files, units};
 use crate::results::comparison::{Comparison, Difference, StepResult, VariantResult};
 use crate::results::memory::{peak_bytes, restart_peak};
-use crate::results::output::{OutputDir, failure, write_atomically};
-use crate::results::report::forget_report;
-use crate::results::step_ends::{StepEnds, Variants};
+use crate::results::output_dir::{OutputDir, file_error, write_atomically};
+use crate::results::report::remove_stale_report;
+use crate::results::step_ends::{StepEndStates, VariantStates};
 use crate::results::summary::{Status, Summary};
-use crate::results::vtu::collection;
-use crate::scene::{Mistakes, Plan};
+use crate::results::vtu::pvd_collection;
+use crate::scene::{Diagnostics, Plan};
 use crate::study::compare::{Variant, variants};
 
 /// Computes the variants of a scene one after the other and writes what differs; the worst exit code of them.
 pub(super) fn compare(arguments: &CompareArgs) -> u8 {
-    let stop = signal::catch();
+    let stop = signal::install();
     let started = Instant::now();
     let beside = || arguments.scene.scene.with_extension("compare");
     let directory = arguments.out.clone().unwrap_or_else(beside);
-    let plan = match planned(arguments) {
+    let plan = match read_plan(arguments) {
         Ok(plan) => plan,
         Err(code) => return code,
     };
@@ -45,16 +45,16 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
         scene_sha256: plan.document.sha256.clone(),
         units: units(&plan),
         variants: Vec::new(),
-        warnings: plan.notes.iter().cloned().chain(one_only(&variants, named)).collect(),
+        warnings: plan.notes.iter().cloned().chain(single_variant_warning(&variants, named)).collect(),
     };
     let mut worst = exit::DONE;
     let (mut ends, mut told) = (Vec::new(), Vec::new());
-    let mut progress = Progress::new(arguments.quiet);
+    let mut progress = ProgressDisplay::new(arguments.quiet);
     for (i, variant) in variants.iter().enumerate() {
         let label = format!("{}/{} {}", i + 1, variants.len(), variant.name);
         let mut run =
-            Run { plan: &plan, frame: &frame, directory: &directory, stop, progress: &mut progress };
-        let (result, seen, code) = run.variant(variant, &label);
+            VariantRunner { plan: &plan, frame: &frame, directory: &directory, stop, progress: &mut progress };
+        let (result, seen, code) = run.run_variant(variant, &label);
         told.extend(seen.iter().flat_map(|(_, said)| said).map(|note| (variant.name.clone(), note.clone())));
         comparison.variants.push(result);
         ends.extend(seen.map(|(seen, _)| (variant.name.clone(), seen)));
@@ -68,22 +68,22 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
     let begun = comparison.variants.len();
     comparison
         .variants
-        .extend(variants[begun..].iter().map(|variant| VariantResult::not_begun(&variant.name)));
-    comparison.say(told);
-    comparison.complete();
+        .extend(variants[begun..].iter().map(|variant| VariantResult::not_started(&variant.name)));
+    comparison.add_variant_warnings(told);
+    comparison.compute_differences();
     let computed = comparison.variants.iter().any(|variant| variant.status.is_some());
     if !computed && worst == exit::DONE {
         worst = exit::INPUT;
     }
-    let differences = comparison.differences();
-    let ends = Variants { frame: &frame, ends: &ends, differences: &differences };
+    let differences = comparison.compared_steps();
+    let ends = VariantStates { frame: &frame, ends: &ends, differences: &differences };
     if let Err(error) = write(&comparison, &ends, &directory) {
-        return report(&error);
+        return print_error(&error);
     }
     if !arguments.quiet || !computed {
         let n = comparison.variants.len();
         let plural = if n == 1 { "variant" } else { "variants" };
-        let total = seconds(started.elapsed().as_secs_f64());
+        let total = format_duration(started.elapsed().as_secs_f64());
         let place = directory.join("compare.json");
         to_stdout(&format!(
             "{}\n{n} {plural} in {total}\nresults: {}\n",
@@ -95,43 +95,43 @@ pub(super) fn compare(arguments: &CompareArgs) -> u8 {
 }
 
 /// The plan of the scene as it is written, with the user's cache; the exit code if there is none.
-fn planned(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
-    let mut plan = arguments.scene.plan().map_err(|mistakes| refuse(&mistakes))?;
+fn read_plan(arguments: &CompareArgs) -> std::result::Result<Plan, u8> {
+    let mut plan = arguments.scene.plan().map_err(|mistakes| print_diagnostics(&mistakes))?;
     if plan.accuracy.is_some() {
         let error = Error::input(
             "`compare` runs all variants on the cells of the scene and does not support `accuracy`: remove it",
         );
-        return Err(refuse(&Mistakes::from_error(&plan.document, "accuracy", &error)));
+        return Err(print_diagnostics(&Diagnostics::from_error(&plan.document, "accuracy", &error)));
     }
     if !arguments.no_cache {
-        plan.cache = FlexibilityCache::of_user().map_err(|error| report(&error))?;
+        plan.flexibility_cache = FlexibilityCache::of_environment().map_err(|error| print_error(&error))?;
     }
     Ok(plan)
 }
 
 /// A warning where there is nothing to compare.
-fn one_only(variants: &[Variant], named: bool) -> Option<String> {
+fn single_variant_warning(variants: &[Variant], named: bool) -> Option<String> {
     (variants.len() == 1 && !named)
         .then(|| "neither body has a mesh, so there is only one variant and nothing to compare".to_owned())
 }
 
 /// What the runs of the variants share.
-struct Run<'a> {
+struct VariantRunner<'a> {
     plan: &'a Plan,
     frame: &'a ContactFrame,
     directory: &'a Path,
     stop: &'a AtomicBool,
-    progress: &'a mut Progress,
+    progress: &'a mut ProgressDisplay,
 }
 
-impl Run<'_> {
+impl VariantRunner<'_> {
     /// Runs a variant into its folder: its result, the states at the ends of the steps with its warnings, the exit code. One that cannot be is no failure.
-    fn variant(
+    fn run_variant(
         &mut self,
         variant: &Variant,
         label: &str,
-    ) -> (VariantResult, Option<(StepEnds, Vec<String>)>, u8) {
-        let mut result = VariantResult { reason: None, ..VariantResult::not_begun(&variant.name) };
+    ) -> (VariantResult, Option<(StepEndStates, Vec<String>)>, u8) {
+        let mut result = VariantResult { reason: None, ..VariantResult::not_started(&variant.name) };
         let plan = match &variant.plan {
             Ok(plan) => plan,
             Err(error) => {
@@ -143,27 +143,27 @@ impl Run<'_> {
             Ok(output) => output,
             Err(error) => {
                 result.reason = Some(error.message().to_owned());
-                return (result, None, report(&error));
+                return (result, None, print_error(&error));
             }
         };
         let started = Instant::now();
         restart_peak();
         let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
-        summary.warnings.extend(variant.notes.iter().cloned());
-        let mut ends = StepEnds::default();
+        summary.warnings.extend(variant.warnings.iter().cloned());
+        let mut ends = StepEndStates::default();
         let show = &mut |stage: &str, done, residual| {
             self.progress.show(&format!("{label} {stage}"), done, residual);
         };
-        let job = Job {
+        let job = RunOptions {
             frame: Some(self.frame),
-            show,
-            watch: &mut ends,
+            on_progress: show,
+            observer: &mut ends,
             stop: self.stop,
             checkpoints: None,
-            shares: Shares::default(),
-            complete: &mut nothing,
+            shared_work: SharedWork::default(),
+            on_end: &mut keep_files,
         };
-        let code = compute(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {
+        let code = run_simulation(plan, Some(output), &mut summary, job).unwrap_or_else(|failure| {
             to_stderr(&format!("{}: ", variant.name));
             show_failure(self.plan, &failure)
         });
@@ -172,7 +172,7 @@ impl Run<'_> {
         result.folder = Some(variant.folder());
         result.seconds = started.elapsed().as_secs_f64();
         result.peak_memory_bytes = peak_bytes();
-        result.steps = StepResult::of(&summary);
+        result.steps = StepResult::last_entries(&summary);
         (result, Some((ends, summary.warnings)), code)
     }
 }
@@ -181,32 +181,32 @@ fn differences_file(number: usize) -> String {
     format!("differences_{number:04}.vtu")
 }
 
-fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<()> {
+fn write(comparison: &Comparison, ends: &VariantStates, directory: &Path) -> Result<()> {
     let json = comparison.to_json()?;
-    fs::create_dir_all(directory).map_err(|e| failure("cannot make the output directory", directory, &e))?;
+    fs::create_dir_all(directory).map_err(|e| file_error("cannot make the output directory", directory, &e))?;
     for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
         let (path, name) = (entry.path(), entry.file_name());
         let ours = name.to_string_lossy().starts_with("differences_")
             && path.extension().is_some_and(|is| is == "vtu");
         if ours || name == "differences.pvd" {
-            fs::remove_file(&path).map_err(|e| failure("cannot remove", &path, &e))?;
+            fs::remove_file(&path).map_err(|e| file_error("cannot remove", &path, &e))?;
         }
     }
     let mut files = Vec::new();
     for (index, step) in ends.steps().into_iter().enumerate() {
         let name = differences_file(index + 1);
         let mut bytes = Vec::new();
-        ends.differences(step)?.write(&mut bytes)?;
+        ends.difference_grid(step)?.write(&mut bytes)?;
         write_atomically(&directory.join(&name), &bytes)?;
         files.push(((index + 1) as f64, name));
     }
     if !files.is_empty() {
-        write_atomically(&directory.join("differences.pvd"), collection(&files).as_bytes())?;
+        write_atomically(&directory.join("differences.pvd"), pvd_collection(&files).as_bytes())?;
     }
     write_atomically(&directory.join("compare.csv"), comparison.to_csv().as_bytes())?;
     let picture = ends.profiles_svg(&comparison.units);
     write_atomically(&directory.join("compare.svg"), picture.as_bytes())?;
-    forget_report(directory);
+    remove_stale_report(directory);
     write_atomically(&directory.join("compare.json"), json.as_bytes())
 }
 
@@ -214,20 +214,20 @@ fn write(comparison: &Comparison, ends: &Variants, directory: &Path) -> Result<(
 fn describe(comparison: &Comparison) -> String {
     let mut text = format!("{}\n\n", comparison.title);
     if comparison.reference().is_some() {
-        text.push_str(&format!("{}\n", align(&step_rows(comparison))));
+        text.push_str(&format!("{}\n", align_columns(&step_rows(comparison))));
     }
-    text.push_str(&align(&variant_rows(comparison)));
+    text.push_str(&align_columns(&variant_rows(comparison)));
     let refused = comparison.variants.iter().filter(|variant| variant.status != Some(Status::Converged));
     for variant in refused {
         let unknown =
             if variant.status == Some(Status::Interrupted) { "interrupted" } else { "reason unknown" };
         let words = variant.reason.as_deref().unwrap_or(unknown);
         let words =
-            if variant.status == Some(Status::NotConverged) { reason(Some(words)) } else { words.to_owned() };
+            if variant.status == Some(Status::NotConverged) { explain_reason(Some(words)) } else { words.to_owned() };
         text.push_str(&format!("\n{}: {words}\n", variant.name));
     }
     for warning in &comparison.warnings {
-        text.push_str(&format!("\n{}\n", remark(warning)));
+        text.push_str(&format!("\n{}\n", with_severity(warning)));
     }
     text
 }
@@ -274,7 +274,7 @@ fn step_rows(comparison: &Comparison) -> Vec<Vec<String>> {
 fn step_row(variant: &str, step: &StepResult) -> Vec<String> {
     let with = |value: f64, pick: fn(&Difference) -> Option<f64>| {
         let percent = step.difference.as_ref().and_then(pick);
-        format!("{}{}", short(value), percent.map(|p| format!(" ({p:+.1} %)")).unwrap_or_default())
+        format!("{}{}", five_digits(value), percent.map(|p| format!(" ({p:+.1} %)")).unwrap_or_default())
     };
     let [x, y] = step.tangential_force.map(|q| if q.abs() < 1e-7 * step.normal_force { 0.0 } else { q });
     let sideways = step.difference.as_ref().and_then(|difference| difference.tangential_force);
@@ -283,7 +283,7 @@ fn step_row(variant: &str, step: &StepResult) -> Vec<String> {
         step.name.clone(),
         variant.to_owned(),
         with(step.normal_force, |d| d.normal_force),
-        format!("({}, {}){sideways}", short(x), short(y)),
+        format!("({}, {}){sideways}", five_digits(x), five_digits(y)),
         with(step.contact_area, |d| d.contact_area),
         with(step.stick_area, |d| d.stick_area),
         with(step.peak_pressure, |d| d.peak_pressure),
@@ -304,7 +304,7 @@ fn variant_rows(comparison: &Comparison) -> Vec<Vec<String>> {
         };
         let memory = variant.peak_memory_bytes as f64 / f64::from(1 << 20);
         let memory = if memory > 0.0 { format!("{memory:.0} MiB") } else { String::new() };
-        let time = if variant.status.is_some() { seconds(variant.seconds) } else { String::new() };
+        let time = if variant.status.is_some() { format_duration(variant.seconds) } else { String::new() };
         rows.push(vec![variant.name.clone(), status.to_owned(), time, memory]);
     }
     rows

@@ -1,7 +1,7 @@
 //! The option `--max-memory`.
 
 use crate::linalg::memory::MemoryLimit;
-use crate::scene::keys::solver::MemorySize;
+use crate::scene::spec::solver::MemorySize;
 
 /// Memory that a run may take, as the command line gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +16,8 @@ impl MaxMemory {
     /// The limit; percentages are those of this moment.
     pub fn limit(self) -> MemoryLimit {
         match self {
-            Self::Bytes(bytes) => MemoryLimit::of_option(bytes),
-            Self::Percent(percent) => MemoryLimit::share_of_option(percent),
+            Self::Bytes(bytes) => MemoryLimit::of_command_line(bytes),
+            Self::Percent(percent) => MemoryLimit::of_command_line_percent(percent),
         }
     }
 }
@@ -36,7 +36,7 @@ impl std::fmt::Display for MaxMemory {
 ///
 /// # Errors
 /// What is allowed, if it is neither.
-pub fn max_memory(text: &str) -> Result<MaxMemory, String> {
+pub fn parse_max_memory(text: &str) -> Result<MaxMemory, String> {
     let text = text.trim();
     let percent = |number: &str| {
         let percent = number.trim_end().parse::<f64>().ok();
@@ -60,13 +60,13 @@ mod tests {
     /// Truth: docs/command-line.md; IEC 80000-13: kibi is 1024, kilo 1000.
     #[test]
     fn sizes_and_percentages() {
-        assert_eq!(max_memory("4 GiB"), Ok(MaxMemory::Bytes(4 << 30)));
-        assert_eq!(max_memory(" 1.5kB "), Ok(MaxMemory::Bytes(1500)));
-        assert_eq!(max_memory("60000000"), Ok(MaxMemory::Bytes(60_000_000)));
-        assert_eq!(max_memory("1.5e9"), Ok(MaxMemory::Bytes(1_500_000_000)));
-        assert_eq!(max_memory("80%"), Ok(MaxMemory::Percent(80.0)));
-        assert_eq!(max_memory(" 12.5 % "), Ok(MaxMemory::Percent(12.5)));
-        assert_eq!(max_memory("100%"), Ok(MaxMemory::Percent(100.0)));
+        assert_eq!(parse_max_memory("4 GiB"), Ok(MaxMemory::Bytes(4 << 30)));
+        assert_eq!(parse_max_memory(" 1.5kB "), Ok(MaxMemory::Bytes(1500)));
+        assert_eq!(parse_max_memory("60000000"), Ok(MaxMemory::Bytes(60_000_000)));
+        assert_eq!(parse_max_memory("1.5e9"), Ok(MaxMemory::Bytes(1_500_000_000)));
+        assert_eq!(parse_max_memory("80%"), Ok(MaxMemory::Percent(80.0)));
+        assert_eq!(parse_max_memory(" 12.5 % "), Ok(MaxMemory::Percent(12.5)));
+        assert_eq!(parse_max_memory("100%"), Ok(MaxMemory::Percent(100.0)));
         for wrong in [
             "",
             "0",
@@ -83,7 +83,7 @@ mod tests {
             "inf%",
             "80 % of it",
         ] {
-            let told = max_memory(wrong).unwrap_err();
+            let told = parse_max_memory(wrong).unwrap_err();
             assert!(told.contains("4 GiB") && told.contains("80 %"), "{wrong}: {told}");
         }
     }

@@ -5,7 +5,7 @@ mod allocator;
 mod check;
 mod compare;
 mod max_memory;
-mod numbers;
+mod run_numbers;
 mod progress;
 mod refine;
 mod render;
@@ -25,13 +25,13 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::error::DOUBT;
+use crate::error::WARNING_PREFIX;
 pub use crate::error::exit;
-use crate::job::STACK;
-use crate::scene::variant::Pair;
-use crate::scene::{self, Mistakes, Plan};
+use crate::job::THREAD_STACK_BYTES;
+use crate::scene::variant::DiscretisationPair;
+use crate::scene::{self, Diagnostics, Plan};
 pub use allocator::Allocator;
-pub use max_memory::{MaxMemory, max_memory};
+pub use max_memory::{MaxMemory, parse_max_memory};
 pub use render::render;
 
 /// Frictional contact and wear of orthotropic bodies: finite elements, boundary elements and half-spaces on a contact frame.
@@ -82,9 +82,9 @@ struct SceneArgs {
 
 impl SceneArgs {
     /// The plan of the scene with what the options replace in it.
-    fn plan(&self) -> Result<Plan, Mistakes> {
+    fn plan(&self) -> Result<Plan, Diagnostics> {
         let mut plan = scene::read(&self.scene, &self.overrides)?;
-        plan.allow(self.max_memory.map(MaxMemory::limit));
+        plan.override_memory_limit(self.max_memory.map(MaxMemory::limit));
         Ok(plan)
     }
 }
@@ -111,7 +111,7 @@ struct RunArgs {
 }
 
 /// A relative error.
-fn relative(text: &str) -> Result<f64, String> {
+fn parse_relative_error(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 0.1);
     number.ok_or_else(|| "it must be a number above 0 and at most 0.1, like 1e-3".to_owned())
 }
@@ -123,7 +123,7 @@ struct CompareArgs {
     /// Variants to run, e.g. FE-FE,BE-BE: the model of body 1 and of body 2, each FE, BE, HS (half-space), THS
     /// (truncated half-space) or rigid. The first is the reference.
     #[arg(long, value_name = "PAIRS", value_delimiter = ',')]
-    variants: Vec<Pair>,
+    variants: Vec<DiscretisationPair>,
     /// Output directory; default: path of the scene with the extension .compare.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -147,11 +147,11 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     std::panic::set_hook(Box::new(report_panic));
     let code = std::panic::catch_unwind(|| match command {
-        Command::Run(arguments) => stoppable(arguments.scene.threads, || run::run(&arguments)),
-        Command::Compare(arguments) => stoppable(arguments.scene.threads, || compare::compare(&arguments)),
-        Command::Study(arguments) => stoppable(arguments.threads, || study::study(&arguments)),
-        Command::Check(arguments) => in_pool(arguments.threads, || check::check(&arguments)),
-        Command::Refine(arguments) => stoppable(arguments.scene.threads, || refine::refine(&arguments)),
+        Command::Run(arguments) => run_interruptible(arguments.scene.threads, || run::run(&arguments)),
+        Command::Compare(arguments) => run_interruptible(arguments.scene.threads, || compare::compare(&arguments)),
+        Command::Study(arguments) => run_interruptible(arguments.threads, || study::study(&arguments)),
+        Command::Check(arguments) => run_in_thread_pool(arguments.threads, || check::check(&arguments)),
+        Command::Refine(arguments) => run_interruptible(arguments.scene.threads, || refine::refine(&arguments)),
         Command::Report(arguments) => report::report(&arguments),
         Command::Schema { study } => schema::schema(study),
     });
@@ -170,32 +170,32 @@ fn report_panic(info: &std::panic::PanicHookInfo<'_>) {
     ));
 }
 
-/// Does `work` as [`in_pool`], with signals caught before there are threads.
-fn stoppable(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
-    signal::catch();
-    in_pool(threads, work)
+/// Does `work` as [`run_in_thread_pool`], with signals caught before there are threads.
+fn run_interruptible(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+    signal::install();
+    run_in_thread_pool(threads, work)
 }
 
 /// Does `work` on one of the `threads` (as many as there are cores if not given): work handed over from another one would wait
 /// for it each time.
-fn in_pool(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
+fn run_in_thread_pool(threads: Option<u16>, work: impl FnOnce() -> u8 + Send) -> u8 {
     // Fails only if a pool exists already, which then has the number of the first call.
     let _ = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
-        .stack_size(STACK)
+        .stack_size(THREAD_STACK_BYTES)
         .build_global();
     rayon::scope(|_| work())
 }
 
 /// Prints the mistakes of a scene; the exit code.
-fn refuse(mistakes: &Mistakes) -> u8 {
+fn print_diagnostics(mistakes: &Diagnostics) -> u8 {
     to_stderr(&render::render(mistakes));
     exit::INPUT
 }
 
 /// A message of a run as it is printed: one that puts results in doubt says so itself.
-fn remark(message: &str) -> String {
-    if message.contains(DOUBT) { message.to_owned() } else { format!("note: {message}") }
+fn with_severity(message: &str) -> String {
+    if message.contains(WARNING_PREFIX) { message.to_owned() } else { format!("note: {message}") }
 }
 
 /// Prints to standard output; a reader that has gone is no failure.

@@ -8,16 +8,16 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::to_stderr;
 
 /// Stages shorter than this leave no line where there is no terminal.
-const LONG: Duration = Duration::from_secs(1);
+const MIN_REPORTED_STAGE: Duration = Duration::from_secs(1);
 
 /// Least time between two drawings.
-const PAUSE: Duration = Duration::from_millis(60);
+const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(60);
 
 /// Steps of the bar.
-const STEPS: u64 = 1000;
+const BAR_STEPS: u64 = 1000;
 
 /// The display of a run's stages.
-pub(super) struct Progress {
+pub(super) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     lines: bool,
     stage: Option<(String, Instant)>,
@@ -26,7 +26,7 @@ pub(super) struct Progress {
     drawn: Instant,
 }
 
-impl Progress {
+impl ProgressDisplay {
     /// A display that suits standard error.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
@@ -34,7 +34,7 @@ impl Progress {
             let style =
                 ProgressStyle::with_template("{prefix:20} {wide_bar} {percent:>3} %  {elapsed} {msg}")
                     .expect("the template is fixed and valid");
-            let bar = ProgressBar::new(STEPS).with_style(style);
+            let bar = ProgressBar::new(BAR_STEPS).with_style(style);
             // Turns during stages that cannot say how far they are.
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
@@ -54,13 +54,13 @@ impl Progress {
                 bar.set_prefix(name.to_owned());
                 bar.set_message("");
             }
-        } else if self.drawn.elapsed() < PAUSE {
+        } else if self.drawn.elapsed() < MIN_REDRAW_INTERVAL {
             return;
         }
         self.drawn = Instant::now();
         self.done = self.done.max(fraction.clamp(0.0, 1.0));
         let (Some(bar), Some((_, start))) = (&self.bar, &self.stage) else { return };
-        bar.set_position((self.done * STEPS as f64) as u64);
+        bar.set_position((self.done * BAR_STEPS as f64) as u64);
         let left = remaining(start.elapsed(), self.done).map(|s| format!("{s} left")).unwrap_or_default();
         let residual =
             residual.filter(|r| r.is_finite()).map(|r| format!(" residual {r:.0e}")).unwrap_or_default();
@@ -70,10 +70,10 @@ impl Progress {
     /// Ends the current stage with a line if it was long.
     fn end_stage(&mut self) {
         let Some((name, start)) = self.stage.take() else { return };
-        let line = format!("{name:20} {}", seconds(start.elapsed().as_secs_f64()));
+        let line = format!("{name:20} {}", format_duration(start.elapsed().as_secs_f64()));
         match &self.bar {
             Some(bar) => bar.println(line),
-            None if self.lines && start.elapsed() >= LONG => to_stderr(&format!("{line}\n")),
+            None if self.lines && start.elapsed() >= MIN_REPORTED_STAGE => to_stderr(&format!("{line}\n")),
             None => {}
         }
     }
@@ -89,11 +89,11 @@ impl Progress {
 
 /// Time that remains if it goes on as it went; `None` while that means nothing.
 fn remaining(elapsed: Duration, fraction: f64) -> Option<String> {
-    (fraction > 0.02 && fraction <= 1.0).then(|| seconds(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
+    (fraction > 0.02 && fraction <= 1.0).then(|| format_duration(elapsed.as_secs_f64() * (1.0 - fraction) / fraction))
 }
 
 /// A duration as people write it.
-pub(super) fn seconds(s: f64) -> String {
+pub(super) fn format_duration(s: f64) -> String {
     if s < 10.0 {
         format!("{s:.1} s")
     } else if s < 120.0 {

@@ -5,20 +5,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::progress::Progress;
-use super::run::{reason, report, show_failure};
-use super::{SceneArgs, exit, refuse, signal, to_stderr, to_stdout};
-use crate::body::Estimate;
-use crate::error::{Error, Kind, Result};
-use crate::fem::{ErrorEstimate, ROUNDING};
+use super::progress::ProgressDisplay;
+use super::run::{explain_reason, print_error, show_failure};
+use super::{SceneArgs, exit, print_diagnostics, signal, to_stderr, to_stdout};
+use crate::body::ErrorEstimation;
+use crate::error::{Error, ErrorKind, Result};
+use crate::fem::{ErrorEstimate, MIN_RELATIVE_ERROR};
 use crate::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use crate::mesh::Mesh;
 use crate::mesh::gmsh::write_size_field;
-use crate::results::body_fields::{BodyOutput, BodyShape};
+use crate::results::body_fields::{BodyOutput, RecoveryLocation};
 use crate::results::body_peaks::ErrorRecord;
 use crate::scene::Plan;
-use crate::study::refine::{SizeField, Wanted, size_field};
-use crate::study::{self, Study};
+use crate::study::refine::{SizeField, RefinementTarget, size_field};
+use crate::study::{self, Simulation};
 
 /// Options of `orthowear refine`.
 #[derive(Debug, Args)]
@@ -51,28 +51,28 @@ pub(super) struct RefineArgs {
     quiet: bool,
 }
 
-fn positive(text: &str) -> std::result::Result<f64, String> {
+fn parse_positive(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("it must be a positive number".to_owned()),
     }
 }
 
-fn share(text: &str) -> std::result::Result<f64, String> {
-    positive(text)
+fn parse_error_fraction(text: &str) -> std::result::Result<f64, String> {
+    parse_positive(text)
         .ok()
         .filter(|value| *value < 1.0)
         .ok_or_else(|| "it must lie between 0 and 1, e.g. 0.02".to_owned())
 }
 
 /// Keeps the tractions at the end of each step.
-struct StepEnds<'a> {
+struct StepTractions<'a> {
     tractions: Vec<(String, Vec<f64>)>,
-    progress: Progress,
+    progress: ProgressDisplay,
     stop: &'a std::sync::atomic::AtomicBool,
 }
 
-impl Observer for StepEnds<'_> {
+impl Observer for StepTractions<'_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         self.progress.show(stage, fraction, residual);
     }
@@ -85,56 +85,56 @@ impl Observer for StepEnds<'_> {
         Ok(())
     }
 
-    fn interrupted(&self) -> bool {
+    fn cancelled(&self) -> bool {
         self.stop.load(std::sync::atomic::Ordering::Relaxed)
     }
 }
 
 /// Runs a scene's first steps and writes the size field of the next mesh; the exit code.
 pub(super) fn refine(arguments: &RefineArgs) -> u8 {
-    let stop = signal::catch();
+    let stop = signal::install();
     let mut plan = match arguments.scene.plan() {
         Ok(plan) => plan,
-        Err(mistakes) => return refuse(&mistakes),
+        Err(mistakes) => return print_diagnostics(&mistakes),
     };
-    let bodies = match cut_steps(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
+    let bodies = match keep_steps_to_run(&mut plan, arguments).and_then(|()| bodies_to_refine(&plan, arguments)) {
         Ok(bodies) => bodies,
-        Err(error) => return report(&error),
+        Err(error) => return print_error(&error),
     };
-    let mut progress = Progress::new(arguments.quiet);
-    let study = match study::prepare(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
+    let mut progress = ProgressDisplay::new(arguments.quiet);
+    let study = match study::build(&plan, &mut |stage, done| progress.show(stage, done, None), stop) {
         Ok(Some(study)) => study,
         Ok(None) => return exit::INTERRUPTED,
-        Err(failure) if failure.error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
+        Err(failure) if failure.error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
         Err(failure) => {
             progress.end();
             return show_failure(&plan, &failure);
         }
     };
-    let mut ends = StepEnds { tractions: Vec::new(), progress, stop };
+    let mut ends = StepTractions { tractions: Vec::new(), progress, stop };
     let outcome = study.run(&mut ends).map(|result| result.outcome);
     ends.progress.end();
     match outcome {
         Ok(Outcome::Converged) => {}
         Ok(Outcome::NotConverged(why)) => {
-            to_stderr(&format!("not converged: {}\n", reason(Some(why))));
+            to_stderr(&format!("not converged: {}\n", explain_reason(Some(why))));
             return exit::NOT_CONVERGED;
         }
         Ok(Outcome::Interrupted) => return exit::INTERRUPTED,
-        Err(error) if error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
-        Err(error) => return report(&error),
+        Err(error) if error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
+        Err(error) => return print_error(&error),
     }
     match write_fields(&plan, &study, (arguments, &bodies), &ends.tractions) {
         Ok(text) if arguments.quiet => drop(text),
         Ok(text) => to_stdout(&text),
-        Err(error) if error.kind() == Kind::Interrupted => return exit::INTERRUPTED,
-        Err(error) => return report(&error),
+        Err(error) if error.kind() == ErrorKind::Interrupted => return exit::INTERRUPTED,
+        Err(error) => return print_error(&error),
     }
     exit::DONE
 }
 
 /// Leaves the steps that are run.
-fn cut_steps(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
+fn keep_steps_to_run(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
     let last = match &arguments.step {
         Some(name) => plan.steps.iter().rposition(|step| step.name == *name).ok_or_else(|| {
             let names: Vec<&str> = plan.steps.iter().map(|step| step.name.as_str()).collect();
@@ -150,7 +150,7 @@ fn cut_steps(plan: &mut Plan, arguments: &RefineArgs) -> Result<()> {
 
 /// Indices of the bodies that are refined, with the files of their size fields.
 fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, PathBuf)>> {
-    let meshed: Vec<usize> = (0..2).filter(|&index| plan.bodies[index].fe().is_some()).collect();
+    let meshed: Vec<usize> = (0..2).filter(|&index| plan.bodies[index].as_fe().is_some()).collect();
     let chosen: Vec<usize> = match arguments.body {
         Some(body) => meshed.iter().copied().filter(|&index| index + 1 == usize::from(body)).collect(),
         None => meshed,
@@ -167,12 +167,12 @@ fn bodies_to_refine(plan: &Plan, arguments: &RefineArgs) -> Result<Vec<(usize, P
             Err(Error::input("both bodies have meshes: say which one with --body 1 or --body 2"))
         }
         (_, Some(out)) => Ok(vec![(chosen[0], out.clone())]),
-        (_, None) => Ok(chosen.iter().map(|&index| (index, beside(&arguments.scene.scene, index))).collect()),
+        (_, None) => Ok(chosen.iter().map(|&index| (index, default_size_file(&arguments.scene.scene, index))).collect()),
     }
 }
 
 /// `<scene>_body1.pos` beside the scene.
-fn beside(scene: &Path, index: usize) -> PathBuf {
+fn default_size_file(scene: &Path, index: usize) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     scene.with_file_name(format!("{stem}_body{}.pos", index + 1))
 }
@@ -180,11 +180,11 @@ fn beside(scene: &Path, index: usize) -> PathBuf {
 /// Writes the size field of each body; what to tell the user.
 fn write_fields(
     plan: &Plan,
-    study: &Study<'_>,
+    study: &Simulation<'_>,
     (arguments, bodies): (&RefineArgs, &[(usize, PathBuf)]),
     ends: &[(String, Vec<f64>)],
 ) -> Result<String> {
-    let wanted = Wanted {
+    let wanted = RefinementTarget {
         error: arguments.error,
         least: arguments.min_size,
         largest: arguments.max_size,
@@ -195,8 +195,8 @@ fn write_fields(
     for (index, file) in bodies {
         let key = format!("body{}", index + 1);
         let outputs = study.outputs();
-        let found = outputs.iter().find_map(|output| match output.shape {
-            BodyShape::Mesh { mesh, .. } if output.side.key() == key => Some((output, mesh)),
+        let found = outputs.iter().find_map(|output| match output.location {
+            RecoveryLocation::MeshNodes { mesh, .. } if output.side.key() == key => Some((output, mesh)),
             _ => None,
         });
         let Some((output, mesh)) = found else { continue };
@@ -206,22 +206,22 @@ fn write_fields(
             text.push_str(&format!("{key}, {step}: {}\n", ErrorRecord::new(&estimate).advice(length)));
             estimates.push(estimate);
         }
-        if estimates.iter().all(|estimate| estimate.norm > 0.0 && estimate.relative() < ROUNDING) {
+        if estimates.iter().all(|estimate| estimate.stress_norm > 0.0 && estimate.relative_error() < MIN_RELATIVE_ERROR) {
             text.push_str(&format!(
                 "{key}: the estimated error is at rounding level; no size field was written\n"
             ));
             continue;
         }
         let field = size_field(mesh, &estimates, &wanted)?;
-        let source = plan.bodies[*index].fe().map_or("", |fe| fe.mesh_name.as_str());
-        write(file, mesh, &field, &comment(plan, source, &field))?;
+        let source = plan.bodies[*index].as_fe().map_or("", |fe| fe.mesh_name.as_str());
+        write_size_file(file, mesh, &field, &comment(plan, source, &field))?;
         text.push_str(&format!(
             "{key}: {} elements now; an error of {:.2} % needs about {:.0} elements of size {:.4} to {:.4} {length}\n{}: gmsh -3 -bgm {} \
-             GEO -o NEW.msh{NOT_FROM_THE_GEO}\n",
+             GEO -o NEW.msh{GMSH_SIZE_OPTIONS}\n",
             field.elements,
             100.0 * field.error,
             field.next_elements,
-            least(&field),
+            smallest_size(&field),
             field.nodal.iter().copied().fold(0.0, f64::max),
             file.display(),
             file.display(),
@@ -231,15 +231,15 @@ fn write_fields(
 }
 
 /// Options that keep gmsh from mixing sizes of the .geo into those of the field.
-const NOT_FROM_THE_GEO: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
+const GMSH_SIZE_OPTIONS: &str = " -setnumber Mesh.CharacteristicLengthFromPoints 0 -setnumber Mesh.CharacteristicLengthExtendFromBoundary 0";
 
-fn least(field: &SizeField) -> f64 {
+fn smallest_size(field: &SizeField) -> f64 {
     field.nodal.iter().copied().filter(|size| *size > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 fn estimate(output: &BodyOutput<'_>, tractions: &[f64]) -> Result<ErrorEstimate> {
     let displacement = output.body.recover(tractions)?.displacement;
-    let field = output.body.recover_stress(tractions, &displacement, Estimate::Wanted)?;
+    let field = output.body.recover_stress(tractions, &displacement, ErrorEstimation::Estimate)?;
     field
         .and_then(|field| field.error)
         .ok_or_else(|| Error::numerical("a meshed body gave no estimate of its error"))
@@ -249,14 +249,14 @@ fn comment(plan: &Plan, source: &str, field: &SizeField) -> Vec<String> {
     vec![
         format!("Element sizes for a mesh to replace {source}, for an estimated error of {:.2} %.", 100.0 * field.error),
         format!("Made by orthowear {} refine from {}.", env!("CARGO_PKG_VERSION"), plan.document.file),
-        format!("gmsh -3 -bgm THIS_FILE GEO -o NEW.msh{NOT_FROM_THE_GEO}"),
+        format!("gmsh -3 -bgm THIS_FILE GEO -o NEW.msh{GMSH_SIZE_OPTIONS}"),
         "Size fields control tetrahedral meshes (and triangle meshes before extrusion); transfinite and extruded cells ignore them."
             .to_owned(),
     ]
 }
 
 /// Writes under a temporary name first, so that a failure leaves what was there.
-fn write(file: &Path, mesh: &Mesh, field: &SizeField, comment: &[String]) -> Result<()> {
+fn write_size_file(file: &Path, mesh: &Mesh, field: &SizeField, comment: &[String]) -> Result<()> {
     let temporary = file.with_extension("pos.incoming");
     let failed = |error: std::io::Error| Error::resources(format!("{}: {error}", file.display()));
     let written = std::fs::File::create(&temporary).and_then(|created| {

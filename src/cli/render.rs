@@ -6,31 +6,31 @@ use std::ops::Range;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
-use crate::scene::mistake::Place;
-use crate::scene::{Mistake, Mistakes};
+use crate::scene::diagnostic::Location;
+use crate::scene::{Diagnostic, Diagnostics};
 
 /// Most mistakes shown at once.
-const MOST: usize = 40;
+const MAX_SHOWN: usize = 40;
 
 /// Columns of the excerpts on a terminal and elsewhere; longer lines of the file are cut around the marked text.
-const WIDTHS: [usize; 2] = [110, 1000];
+const EXCERPT_WIDTHS: [usize; 2] = [110, 1000];
 
 /// All mistakes with excerpts, and their number at the end.
-pub fn render(mistakes: &Mistakes) -> String {
+pub fn render(mistakes: &Diagnostics) -> String {
     let renderer = renderer(std::io::stderr().is_terminal());
     // The same bytes without carriage returns, which are shown as characters of their own.
     let source = mistakes.text.replace('\r', " ");
     let mut text = String::new();
-    for mistake in mistakes.list.iter().take(MOST) {
+    for mistake in mistakes.list.iter().take(MAX_SHOWN) {
         text.push_str(&renderer.render(&[report(mistake, &mistakes.file, &source)]));
         text.push_str("\n\n");
     }
     for note in &mistakes.notes {
-        text.push_str(&super::remark(note));
+        text.push_str(&super::with_severity(note));
         text.push_str("\n\n");
     }
     let n = mistakes.list.len();
-    let more = if n > MOST { format!(" ({} not shown)", n - MOST) } else { String::new() };
+    let more = if n > MAX_SHOWN { format!(" ({} not shown)", n - MAX_SHOWN) } else { String::new() };
     let plural = if n == 1 { "error" } else { "errors" };
     text.push_str(&format!("{n} {plural} in {}{more}; nothing was computed.\n", mistakes.file));
     text
@@ -38,7 +38,7 @@ pub fn render(mistakes: &Mistakes) -> String {
 
 /// On a terminal line drawings and, unless the environment has `NO_COLOR`, colours; elsewhere plain text.
 fn renderer(is_terminal: bool) -> Renderer {
-    let [narrow, wide] = WIDTHS;
+    let [narrow, wide] = EXCERPT_WIDTHS;
     if !is_terminal {
         return Renderer::plain().term_width(wide);
     }
@@ -48,26 +48,26 @@ fn renderer(is_terminal: bool) -> Renderer {
 }
 
 /// A mistake with its excerpt of `source`, the text of `file`.
-fn report<'a>(mistake: &'a Mistake, file: &'a str, source: &'a str) -> Group<'a> {
-    let mut title = match &mistake.place {
-        Place::Option(option) => format!("--set {option}: "),
-        Place::Scene => format!("{file}: "),
-        Place::File(_) => String::new(),
+fn report<'a>(mistake: &'a Diagnostic, file: &'a str, source: &'a str) -> Group<'a> {
+    let mut title = match &mistake.location {
+        Location::SetOption(option) => format!("--set {option}: "),
+        Location::WholeScene => format!("{file}: "),
+        Location::File(_) => String::new(),
     };
     if !mistake.key.is_empty() {
         title += &format!("{}: ", mistake.key);
     }
     title += &mistake.message;
     let mut group = Group::with_title(Level::ERROR.primary_title(title));
-    if let Place::File(range) = &mistake.place {
+    if let Location::File(range) = &mistake.location {
         let start = source.floor_char_boundary(range.start);
         let end = source.ceil_char_boundary(range.end).max(start);
         let marked = AnnotationKind::Primary.span(start..end).label(&mistake.label);
         let context = AnnotationKind::Visible.span(with_neighbours(source, start, end));
         group = group.element(Snippet::source(source).path(file).annotation(marked).annotation(context));
     }
-    if !mistake.mend.is_empty() {
-        group = group.element(Level::HELP.message(normalize_untrusted_str(&mistake.mend)));
+    if !mistake.help.is_empty() {
+        group = group.element(Level::HELP.message(normalize_untrusted_str(&mistake.help)));
     }
     group
 }
@@ -85,15 +85,15 @@ mod tests {
     use crate::scene::DiagnosticKind;
 
     fn rendered(text: &str, range: Range<usize>) -> String {
-        let mistake = Mistake {
+        let mistake = Diagnostic {
             kind: DiagnosticKind::Other,
             key: "a.b".to_owned(),
             message: "found\tsomething".to_owned(),
             label: "beside".to_owned(),
-            mend: "do this".to_owned(),
-            place: Place::File(range),
+            help: "do this".to_owned(),
+            location: Location::File(range),
         };
-        render(&Mistakes {
+        render(&Diagnostics {
             file: "scene.toml".to_owned(),
             text: text.to_owned(),
             sha256: String::new(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::run::report as refuse;
+use super::run::print_error as refuse;
 use super::{exit, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::results::report::{REPORT, Report, is_report};
@@ -20,10 +20,10 @@ pub(super) struct ReportArgs {
 
 /// Writes the page of a directory of results; the exit code.
 pub(super) fn report(arguments: &ReportArgs) -> u8 {
-    written(arguments).unwrap_or_else(|error| refuse(&error))
+    write_report(arguments).unwrap_or_else(|error| refuse(&error))
 }
 
-fn written(arguments: &ReportArgs) -> Result<u8> {
+fn write_report(arguments: &ReportArgs) -> Result<u8> {
     let path = arguments.out.clone().unwrap_or_else(|| arguments.directory.join(REPORT));
     if path.is_dir() {
         return Err(Error::input(format!("{} is a directory; name a file with --out", path.display())));

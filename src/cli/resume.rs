@@ -3,22 +3,22 @@
 use super::{RunArgs, exit};
 
 /// The command that goes on with an interrupted run, or one that ended with `code`.
-pub(super) fn command(arguments: &RunArgs, code: u8) -> String {
-    let mut words = vec!["orthowear run".to_owned(), quoted(&arguments.scene.scene.to_string_lossy())];
-    words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", quoted(line))));
+pub(super) fn resume_command(arguments: &RunArgs, code: u8) -> String {
+    let mut words = vec!["orthowear run".to_owned(), shell_quoted(&arguments.scene.scene.to_string_lossy())];
+    words.extend(arguments.scene.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))));
     match arguments.scene.max_memory {
         // As much did not suffice; it is the one limit that may differ.
         _ if code == exit::RESOURCES => words.push("--max-memory SIZE".to_owned()),
-        Some(limit) => words.push(format!("--max-memory {}", quoted(&limit.to_string()))),
+        Some(limit) => words.push(format!("--max-memory {}", shell_quoted(&limit.to_string()))),
         None => {}
     }
-    words.extend(arguments.out.iter().map(|out| format!("--out {}", quoted(&out.to_string_lossy()))));
+    words.extend(arguments.out.iter().map(|out| format!("--out {}", shell_quoted(&out.to_string_lossy()))));
     words.push("--resume".to_owned());
     words.join(" ")
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+fn shell_quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word.to_owned();
@@ -28,14 +28,14 @@ fn quoted(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::quoted;
+    use super::shell_quoted;
 
     /// Truth: the quoting rules of POSIX shells.
     #[test]
     fn words_for_the_shell() {
-        assert_eq!(quoted("scenes/a.toml"), "scenes/a.toml");
-        assert_eq!(quoted("frame.cells=[8, 8]"), "'frame.cells=[8, 8]'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
+        assert_eq!(shell_quoted("scenes/a.toml"), "scenes/a.toml");
+        assert_eq!(shell_quoted("frame.cells=[8, 8]"), "'frame.cells=[8, 8]'");
+        assert_eq!(shell_quoted("it's"), r"'it'\''s'");
+        assert_eq!(shell_quoted(""), "''");
     }
 }

@@ -4,76 +4,76 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::accuracy::describe;
-use super::progress::{Progress, seconds};
-use super::{RunArgs, exit, refuse, remark, resume, signal, table, to_stderr, to_stdout};
+use super::progress::{ProgressDisplay, format_duration};
+use super::{RunArgs, exit, print_diagnostics, with_severity, resume, signal, table, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::job::resume::{Checkpoints, Start, start};
-use crate::job::{self, Job, Nobody, Shares, nothing};
+use crate::job::resume::{CheckpointSettings, ResumeDecision, decide_resume};
+use crate::job::{self, RunOptions, NullObserver, SharedWork, keep_files};
 use crate::results::checkpoint;
-use crate::results::output::{OutputDir, SUMMARY};
+use crate::results::output_dir::{OutputDir, SUMMARY_FILE};
 use crate::results::summary::{Status, Summary, Units};
-use crate::scene::keys::accuracy::Quantity;
-use crate::scene::plan::AccuracySpec;
-use crate::scene::{self, Mistakes, Plan};
-use crate::study::Failure;
+use crate::scene::spec::accuracy::AccuracyQuantity;
+use crate::scene::plan::AccuracyPlan;
+use crate::scene::{self, Diagnostics, Plan};
+use crate::study::SceneError;
 
 /// Computes a scene and writes its results; the exit code.
 pub(super) fn run(arguments: &RunArgs) -> u8 {
-    let stop = signal::catch();
+    let stop = signal::install();
     let started = Instant::now();
-    let directory = arguments.out.clone().unwrap_or_else(|| beside(&arguments.scene.scene));
+    let directory = arguments.out.clone().unwrap_or_else(|| default_output_directory(&arguments.scene.scene));
     let mut plan = match arguments.scene.plan() {
         Ok(plan) => plan,
-        Err(mistakes) => return refuse_scene(&mistakes, arguments, &directory),
+        Err(mistakes) => return reject_scene(&mistakes, arguments, &directory),
     };
     if let Some(relative) = arguments.accuracy {
-        let wanted = AccuracySpec { relative, of: Quantity::ALL.to_vec(), keep: Vec::new() };
-        plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracySpec { relative, ..spec }));
+        let wanted = AccuracyPlan { relative, quantities: AccuracyQuantity::ALL.to_vec(), fixed_parameters: Vec::new() };
+        plan.accuracy = Some(plan.accuracy.map_or(wanted, |spec| AccuracyPlan { relative, ..spec }));
     }
-    let mut summary = job::summary(&plan);
+    let mut summary = job::new_summary(&plan);
     summary.timings.add("scene", started.elapsed().as_secs_f64());
-    let (output, checkpoints) = match begin(&plan, arguments, &directory, &mut summary) {
+    let (output, checkpoints) = match open_output(&plan, arguments, &directory, &mut summary) {
         Ok(Some(begun)) => begun,
         Ok(None) => {
             if !arguments.quiet {
-                to_stdout(&ended(&summary, &directory));
+                to_stdout(&already_converged(&summary, &directory));
             }
             return exit::DONE;
         }
-        Err(error) => return report(&error),
+        Err(error) => return print_error(&error),
     };
     if !arguments.no_cache {
-        plan.cache = match FlexibilityCache::of_user() {
+        plan.flexibility_cache = match FlexibilityCache::of_environment() {
             Ok(cache) => cache,
-            Err(error) => return report(&error),
+            Err(error) => return print_error(&error),
         };
     }
-    let mut progress = Progress::new(arguments.quiet);
-    let mut nobody = Nobody;
+    let mut progress = ProgressDisplay::new(arguments.quiet);
+    let mut nobody = NullObserver;
     let show = &mut |stage: &str, done, residual| progress.show(stage, done, residual);
-    let complete = &mut nothing;
-    let job = Job {
+    let complete = &mut keep_files;
+    let job = RunOptions {
         frame: None,
-        show,
-        watch: &mut nobody,
+        on_progress: show,
+        observer: &mut nobody,
         stop,
         checkpoints: Some(checkpoints),
-        shares: Shares::default(),
-        complete,
+        shared_work: SharedWork::default(),
+        on_end: complete,
     };
     let code = job::run(&plan, Some(output), &mut summary, job);
     progress.end();
     let code = code.unwrap_or_else(|failure| show_failure(&plan, &failure));
     if !arguments.quiet {
-        to_stdout(&ending(&summary, &directory, started.elapsed().as_secs_f64()));
+        to_stdout(&final_report(&summary, &directory, started.elapsed().as_secs_f64()));
         let unfinished = matches!(summary.status, Status::Interrupted | Status::Failed);
         if unfinished && checkpoint::are_in(&directory) {
-            to_stdout(&format!("to resume: {}\n", resume::command(arguments, code)));
+            to_stdout(&format!("to resume: {}\n", resume::resume_command(arguments, code)));
         }
     } else if summary.status == Status::NotConverged {
         let results = directory.join("summary.json");
-        let why = reason(summary.reason.as_deref());
+        let why = explain_reason(summary.reason.as_deref());
         to_stderr(&format!("not converged: {}: {why}; results: {}\n", summary.title, results.display()));
     }
     code
@@ -83,14 +83,14 @@ pub(super) fn run(arguments: &RunArgs) -> u8 {
 ///
 /// # Errors
 /// Input, if the directory or the checkpoint in it is wrong; resources, if a file cannot be read or written.
-fn begin(
+fn open_output(
     plan: &Plan,
     arguments: &RunArgs,
     directory: &Path,
     summary: &mut Summary,
-) -> Result<Option<(OutputDir, Checkpoints)>> {
+) -> Result<Option<(OutputDir, CheckpointSettings)>> {
     let mut output = OutputDir::open(directory)?;
-    let mut checkpoints = Checkpoints::of(plan)?;
+    let mut checkpoints = CheckpointSettings::for_new_run(plan)?;
     if arguments.resume && plan.accuracy.is_some() {
         return Err(Error::input(
             "--resume cannot be used with a target accuracy: such a run writes no checkpoints. Remove --resume or the accuracy",
@@ -99,21 +99,21 @@ fn begin(
     if arguments.resume {
         let mut say = |text: &str| {
             if !arguments.quiet {
-                to_stderr(&format!("{}\n", remark(text)));
+                to_stderr(&format!("{}\n", with_severity(text)));
             }
         };
-        match start(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
-            Start::Anew => {}
-            Start::From(resumed) => checkpoints.from = Some(resumed),
-            Start::Done => return Ok(None),
+        match decide_resume(plan, &checkpoints.origin, (&mut output, summary), &mut say)? {
+            ResumeDecision::FromStart => {}
+            ResumeDecision::FromCheckpoint(resumed) => checkpoints.from = Some(resumed),
+            ResumeDecision::AlreadyDone => return Ok(None),
         }
     }
     Ok(Some((output, checkpoints)))
 }
 
 /// What is said of a run that has ended before.
-fn ended(summary: &Summary, directory: &Path) -> String {
-    let results = directory.join(SUMMARY);
+fn already_converged(summary: &Summary, directory: &Path) -> String {
+    let results = directory.join(SUMMARY_FILE);
     format!(
         "{}: already converged, nothing to resume (run without --resume to compute it again)\nresults: {}\n",
         summary.title,
@@ -122,34 +122,34 @@ fn ended(summary: &Summary, directory: &Path) -> String {
 }
 
 /// `<scene>.out` beside the scene.
-fn beside(scene: &Path) -> PathBuf {
+fn default_output_directory(scene: &Path) -> PathBuf {
     scene.with_extension("out")
 }
 
-pub(super) fn report(error: &Error) -> u8 {
+pub(super) fn print_error(error: &Error) -> u8 {
     to_stderr(&format!("error: {error}\n"));
     error.exit_code()
 }
 
 /// Prints the mistakes and leaves a summary of the failure, where the scene at least is a file.
-fn refuse_scene(mistakes: &Mistakes, arguments: &RunArgs, directory: &Path) -> u8 {
-    let code = refuse(mistakes);
+fn reject_scene(mistakes: &Diagnostics, arguments: &RunArgs, directory: &Path) -> u8 {
+    let code = print_diagnostics(mistakes);
     if !mistakes.sha256.is_empty() || arguments.out.is_some() {
         let mut summary = Summary::new("", &mistakes.sha256, Units::default());
-        summary.fail(&mistakes.to_error());
+        summary.set_failure(&mistakes.to_error());
         if let Err(error) = OutputDir::open(directory).and_then(|output| output.finish(&mut summary)) {
-            report(&error);
+            print_error(&error);
         }
     }
     code
 }
 
 /// Prints a failure, with the place in the scene it concerns; the exit code.
-pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
+pub(super) fn show_failure(plan: &Plan, failure: &SceneError) -> u8 {
     let code = if failure.error.exit_code() == exit::INPUT && !failure.key.is_empty() {
-        refuse(&Mistakes::from_error(&plan.document, &failure.key, &failure.error))
+        print_diagnostics(&Diagnostics::from_error(&plan.document, &failure.key, &failure.error))
     } else {
-        report(&failure.error)
+        print_error(&failure.error)
     };
     // They often are what is wrong.
     for hint in plan.notes.iter().filter(|note| note.starts_with(scene::UNITS_HINT)) {
@@ -159,34 +159,34 @@ pub(super) fn show_failure(plan: &Plan, failure: &Failure) -> u8 {
 }
 
 /// What is printed at the end: the table, how the run ended, and where the results are.
-fn ending(summary: &Summary, directory: &Path, total: f64) -> String {
+fn final_report(summary: &Summary, directory: &Path, total: f64) -> String {
     let mut text = format!("{}\n\n", summary.title);
     text.push_str(&table::results(summary));
-    text.push_str(&table::bodies(summary));
+    text.push_str(&table::body_peak_lines(summary));
     if let Some(record) = &summary.accuracy {
         text.push_str(&format!("\n{}", describe(record)));
     }
     let failed = summary.status == Status::Failed;
     for warning in summary.warnings.iter().filter(|text| !(failed && text.starts_with(scene::UNITS_HINT))) {
-        text.push_str(&format!("\n{}", remark(warning)));
+        text.push_str(&format!("\n{}", with_severity(warning)));
     }
     let memory = summary.peak_memory_bytes as f64 / f64::from(1 << 20);
     let how = match summary.status {
         Status::Converged => "converged".to_owned(),
         Status::NotConverged => {
-            format!("NOT CONVERGED: {}; the results so far are kept", reason(summary.reason.as_deref()))
+            format!("NOT CONVERGED: {}; the results so far are kept", explain_reason(summary.reason.as_deref()))
         }
         Status::Failed if summary.steps.is_empty() => "FAILED; nothing was computed,".to_owned(),
         Status::Failed => "FAILED; the results so far are kept,".to_owned(),
         Status::Interrupted => "INTERRUPTED; the results so far are kept".to_owned(),
     };
-    text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", seconds(total)));
+    text.push_str(&format!("\n{how} in {}, {memory:.0} MiB\n", format_duration(total)));
     text.push_str(&format!("results: {}\n", directory.join("summary.json").display()));
     text
 }
 
 /// A reason of non-convergence in words, with the mend.
-pub(super) fn reason(word: Option<&str>) -> String {
+pub(super) fn explain_reason(word: Option<&str>) -> String {
     match word {
         Some("iterations") => {
             "the contact solver reached its iteration limit (iterations): increase solver.max_iterations or relax \
@@ -205,7 +205,7 @@ pub(super) fn reason(word: Option<&str>) -> String {
             "the stick zone of the fretting cycle did not converge (stick-zone): try more jumps, another amplitude or \
              more cells; more iterations do not help"
         }
-        Some(job::REASON) => {
+        Some(job::ACCURACY_NOT_REACHED) => {
             "the estimated error stays above the target (accuracy): relax the target or select other results \
              (accuracy.of); `accuracy` in summary.json shows which result does not converge"
         }

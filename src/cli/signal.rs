@@ -11,18 +11,18 @@ use super::{exit, to_stderr};
 use crate::interrupt;
 
 /// What is said at once.
-const HEARD: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
+const INTERRUPT_MESSAGE: &str = "\ninterrupted: stopping; results so far are kept (press Ctrl-C again after a second to stop at \
                      once, without writing)\n";
 
 /// Signals within this time after the first are the same wish: programs that stop others send theirs to the process and to its group.
-const SAME_WISH: Duration = Duration::from_secs(1);
+const DUPLICATE_SIGNAL_WINDOW: Duration = Duration::from_secs(1);
 
-static CAUGHT: Once = Once::new();
+static INSTALLED: Once = Once::new();
 
 /// Catches interrupt and termination; the flag they set. To be called before other threads are started, which would not
 /// leave the signals to the one that waits.
-pub(super) fn catch() -> &'static AtomicBool {
-    CAUGHT.call_once(|| {
+pub(super) fn install() -> &'static AtomicBool {
+    INSTALLED.call_once(|| {
         let signals = block();
         // Without a thread the signals end the program, as they do by default.
         if std::thread::Builder::new().name("signals".into()).spawn(move || wait(&signals)).is_err() {
@@ -63,9 +63,9 @@ fn wait(signals: &libc::sigset_t) {
             None => {
                 first = Some(Instant::now());
                 interrupt::flag().store(true, Ordering::Relaxed);
-                to_stderr(HEARD);
+                to_stderr(INTERRUPT_MESSAGE);
             }
-            Some(at) if at.elapsed() < SAME_WISH => {}
+            Some(at) if at.elapsed() < DUPLICATE_SIGNAL_WINDOW => {}
             // Nothing is to be tidied up that could take time.
             // SAFETY: _exit has no conditions.
             Some(_) => unsafe { libc::_exit(libc::c_int::from(exit::INTERRUPTED)) },

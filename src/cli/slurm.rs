@@ -7,40 +7,40 @@ use crate::study::forecast;
 use crate::study::sweep::Sweep;
 
 /// Most jobs of an array where none are asked for: one below what Slurm allows by default.
-const MOST_JOBS: usize = 1000;
+const MAX_ARRAY_JOBS: usize = 1000;
 
 /// Threads of a job where none are asked for.
-const THREADS: u16 = 4;
+const DEFAULT_THREADS_PER_JOB: u16 = 4;
 
 /// Memory of a job over what `check` expects of its runs, which are estimates.
-const MARGIN: f64 = 1.5;
+const MEMORY_MARGIN_FACTOR: f64 = 1.5;
 
 /// Least memory of a job, MiB.
-const LEAST: f64 = 1024.0;
+const MIN_JOB_MEMORY_MIB: f64 = 1024.0;
 
 /// A text as one word of a shell.
-fn quoted(text: &str) -> String {
+fn shell_quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
 /// The script; `bash` submits it, `sbatch` runs the array alone.
 pub(super) fn script(arguments: &StudyArgs, sweep: &Sweep, directory: &Path) -> String {
     let runs = sweep.runs.len();
-    let jobs = arguments.jobs.map_or(runs.min(MOST_JOBS), |jobs| runs.min(jobs as usize)).max(1);
+    let jobs = arguments.jobs.map_or(runs.min(MAX_ARRAY_JOBS), |jobs| runs.min(jobs as usize)).max(1);
     let each = runs.div_ceil(jobs);
     let jobs = runs.div_ceil(each);
-    let threads = arguments.threads.unwrap_or(THREADS);
+    let threads = arguments.threads.unwrap_or(DEFAULT_THREADS_PER_JOB);
     let aside = each.min(usize::from(threads)) as f64;
-    let memory = forecast(&sweep.first).map_or(0.0, |forecast| forecast.memory_bytes);
-    let memory = (MARGIN * aside * memory / f64::from(1 << 20)).max(LEAST).ceil();
-    let study = quoted(&arguments.study.to_string_lossy());
-    let out = quoted(&directory.to_string_lossy());
+    let memory = estimate(&sweep.first).map_or(0.0, |forecast| forecast.memory_bytes);
+    let memory = (MEMORY_MARGIN_FACTOR * aside * memory / f64::from(1 << 20)).max(MIN_JOB_MEMORY_MIB).ceil();
+    let study = shell_quoted(&arguments.study.to_string_lossy());
+    let out = shell_quoted(&directory.to_string_lossy());
     let name = arguments.study.file_stem().map_or("study".into(), |stem| stem.to_string_lossy());
     let name: String =
         name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
     let mut options: Vec<String> =
-        arguments.overrides.iter().map(|line| format!("--set {}", quoted(line))).collect();
-    options.extend(arguments.max_memory.map(|limit| format!("--max-memory {}", quoted(&limit.to_string()))));
+        arguments.overrides.iter().map(|line| format!("--set {}", shell_quoted(line))).collect();
+    options.extend(arguments.max_memory.map(|limit| format!("--max-memory {}", shell_quoted(&limit.to_string()))));
     options.extend(arguments.no_cache.then(|| "--no-cache".to_owned()));
     let options = options.iter().map(|option| format!(" {option}")).collect::<String>();
     format!(

@@ -5,18 +5,18 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use super::max_memory::{MaxMemory, max_memory};
-use super::numbers::Numbers;
-use super::progress::{Progress, seconds};
-use super::run::{reason, report};
-use super::table::{align, short};
-use super::{exit, refuse, remark, signal, slurm, to_stderr, to_stdout};
+use super::max_memory::{MaxMemory, parse_max_memory};
+use super::run_numbers::RunNumbers;
+use super::progress::{ProgressDisplay, format_duration};
+use super::run::{explain_reason, print_error};
+use super::table::{align_columns, five_digits};
+use super::{exit, print_diagnostics, with_severity, signal, slurm, to_stderr, to_stdout};
 use crate::error::{Error, Result};
 use crate::fem::FlexibilityCache;
-use crate::job::sweep::{StudyEnded, StudyJob};
+use crate::job::sweep::{StudyOutcome, StudyRunner};
 use crate::results::summary::Status;
-use crate::study::sweep::share::Share;
-use crate::study::sweep::table::{RunResult, StudyResult};
+use crate::study::sweep::share::Concurrency;
+use crate::study::sweep::table::{StudyRun, StudyResult};
 use crate::study::sweep::{self, Sweep};
 
 /// Options of `orthowear study`.
@@ -44,13 +44,13 @@ pub(super) struct StudyArgs {
     resume: bool,
     /// Runs only these run numbers, e.g. 3 or 1-4,9 (counted from 1 in the order of the table); writes no table, see --collect.
     #[arg(long, value_name = "NUMBERS", conflicts_with_all = ["collect", "emit"])]
-    only: Option<Numbers>,
+    only: Option<RunNumbers>,
     /// Runs nothing; writes the table from the results of finished runs.
     #[arg(long, conflicts_with_all = ["resume", "emit", "jobs"])]
     collect: bool,
     /// Runs nothing; prints a script that runs the study on a cluster as a job array.
     #[arg(long, value_name = "KIND", conflicts_with = "resume")]
-    emit: Option<Emit>,
+    emit: Option<ScriptKind>,
     /// Number of jobs in the array; default one per run, at most 1000.
     #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) jobs: Option<u32>,
@@ -61,56 +61,56 @@ pub(super) struct StudyArgs {
 
 /// Kinds of scripts.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Emit {
+enum ScriptKind {
     /// For sbatch.
     Slurm,
 }
 
 /// Most rows of the table that is printed.
-const MOST_ROWS: usize = 60;
+const MAX_TABLE_ROWS: usize = 60;
 
 /// Runs a scene for all combinations of values, side by side; the worst exit code of the runs.
 pub(super) fn study(arguments: &StudyArgs) -> u8 {
-    let stop = signal::catch();
+    let stop = signal::install();
     let started = Instant::now();
     let mut sweep = match sweep::read(&arguments.study, &arguments.overrides) {
         Ok(sweep) => sweep,
         Err(files) => {
-            return files.iter().map(refuse).max().unwrap_or(exit::INPUT);
+            return files.iter().map(print_diagnostics).max().unwrap_or(exit::INPUT);
         }
     };
-    sweep.allow(arguments.max_memory.map(MaxMemory::limit));
+    sweep.set_memory_limit(arguments.max_memory.map(MaxMemory::limit));
     let directory = arguments.out.clone().unwrap_or_else(|| arguments.study.with_extension("study"));
     if arguments.emit.is_some() {
         to_stdout(&slurm::script(arguments, &sweep, &directory));
         return exit::DONE;
     }
-    let cache = if arguments.no_cache { Ok(None) } else { FlexibilityCache::of_user() };
+    let cache = if arguments.no_cache { Ok(None) } else { FlexibilityCache::of_environment() };
     let cache = match cache {
         Ok(cache) => cache,
-        Err(error) => return report(&error),
+        Err(error) => return print_error(&error),
     };
     let resume = arguments.resume;
-    let job = StudyJob { sweep: &sweep, directory: &directory, cache: cache.as_ref(), stop, resume };
-    let wanted = match numbers(arguments, &sweep) {
+    let job = StudyRunner { sweep: &sweep, directory: &directory, cache: cache.as_ref(), stop, resume };
+    let wanted = match selected_runs(arguments, &sweep) {
         Ok(wanted) => wanted,
-        Err(error) => return report(&error),
+        Err(error) => return print_error(&error),
     };
     if let Err(error) = if arguments.collect { job.find_directory() } else { job.make_directory() } {
-        return report(&error);
+        return print_error(&error);
     }
     let (ended, shared) = if arguments.collect {
         (job.collect(), None)
     } else {
-        let shared = job.share(&wanted, rayon::current_num_threads());
-        let mut progress = Progress::new(arguments.quiet);
+        let shared = job.plan_concurrency(&wanted, rayon::current_num_threads());
+        let mut progress = ProgressDisplay::new(arguments.quiet);
         progress.show("runs", 0.0, None);
         let show = &mut |done: usize| progress.show("runs", done as f64 / wanted.len() as f64, None);
         let ended = job.run(&wanted, shared, show);
         progress.end();
         (ended, Some(shared))
     };
-    let StudyEnded { runs, code, kept, images, problems } = ended;
+    let StudyOutcome { runs, code, reused: kept, images, problems } = ended;
     problems.iter().for_each(|problem| to_stderr(&format!("error: {problem}\n")));
     let result = StudyResult::new(&sweep, runs);
     let table = if arguments.only.is_some() {
@@ -118,11 +118,11 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
     } else {
         match job.write(&result) {
             Ok(()) => Some(directory.join("study.json")),
-            Err(error) => return report(&error),
+            Err(error) => return print_error(&error),
         }
     };
     if arguments.quiet {
-        unfinished(&result, &wanted).iter().for_each(|line| to_stderr(line));
+        unconverged_lines(&result, &wanted).iter().for_each(|line| to_stderr(line));
         return code;
     }
     let n = wanted.len();
@@ -144,7 +144,7 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
                 1 => text.push_str(", 1 obtained from another run by symmetry"),
                 more => text.push_str(&format!(", {more} obtained from other runs by symmetry")),
             }
-            text.push_str(&format!(", {}, in {}", aside(shared), seconds(started.elapsed().as_secs_f64())));
+            text.push_str(&format!(", {}, in {}", describe_concurrency(shared), format_duration(started.elapsed().as_secs_f64())));
         }
     }
     match table {
@@ -160,8 +160,8 @@ pub(super) fn study(arguments: &StudyArgs) -> u8 {
 }
 
 /// How runs go side by side.
-fn aside(shared: Share) -> String {
-    match (shared.side_by_side, shared.threads) {
+fn describe_concurrency(shared: Concurrency) -> String {
+    match (shared.parallel_runs, shared.threads_per_run) {
         (1, _) => "one after the other".to_owned(),
         (k, 1) => format!("{k} at a time"),
         (k, each) => format!("{k} at a time with {each} threads each"),
@@ -169,20 +169,20 @@ fn aside(shared: Share) -> String {
 }
 
 /// The runs that are wanted, from 0.
-fn numbers(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
+fn selected_runs(arguments: &StudyArgs, sweep: &Sweep) -> Result<Vec<usize>> {
     let n = sweep.runs.len();
     let Some(only) = &arguments.only else { return Ok((0..n).collect()) };
-    only.up_to(n)
+    only.indices(n)
         .ok_or_else(|| Error::input(format!("--only {only}: no such run; the study has runs 1 to {n}")))
 }
 
 /// A line for each run that did not converge.
-fn unfinished(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
-    let line = |run: &RunResult| {
+fn unconverged_lines(result: &StudyResult, wanted: &[usize]) -> Vec<String> {
+    let line = |run: &StudyRun| {
         let words = run.reason.as_deref();
         let why = match run.status {
             Some(Status::Converged) => return None,
-            Some(Status::NotConverged) => format!("not converged: {}", reason(words)),
+            Some(Status::NotConverged) => format!("not converged: {}", explain_reason(words)),
             Some(Status::Failed) => format!("failed: {}", words.unwrap_or("reason unknown")),
             Some(Status::Interrupted) => "interrupted".to_owned(),
             None => words.map_or("not run".to_owned(), |why| format!("not run: {why}")),
@@ -197,7 +197,7 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
     let heads = sweep.axes.iter().map(|axis| axis.name.clone());
     let paths = result.collect.iter().cloned();
     let mut rows = vec![heads.chain(["status".to_owned()]).chain(paths).collect::<Vec<String>>()];
-    for &number in wanted.iter().take(MOST_ROWS) {
+    for &number in wanted.iter().take(MAX_TABLE_ROWS) {
         let (spec, run) = (&sweep.runs[number], &result.runs[number]);
         let mut cells: Vec<String> =
             sweep.axes.iter().zip(&spec.choice).map(|(axis, &value)| axis.label(value)).collect();
@@ -208,14 +208,14 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
             Some(Status::Failed) => "FAILED".to_owned(),
             Some(Status::Interrupted) => "INTERRUPTED".to_owned(),
         });
-        cells.extend(result.collect.iter().map(|path| run.result(path).map_or(String::new(), short)));
+        cells.extend(result.collect.iter().map(|path| run.result(path).map_or(String::new(), five_digits)));
         rows.push(cells);
     }
-    let mut text = format!("{}\n\n{}", result.title, align(&rows));
-    if wanted.len() > MOST_ROWS {
-        text.push_str(&format!("({} more rows in study.csv)\n", wanted.len() - MOST_ROWS));
+    let mut text = format!("{}\n\n{}", result.title, align_columns(&rows));
+    if wanted.len() > MAX_TABLE_ROWS {
+        text.push_str(&format!("({} more rows in study.csv)\n", wanted.len() - MAX_TABLE_ROWS));
     }
-    let open = unfinished(result, wanted);
+    let open = unconverged_lines(result, wanted);
     if !open.is_empty() {
         text.push_str(&format!("\n{}", open.concat()));
     }
@@ -228,7 +228,7 @@ fn describe(sweep: &Sweep, result: &StudyResult, wanted: &[usize]) -> String {
     }
     for (warning, count) in seen {
         let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
-        text.push_str(&format!("\n{} ({runs})", remark(warning)));
+        text.push_str(&format!("\n{} ({runs})", with_severity(warning)));
     }
     if !text.ends_with('\n') {
         text.push('\n');

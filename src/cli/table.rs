@@ -2,11 +2,11 @@
 
 use crate::history::record::IncrementRecord;
 use crate::results::body_peaks::Peak;
-pub(super) use crate::results::short::short;
+pub(super) use crate::results::number_format::five_digits;
 use crate::results::summary::{Summary, Units};
 
 /// Rows of cells with aligned columns; the first column is set left, the others right.
-pub(super) fn align(rows: &[Vec<String>]) -> String {
+pub(super) fn align_columns(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
@@ -31,9 +31,9 @@ pub(super) fn align(rows: &[Vec<String>]) -> String {
 
 /// Columns that only some runs have.
 #[derive(Clone, Copy)]
-struct Optional {
+struct OptionalColumns {
     cycles: bool,
-    turns: bool,
+    rotations: bool,
 }
 
 /// The result of each step: its last increment or jump.
@@ -48,26 +48,26 @@ pub(super) fn results(summary: &Summary) -> String {
     if last.is_empty() {
         return String::new();
     }
-    let optional = Optional {
+    let optional = OptionalColumns {
         cycles: last.iter().any(|record| record.cycles_done > 0),
-        turns: last.iter().any(|record| record.rotation != [0.0; 2] || record.twist != 0.0),
+        rotations: last.iter().any(|record| record.rotation != [0.0; 2] || record.twist != 0.0),
     };
-    let mut rows = heads(&summary.units, optional);
+    let mut rows = header_rows(&summary.units, optional);
     rows.extend(last.iter().map(|record| row(record, optional)));
-    align(&rows)
+    align_columns(&rows)
 }
 
 /// Peaks of each body in its last entry, and where to refine; empty where no stress was recovered.
-pub(super) fn bodies(summary: &Summary) -> String {
+pub(super) fn body_peak_lines(summary: &Summary) -> String {
     let mut text = String::new();
     for name in ["body1", "body2"] {
         let Some(last) = summary.bodies.iter().rev().find(|record| record.body == name) else { continue };
         let peaks = &last.peaks;
-        let at = |x: &[f64; 3]| format!("({})", x.map(short).join(", "));
+        let at = |x: &[f64; 3]| format!("({})", x.map(five_digits).join(", "));
         let Peak { value, position } = &peaks.von_mises;
-        let mut parts = vec![format!("von Mises {} at {}", short(*value), at(position))];
+        let mut parts = vec![format!("von Mises {} at {}", five_digits(*value), at(position))];
         parts.extend(peaks.indices.iter().map(|index| {
-            format!("{} {} ({}) at {}", index.criterion, short(index.value), index.mode, at(&index.position))
+            format!("{} {} ({}) at {}", index.criterion, five_digits(index.value), index.mode, at(&index.position))
         }));
         text.push_str(&format!("\n{name}, {}: {}\n", last.name, parts.join("; ")));
         if let Some(error) = &peaks.error {
@@ -78,7 +78,7 @@ pub(super) fn bodies(summary: &Summary) -> String {
 }
 
 /// Two lines: quantities and their units.
-fn heads(units: &Units, optional: Optional) -> Vec<Vec<String>> {
+fn header_rows(units: &Units, optional: OptionalColumns) -> Vec<Vec<String>> {
     let (length, force) = (&units.length, &units.force);
     let stress = if length == "mm" && force == "N" { "MPa".to_owned() } else { format!("{force}/{length}2") };
     let mut columns = vec![
@@ -93,7 +93,7 @@ fn heads(units: &Units, optional: Optional) -> Vec<Vec<String>> {
         ("wear volume", format!("{length}3")),
         ("residual", String::new()),
     ];
-    if optional.turns {
+    if optional.rotations {
         columns.insert(4, ("rotation, twist", "degrees".to_owned()));
     }
     if optional.cycles {
@@ -103,28 +103,28 @@ fn heads(units: &Units, optional: Optional) -> Vec<Vec<String>> {
     vec![names.into_iter().map(str::to_owned).collect(), units]
 }
 
-fn row(record: &IncrementRecord, optional: Optional) -> Vec<String> {
+fn row(record: &IncrementRecord, optional: OptionalColumns) -> Vec<String> {
     // Components that are round-off beside the load are shown as 0.
-    let force = |q: f64| short(if q.abs() < 1e-7 * record.normal_force { 0.0 } else { q });
-    let shift = record.shift.map(short);
+    let force = |q: f64| five_digits(if q.abs() < 1e-7 * record.normal_force { 0.0 } else { q });
+    let shift = record.shift.map(five_digits);
     let tangential = record.tangential_force.map(force);
     let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
     let mark = if record.converged { "" } else { " !" };
     let mut cells = vec![
         record.name.clone(),
-        short(record.normal_force),
-        short(record.approach),
+        five_digits(record.normal_force),
+        five_digits(record.approach),
         pair(shift),
         pair(tangential),
-        short(record.contact_area),
-        short(record.stick_area),
-        short(record.peak_pressure),
-        short(record.worn_volume),
+        five_digits(record.contact_area),
+        five_digits(record.stick_area),
+        five_digits(record.peak_pressure),
+        five_digits(record.worn_volume),
         format!("{:.1e}{mark}", record.certificate.natural_residual),
     ];
-    if optional.turns {
-        let [x, y] = record.rotation.map(short);
-        cells.insert(4, format!("({x}, {y}), {}", short(record.twist)));
+    if optional.rotations {
+        let [x, y] = record.rotation.map(five_digits);
+        cells.insert(4, format!("({x}, {y}), {}", five_digits(record.twist)));
     }
     if optional.cycles {
         cells.insert(1, record.cycles_done.to_string());

@@ -1,6 +1,6 @@
 //! Checks of a state that do not depend on how it was found (docs/theory-contact.md), from the tractions alone.
 
-use super::{Increment, Iterate};
+use super::{Increment, ContactState};
 use crate::linalg::operator::Defect;
 
 /// Independent checks of a state; all are relative and all are 0 for an exact solution.
@@ -47,14 +47,14 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 /// Share of the energy of all cells, each by itself, below which the elastic energy is that of the errors of the tractions.
-const NO_ENERGY: f64 = 1e-12;
+const MIN_ELASTIC_ENERGY_SHARE: f64 = 1e-12;
 
 /// Kernels integrated for the direct sums of a state, but for one cell at least, and fifty at most.
-const DIRECT_KERNELS: usize = 2000;
-const DIRECT_CELLS: [usize; 2] = [1, 50];
+const MAX_DIRECT_SUM_KERNELS: usize = 2000;
+const DIRECT_SUM_CELL_BOUNDS: [usize; 2] = [1, 50];
 
 /// Compares S P with what it is without the operator, in some of the loaded cells, evenly spread.
-fn operator_defect(problem: &Increment, it: &Iterate) -> Option<f64> {
+fn operator_defect(problem: &Increment, it: &ContactState) -> Option<f64> {
     let n = problem.n();
     let normal_only = problem.normal_only();
     let mut worst: Option<f64> = None;
@@ -63,15 +63,15 @@ fn operator_defect(problem: &Increment, it: &Iterate) -> Option<f64> {
         if loaded.is_empty() {
             continue;
         }
-        let count = (DIRECT_KERNELS / loaded.len()).clamp(DIRECT_CELLS[0], DIRECT_CELLS[1]).min(loaded.len());
+        let count = (MAX_DIRECT_SUM_KERNELS / loaded.len()).clamp(DIRECT_SUM_CELL_BOUNDS[0], DIRECT_SUM_CELL_BOUNDS[1]).min(loaded.len());
         let planes = if normal_only { 2..3 } else { 0..3 };
         let cells: Vec<usize> =
             (0..count).map(|k| loaded[(2 * k + 1) * loaded.len() / (2 * count)]).collect();
-        let defect = match problem.flexibility.direct_in(&cells, tractions) {
+        let defect = match problem.flexibility.direct_sums(&cells, tractions) {
             Some(sums) => {
                 let sums = cells.iter().zip(&sums);
                 sums.flat_map(|(cell, sum)| planes.clone().map(move |plane| (plane * n + cell, sum[plane])))
-                    .fold(Defect::default(), |defect, (place, sum)| defect.and(elastic[place], sum))
+                    .fold(Defect::default(), |defect, (place, sum)| defect.compared_with(elastic[place], sum))
             }
             None => problem.flexibility.harmonic_defect(tractions, elastic, planes).unwrap_or_default(),
         };
@@ -88,20 +88,20 @@ pub enum TangentialGap {
     /// It is computed from the pressures.
     Complete,
     /// It stays without what the pressures cause: nobody looks at it.
-    Leave,
+    Skip,
 }
 
 /// Whether the operator is compared with direct sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DirectSums {
+pub enum OperatorCheck {
     /// In some of the loaded cells.
-    Some,
+    SampleCells,
     /// It was, or will be, in another increment.
-    None,
+    Skip,
 }
 
 /// Evaluates the state afresh and checks it.
-pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: DirectSums) -> StateChecks {
+pub fn check(problem: &Increment, it: &mut ContactState, gap: TangentialGap, sums: OperatorCheck) -> StateChecks {
     problem.evaluate(it);
     // Of equal bodies, pressures move nothing in the surface.
     if problem.normal_only() && gap == TangentialGap::Complete && problem.flexibility.tangential().is_none() {
@@ -113,12 +113,12 @@ pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: Di
     let natural_residual = if residual == f64::INFINITY { 1.0 } else { residual };
     let mut checks = StateChecks { natural_residual, ..StateChecks::default() };
     checks.min_gap = f64::INFINITY;
-    checks.operator_defect = if sums == DirectSums::Some { operator_defect(problem, it) } else { None };
+    checks.operator_defect = if sums == OperatorCheck::SampleCells { operator_defect(problem, it) } else { None };
     let mut p_max: f64 = 0.0;
     let mut alone = 0.0;
     let mut normal = 0.0;
     let mut tangential = 0.0;
-    for end in 0..problem.ends.len() {
+    for end in 0..problem.path_points.len() {
         let base = end * 3 * n;
         for i in 0..n {
             let area = problem.areas[i];
@@ -135,7 +135,7 @@ pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: Di
                 checks.elastic_energy += 0.5 * area * it.tractions[k] * it.elastic[k];
             }
             if problem.friction.is_some() {
-                let q = [it.hatted[base + i], it.hatted[base + n + i]];
+                let q = [it.scaled[base + i], it.scaled[base + n + i]];
                 let s = [it.gradient[base + i], it.gradient[base + n + i]];
                 let work = q[0] * s[0] + q[1] * s[1];
                 checks.max_cone_violation = checks.max_cone_violation.max(q[0].hypot(q[1]) - p);
@@ -148,7 +148,7 @@ pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: Di
     }
     if p_max > 0.0 {
         checks.max_cone_violation /= p_max;
-        let deforms = checks.elastic_energy > NO_ENERGY * alone;
+        let deforms = checks.elastic_energy > MIN_ELASTIC_ENERGY_SHARE * alone;
         let energy = if deforms { checks.elastic_energy } else { alone };
         checks.normal_gap_energy = normal / energy;
         checks.tangential_gap_energy = tangential / energy;
@@ -157,9 +157,9 @@ pub fn check(problem: &Increment, it: &mut Iterate, gap: TangentialGap, sums: Di
 }
 
 /// Without friction only normal planes are computed while iterating; the slip for output needs all.
-fn fill_tangential(problem: &Increment, it: &mut Iterate) {
+fn fill_tangential(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
-    for end in 0..problem.ends.len() {
+    for end in 0..problem.path_points.len() {
         let planes = end * 3 * n..(end + 1) * 3 * n;
         let before = it.elastic[planes.clone()].to_vec();
         problem.flexibility.apply(&it.tractions[planes.clone()], &mut it.elastic[planes]);

@@ -19,7 +19,7 @@ pub enum TangentialControl {
     /// The tangential force on body 2 along local (x, y) is given; the shift is found.
     Force([f64; 2]),
     /// That along one of these axes alone is given; the shift along the other is.
-    Along {
+    ForceAlong {
         /// The axis, 0 or 1.
         axis: usize,
         /// The force.
@@ -43,14 +43,14 @@ pub enum SlipReference {
     Previous(Vec<f64>),
     /// The end before it in the closed cycle that the ends of the increment make up, the last being the one before the first;
     /// except in cells that stick through the whole cycle, which keep the tangential gap they stuck at.
-    EndBefore {
+    PreviousPoint {
         /// Cells that stick through the cycle.
         stuck: Vec<bool>,
         /// Their tangential gaps, `[2, N]`.
         at: Vec<f64>,
     },
     /// Steady sliding: the slip itself, `[2, N]`, whatever the tractions.
-    Given(Vec<f64>),
+    Prescribed(Vec<f64>),
     /// The cell that the material comes from, in steady rolling.
     Upstream(Upstream),
 }
@@ -59,20 +59,20 @@ pub enum SlipReference {
 #[derive(Debug, Clone)]
 pub struct Upstream {
     /// The cell that the material of each cell comes from, `[N]`; itself where it enters the frame.
-    pub from: Vec<usize>,
+    pub source_cell: Vec<usize>,
     /// Slip of rigid bodies over the passage of a cell, `[2, N]`, mm.
-    pub creep: Vec<f64>,
+    pub rigid_slip: Vec<f64>,
 }
 
 impl SlipReference {
     /// The same for changes of a state on `n` cells: what is constant in it is zero.
-    pub(super) fn homogeneous(&self, n: usize) -> Self {
+    pub(super) fn linearised(&self, n: usize) -> Self {
         match self {
             Self::Previous(_) => Self::Previous(vec![0.0; 2 * n]),
-            Self::EndBefore { stuck, .. } => Self::EndBefore { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
-            Self::Given(_) => Self::Given(vec![0.0; 2 * n]),
+            Self::PreviousPoint { stuck, .. } => Self::PreviousPoint { stuck: stuck.clone(), at: vec![0.0; 2 * n] },
+            Self::Prescribed(_) => Self::Prescribed(vec![0.0; 2 * n]),
             Self::Upstream(upstream) => {
-                Self::Upstream(Upstream { from: upstream.from.clone(), creep: vec![0.0; 2 * n] })
+                Self::Upstream(Upstream { source_cell: upstream.source_cell.clone(), rigid_slip: vec![0.0; 2 * n] })
             }
         }
     }
@@ -80,7 +80,7 @@ impl SlipReference {
 
 /// One end of an increment: what is prescribed there.
 #[derive(Debug, Clone)]
-pub struct End {
+pub struct PathPoint {
     /// Normal control.
     pub normal: NormalControl,
     /// Tangential control.
@@ -91,5 +91,5 @@ pub struct End {
     /// Where its slip is measured from.
     pub reference: SlipReference,
     /// Normal gap by what is not among its unknowns, `[N]`, mm.
-    pub lifted: Option<Vec<f64>>,
+    pub fixed_normal_offset: Option<Vec<f64>>,
 }

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::balance::{Cells, FLOATING};
-use super::control::{End, NormalControl, Pressures, SlipReference, TangentialControl};
-use super::iterate::Iterate;
-use super::scales::{Hat, Scales};
+use super::balance::{BalanceCells, MAX_RIGID_MODES};
+use super::control::{PathPoint, NormalControl, Pressures, SlipReference, TangentialControl};
+use super::contact_state::ContactState;
+use super::scales::{FrictionScaling, ContactScales};
 use crate::error::Result;
 use crate::friction::FrictionEllipse;
 use crate::linalg::operator::{Flexibility, TangentialFlexibility};
-use crate::skip::{Skip, Skips};
-use crate::wear::WearIntensity;
+use crate::skip::{OmittableWork, AllowedOmissions};
+use crate::wear::SpecificWearRate;
 
 /// Cells with |q|_μ below this share of the pressure stick, the rest of the contact slips.
 const STICK_MARGIN: f64 = 1e-6;
@@ -27,25 +27,25 @@ pub struct Increment<'a> {
     /// `[N]` of 3 x 3; `None` on flat frames, where they are the identity.
     pub rigid_axes: Option<&'a [nalgebra::Matrix3<f64>]>,
     /// Gap per unit of each further motion, `[3, N]` each: those in which a body floats, or rotations of body 2.
-    pub floating: &'a [Vec<f64>],
+    pub mode_gaps: &'a [Vec<f64>],
     /// Friction ellipse, `None` without friction.
     pub friction: Option<FrictionEllipse>,
     /// Wear intensity, `None` without wear.
-    pub wear: Option<WearIntensity>,
+    pub wear: Option<SpecificWearRate>,
     /// Factors on the path that wears, `[N]`, for what happens between the ends; `None` for 1.
-    pub path_factors: Option<&'a [f64]>,
+    pub wear_path_factors: Option<&'a [f64]>,
     /// Scales that match the operator and the ellipse.
-    pub scales: Arc<Scales>,
+    pub scales: Arc<ContactScales>,
     /// Worn depth at the start, `[N]`.
-    pub worn: &'a [f64],
+    pub wear_depth: &'a [f64],
     /// Number of times the slip of this increment happens (1, or the cycles of an implicit stage).
-    pub repeats: f64,
+    pub slip_repeats: f64,
     /// Whether its pressures are unknown.
     pub pressures: Pressures,
     /// Work that may be left out of it.
-    pub skip: Skips,
+    pub skip: AllowedOmissions,
     /// Its one or two ends.
-    pub ends: Vec<End>,
+    pub path_points: Vec<PathPoint>,
 }
 
 impl Increment<'_> {
@@ -54,17 +54,17 @@ impl Increment<'_> {
         self.areas.len()
     }
 
-    pub(crate) fn hat(&self) -> Option<Hat> {
-        self.friction.as_ref().map(Hat::new)
+    pub(crate) fn friction_scaling(&self) -> Option<FrictionScaling> {
+        self.friction.as_ref().map(FrictionScaling::new)
     }
 
     /// Hatted tractions of physical ones, per end `[3, N]`; without friction the tangential planes are dropped.
-    pub fn hat_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
-        let (n, hat) = (self.n(), self.hat());
+    pub fn scale_tractions(&self, tractions: &[f64], hatted: &mut [f64]) {
+        let (n, hat) = (self.n(), self.friction_scaling());
         for (physical, out) in tractions.chunks(3 * n).zip(hatted.chunks_mut(3 * n)) {
             out[2 * n..].copy_from_slice(&physical[2 * n..]);
             for i in 0..n {
-                let q = hat.map_or([0.0; 2], |hat| hat.untraction([physical[i], physical[n + i]]));
+                let q = hat.map_or([0.0; 2], |hat| hat.scaled_traction([physical[i], physical[n + i]]));
                 out[i] = q[0];
                 out[n + i] = q[1];
             }
@@ -74,61 +74,61 @@ impl Increment<'_> {
     /// Whether only normal components are computed while iterating: nothing slips against friction, and nothing wears but by slip
     /// that is given.
     pub fn normal_only(&self) -> bool {
-        let given = |end: &End| matches!(end.reference, SlipReference::Given(_));
-        self.skip.has(Skip::TangentialUnknowns)
+        let given = |end: &PathPoint| matches!(end.reference, SlipReference::Prescribed(_));
+        self.skip.allows(OmittableWork::TangentialUnknowns)
             && self.friction.is_none()
-            && (self.wear.is_none() || self.ends.iter().all(given))
+            && (self.wear.is_none() || self.path_points.iter().all(given))
     }
 
     /// The tangential part of the operator, if it is all that is asked for.
-    pub(super) fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
+    pub(super) fn tangential_operator(&self) -> Option<&dyn TangentialFlexibility> {
         if self.pressures == Pressures::Given { self.flexibility.tangential() } else { None }
     }
 
     /// The linear part of the equations with an operator that may be less exact, for changes of tractions and motions, the
     /// wear left out; `nothing`: zeros, `[3, N]`.
-    pub(super) fn homogeneous<'b>(
+    pub(super) fn linearised<'b>(
         &'b self,
         flexibility: &'b dyn Flexibility,
         nothing: &'b [f64],
     ) -> Increment<'b> {
-        let ends = self.ends.iter().map(|end| End {
+        let ends = self.path_points.iter().map(|end| PathPoint {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
-            reference: end.reference.homogeneous(self.n()),
-            lifted: None,
+            reference: end.reference.linearised(self.n()),
+            fixed_normal_offset: None,
         });
         Increment {
             flexibility,
             initial_gap: nothing,
-            worn: &nothing[..self.n()],
+            wear_depth: &nothing[..self.n()],
             wear: None,
             scales: self.scales.clone(),
-            ends: ends.collect(),
+            path_points: ends.collect(),
             ..*self
         }
     }
 
     /// Number of operator applications of one [`Increment::evaluate`].
     pub fn applications(&self) -> usize {
-        self.ends.len()
+        self.path_points.len()
     }
 
     /// Fills everything in `it` from its hatted tractions and rigid motions. Does not allocate.
-    pub fn evaluate(&self, it: &mut Iterate) {
+    pub fn evaluate(&self, it: &mut ContactState) {
         self.apply_flexibility(it);
         self.fill_from_elastic(it);
     }
 
     /// The normal gap of `end` from S P, rigid motion and worn depth: of an increment without wear, all that pressures need.
-    pub(super) fn fill_normal_gap(&self, it: &mut Iterate, end: usize) {
+    pub(super) fn fill_normal_gap(&self, it: &mut ContactState, end: usize) {
         let n = self.n();
         let normal = end * 3 * n + 2 * n..end * 3 * n + 3 * n;
-        let level = self.rigid_axes.is_none() && self.floating.is_empty();
-        let (motion, floating) = (it.rigid[end], it.floating[end]);
+        let level = self.rigid_axes.is_none() && self.mode_gaps.is_empty();
+        let (motion, floating) = (it.rigid_motion[end], it.mode_amplitudes[end]);
         let gap = it.gap[normal.clone()].iter_mut().zip(&it.elastic[normal]);
-        let undeformed = self.initial_gap[2 * n..].iter().zip(self.worn);
+        let undeformed = self.initial_gap[2 * n..].iter().zip(self.wear_depth);
         for (i, ((gap, elastic), (initial, worn))) in gap.zip(undeformed).enumerate() {
             let closing = if level { motion[2] } else { self.rigid_gap(i, motion, &floating)[2] };
             *gap = initial + closing + elastic + worn;
@@ -136,7 +136,7 @@ impl Increment<'_> {
     }
 
     /// What follows from tractions and S P.
-    pub(super) fn fill_from_elastic(&self, it: &mut Iterate) {
+    pub(super) fn fill_from_elastic(&self, it: &mut ContactState) {
         self.fill_gap(it);
         self.fill_slip(it);
         self.fill_wear(it);
@@ -144,13 +144,13 @@ impl Increment<'_> {
     }
 
     /// Cells whose flexibility is not formed although the bodies would overlap there without tractions, ascending.
-    pub fn closed_by_motion(&self, it: &Iterate) -> Vec<usize> {
-        let mut cells = self.flexibility.unformed();
+    pub fn closed_by_motion(&self, it: &ContactState) -> Vec<usize> {
+        let mut cells = self.flexibility.unformed_cells();
         let gap = |cell: usize, end: usize| {
-            let [.., closing] = self.rigid_gap(cell, it.rigid[end], &it.floating[end]);
-            self.initial_gap[2 * self.n() + cell] + closing + self.worn[cell]
+            let [.., closing] = self.rigid_gap(cell, it.rigid_motion[end], &it.mode_amplitudes[end]);
+            self.initial_gap[2 * self.n() + cell] + closing + self.wear_depth[cell]
         };
-        cells.retain(|&cell| (0..self.ends.len()).any(|end| gap(cell, end) < 0.0));
+        cells.retain(|&cell| (0..self.path_points.len()).any(|end| gap(cell, end) < 0.0));
         cells
     }
 
@@ -159,40 +159,40 @@ impl Increment<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub fn complete(&self, it: &mut Iterate) -> Result<Vec<usize>> {
-        let unformed = self.flexibility.unformed();
+    pub fn complete_unformed_cells(&self, it: &mut ContactState) -> Result<Vec<usize>> {
+        let unformed = self.flexibility.unformed_cells();
         if unformed.is_empty() {
             return Ok(unformed);
         }
         let n = self.n();
-        for end in 0..self.ends.len() {
+        for end in 0..self.path_points.len() {
             let planes = end * 3 * n..(end + 1) * 3 * n;
-            self.flexibility.complete(&it.tractions[planes.clone()], &mut it.elastic[planes])?;
+            self.flexibility.complete_gap(&it.tractions[planes.clone()], &mut it.elastic[planes])?;
         }
         self.fill_from_elastic(it);
         let closed = |&cell: &usize| {
-            let mut normal = (0..self.ends.len()).map(|end| end * 3 * n + 2 * n + cell);
+            let mut normal = (0..self.path_points.len()).map(|end| end * 3 * n + 2 * n + cell);
             normal.any(|k| it.gap[k] < 0.0 || it.tractions[k] > 0.0)
         };
         Ok(unformed.into_iter().filter(closed).collect())
     }
 
-    fn apply_flexibility(&self, it: &mut Iterate) {
+    fn apply_flexibility(&self, it: &mut ContactState) {
         let n = self.n();
-        for end in 0..self.ends.len() {
+        for end in 0..self.path_points.len() {
             let planes = end * 3 * n..(end + 1) * 3 * n;
-            let hatted = &it.hatted[planes.clone()];
+            let hatted = &it.scaled[planes.clone()];
             let tractions = &mut it.tractions[planes.clone()];
             tractions[2 * n..].copy_from_slice(&hatted[2 * n..]);
             let elastic = &mut it.elastic[planes];
-            match self.hat() {
+            match self.friction_scaling() {
                 Some(hat) => {
                     for i in 0..n {
-                        let q = hat.traction([hatted[i], hatted[n + i]]);
+                        let q = hat.physical_traction([hatted[i], hatted[n + i]]);
                         tractions[i] = q[0];
                         tractions[n + i] = q[1];
                     }
-                    match self.tangential() {
+                    match self.tangential_operator() {
                         Some(part) => part.apply_tangential(&tractions[..2 * n], &mut elastic[..2 * n]),
                         None => self.flexibility.apply(tractions, elastic),
                     }
@@ -209,19 +209,19 @@ impl Increment<'_> {
         }
     }
 
-    fn fill_gap(&self, it: &mut Iterate) {
+    fn fill_gap(&self, it: &mut ContactState) {
         let n = self.n();
-        for end in 0..self.ends.len() {
+        for end in 0..self.path_points.len() {
             let base = end * 3 * n;
-            let motion = it.rigid[end];
+            let motion = it.rigid_motion[end];
             for i in 0..n {
-                let local = self.rigid_gap(i, motion, &it.floating[end]);
+                let local = self.rigid_gap(i, motion, &it.mode_amplitudes[end]);
                 for (plane, shift) in local.iter().enumerate() {
                     let k = base + plane * n + i;
                     it.gap[k] = self.initial_gap[plane * n + i] + shift + it.elastic[k];
                 }
             }
-            if let Some(lifted) = &self.ends[end].lifted {
+            if let Some(lifted) = &self.path_points[end].fixed_normal_offset {
                 let normal = &mut it.gap[base + 2 * n..base + 3 * n];
                 normal.iter_mut().zip(lifted).for_each(|(gap, lifted)| *gap += lifted);
             }
@@ -229,49 +229,49 @@ impl Increment<'_> {
     }
 
     /// Local gap in cell `i` by a rigid motion along x, y, n and along the floating motions.
-    pub(super) fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; FLOATING]) -> [f64; 3] {
+    pub(super) fn rigid_gap(&self, i: usize, motion: [f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut local = match self.rigid_axes {
             None => motion,
             Some(axes) => (axes[i] * nalgebra::Vector3::from(motion)).into(),
         };
         let n = self.n();
-        for (gap, amount) in self.floating.iter().zip(floating) {
+        for (gap, amount) in self.mode_gaps.iter().zip(floating) {
             local.iter_mut().enumerate().for_each(|(plane, sum)| *sum += amount * gap[plane * n + i]);
         }
         local
     }
 
     /// What balances are computed on.
-    pub(super) fn cells(&self) -> Cells<'_> {
-        Cells { areas: self.areas, hat: self.hat() }
+    pub(super) fn cells(&self) -> BalanceCells<'_> {
+        BalanceCells { areas: self.areas, hat: self.friction_scaling() }
     }
 
-    pub(super) fn fill_slip(&self, it: &mut Iterate) {
+    pub(super) fn fill_slip(&self, it: &mut ContactState) {
         let n = self.n();
-        for (end, spec) in self.ends.iter().enumerate() {
+        for (end, spec) in self.path_points.iter().enumerate() {
             if let SlipReference::Upstream(upstream) = &spec.reference {
                 for plane in 0..2 {
                     let elastic = &it.elastic[end * 3 * n + plane * n..end * 3 * n + (plane + 1) * n];
-                    let (slip, creep) = (end * 2 * n + plane * n, &upstream.creep[plane * n..]);
-                    for (i, &from) in upstream.from.iter().enumerate() {
+                    let (slip, creep) = (end * 2 * n + plane * n, &upstream.rigid_slip[plane * n..]);
+                    for (i, &from) in upstream.source_cell.iter().enumerate() {
                         it.slip[slip + i] = creep[i] + elastic[i] - elastic[from];
                     }
                 }
                 continue;
             }
-            if let SlipReference::Given(slip) = &spec.reference {
+            if let SlipReference::Prescribed(slip) = &spec.reference {
                 it.slip[end * 2 * n..(end + 1) * 2 * n].copy_from_slice(slip);
                 continue;
             }
-            let before = self.end_before(end);
+            let before = self.previous_path_point(end);
             for plane in 0..2 {
                 for i in 0..n {
                     let here = it.gap[end * 3 * n + plane * n + i];
                     let from = match &spec.reference {
                         SlipReference::Previous(at) => at[plane * n + i],
-                        SlipReference::EndBefore { stuck, at } if stuck[i] => at[plane * n + i],
-                        SlipReference::EndBefore { .. } => it.gap[before * 3 * n + plane * n + i],
-                        SlipReference::Upstream(_) | SlipReference::Given(_) => {
+                        SlipReference::PreviousPoint { stuck, at } if stuck[i] => at[plane * n + i],
+                        SlipReference::PreviousPoint { .. } => it.gap[before * 3 * n + plane * n + i],
+                        SlipReference::Upstream(_) | SlipReference::Prescribed(_) => {
                             unreachable!("they need no gap")
                         }
                     };
@@ -282,17 +282,17 @@ impl Increment<'_> {
     }
 
     /// The end before an end in a closed cycle.
-    pub(super) fn end_before(&self, end: usize) -> usize {
-        (end + self.ends.len() - 1) % self.ends.len()
+    pub(super) fn previous_path_point(&self, end: usize) -> usize {
+        (end + self.path_points.len() - 1) % self.path_points.len()
     }
 
     /// dw = p |Δg|_i summed over the ends (docs/theory-wear.md, implicit in p and slip), added to the normal gap.
-    fn fill_wear(&self, it: &mut Iterate) {
+    fn fill_wear(&self, it: &mut ContactState) {
         let n = self.n();
         it.wear_rate.fill(0.0);
         if let Some(wear) = &self.wear {
-            let path_of = wear.path();
-            for end in 0..self.ends.len() {
+            let path_of = wear.path_per_slip();
+            for end in 0..self.path_points.len() {
                 for i in 0..n {
                     let slip = [it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]];
                     let path = self.path_factor(i) * path_of(slip);
@@ -301,27 +301,27 @@ impl Increment<'_> {
                 }
             }
         }
-        for end in 0..self.ends.len() {
+        for end in 0..self.path_points.len() {
             for i in 0..n {
-                it.gap[end * 3 * n + 2 * n + i] += self.worn[i] + self.repeats * it.wear_rate[i];
+                it.gap[end * 3 * n + 2 * n + i] += self.wear_depth[i] + self.slip_repeats * it.wear_rate[i];
             }
         }
     }
 
     /// Factor on the path that wears cell `i`.
     pub(super) fn path_factor(&self, i: usize) -> f64 {
-        self.path_factors.map_or(1.0, |factors| factors[i])
+        self.wear_path_factors.map_or(1.0, |factors| factors[i])
     }
 
-    fn fill_gradient(&self, it: &mut Iterate) {
+    fn fill_gradient(&self, it: &mut ContactState) {
         let n = self.n();
-        let hat = self.hat();
-        for end in 0..self.ends.len() {
+        let hat = self.friction_scaling();
+        for end in 0..self.path_points.len() {
             let base = end * 3 * n;
             for i in 0..n {
                 it.gradient[base + 2 * n + i] = it.gap[base + 2 * n + i];
                 if let Some(hat) = &hat {
-                    let s = hat.slip([it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]]);
+                    let s = hat.scaled_slip([it.slip[end * 2 * n + i], it.slip[end * 2 * n + n + i]]);
                     it.gradient[base + i] = s[0];
                     it.gradient[base + n + i] = s[1];
                 }
@@ -330,12 +330,12 @@ impl Increment<'_> {
     }
 
     /// Whether cell `i` carries pressure and sticks: |q|_μ < p (1 - 1e-6).
-    pub fn sticks(&self, it: &Iterate, end: usize, i: usize) -> bool {
+    pub fn sticks(&self, it: &ContactState, end: usize, i: usize) -> bool {
         let n = self.n();
         let base = end * 3 * n;
-        let p = it.hatted[base + 2 * n + i];
+        let p = it.scaled[base + 2 * n + i];
         self.friction.is_some()
             && p > 0.0
-            && it.hatted[base + i].hypot(it.hatted[base + n + i]) < p * (1.0 - STICK_MARGIN)
+            && it.scaled[base + i].hypot(it.scaled[base + n + i]) < p * (1.0 - STICK_MARGIN)
     }
 }

@@ -4,37 +4,37 @@
 //! A prescribed force enters as the multiplier of the projection: the rigid motion that makes the projected
 //! tractions carry it. So force control costs no more operator applications than displacement control.
 
-use super::balance::{self, Balance, FLOATING, From};
-use super::scales::Hat;
-use super::{End, Increment, NormalControl, Pressures, TangentialControl};
+use super::balance::{self, Balance, MAX_RIGID_MODES, ProjectionStart};
+use super::scales::FrictionScaling;
+use super::{PathPoint, Increment, NormalControl, Pressures, TangentialControl};
 
 /// Whether the prescribed forces could be carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Equilibrium {
     /// Every prescribed force is carried.
-    Held,
+    Balanced,
     /// A tangential force exceeds what friction can carry at the pressures of this iterate: every cell slips at its
     /// limit along the force. Or no motion at all carries the forces: they take the bodies apart.
-    Sliding(Sliding),
+    Sliding(LossOfEquilibrium),
 }
 
 /// What cannot be held.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sliding {
+pub struct LossOfEquilibrium {
     /// Direction of the motion of body 2 that nothing stops.
-    pub motion: balance::Motion,
+    pub motion: balance::RigidMotion,
     /// Whether the bodies come apart.
-    pub opens: bool,
+    pub separates_bodies: bool,
     /// Share of the load along the motion that friction carries.
-    pub carried: f64,
+    pub carried_load_fraction: f64,
 }
 
 /// Rigid motions of all ends.
-pub struct Motions<'a> {
+pub struct RigidMotions<'a> {
     /// Along x, y, n.
     pub rigid: &'a mut [[f64; 3]],
     /// Along the floating motions.
-    pub floating: &'a mut [[f64; FLOATING]],
+    pub floating: &'a mut [[f64; MAX_RIGID_MODES]],
 }
 
 /// Step sizes of the normal and the tangential block, MPa/mm.
@@ -53,18 +53,18 @@ pub fn project(
     steps: StepSizes,
     from: (&[f64], &[f64]),
     out: &mut [f64],
-    motions: Motions,
+    motions: RigidMotions,
 ) -> Equilibrium {
-    let Motions { rigid, floating } = motions;
-    let mut equilibrium = Equilibrium::Held;
+    let RigidMotions { rigid, floating } = motions;
+    let mut equilibrium = Equilibrium::Balanced;
     let n = problem.n();
     let (hatted, gradient) = from;
-    for (k, end) in problem.ends.iter().enumerate() {
+    for (k, end) in problem.path_points.iter().enumerate() {
         let range = k * 3 * n..(k + 1) * 3 * n;
         let (old, g) = (&hatted[range.clone()], &gradient[range.clone()]);
         let new = &mut out[range];
         if let Some(balance) = &end.balance {
-            let from = From { hatted: old, gradient: g, steps };
+            let from = ProjectionStart { hatted: old, gradient: g, steps };
             if let Some(sliding) = balanced(problem, balance, from, new, (&mut rigid[k], &mut floating[k])) {
                 equilibrium = Equilibrium::Sliding(sliding);
             }
@@ -82,18 +82,18 @@ pub fn project(
             );
             rigid[k][2] -= lift / steps.normal;
         }
-        if let Some(hat) = problem.hat() {
+        if let Some(hat) = problem.friction_scaling() {
             for j in 0..2 * n {
                 new[j] = old[j] - steps.tangential * g[j];
             }
-            if let Some(pull) = Pull::of(end.tangential, &hat) {
+            if let Some(pull) = TangentialLoad::of(end.tangential, &hat) {
                 let (carried, shift) = shift_for_force(new, problem.areas, &hat, &pull, steps.tangential);
                 if let Equilibrium::Sliding(_) = carried {
                     equilibrium = carried;
-                    slide(new, n, pull.wanted);
+                    saturate_friction(new, n, pull.force);
                     continue;
                 }
-                let hatted_shift = hat.slip(shift);
+                let hatted_shift = hat.scaled_slip(shift);
                 for i in 0..n {
                     new[i] -= steps.tangential * hatted_shift[0];
                     new[n + i] -= steps.tangential * hatted_shift[1];
@@ -101,7 +101,7 @@ pub fn project(
                 rigid[k][0] += shift[0];
                 rigid[k][1] += shift[1];
             }
-            clip(new, n);
+            project_to_friction_disc(new, n);
         } else {
             new[..2 * n].fill(0.0);
         }
@@ -112,13 +112,13 @@ pub fn project(
 /// Pressures of a step of size `step`, cut at zero; under a prescribed force lifted to carry it, by what is returned.
 fn project_pressures(
     problem: &Increment,
-    end: &End,
+    end: &PathPoint,
     (old, gap, step): (&[f64], &[f64], f64),
     new: &mut [f64],
 ) -> f64 {
     new.iter_mut().zip(old).zip(gap).for_each(|((new, old), gap)| *new = old - step * gap);
     let lift = match end.normal {
-        NormalControl::Force(force) => lift_for_force(new, problem.areas, force),
+        NormalControl::Force(force) => shift_to_normal_force(new, problem.areas, force),
         NormalControl::Approach => 0.0,
     };
     new.iter_mut().for_each(|p| *p = p.max(0.0));
@@ -129,18 +129,18 @@ fn project_pressures(
 fn balanced(
     problem: &Increment,
     balance: &Balance,
-    from: From,
+    from: ProjectionStart,
     new: &mut [f64],
-    (rigid, floating): (&mut [f64; 3], &mut [f64; FLOATING]),
-) -> Option<Sliding> {
+    (rigid, floating): (&mut [f64; 3], &mut [f64; MAX_RIGID_MODES]),
+) -> Option<LossOfEquilibrium> {
     let (motion, failure) = balance.project(problem.cells(), from, new);
     rigid.iter_mut().zip(&motion).for_each(|(r, m)| *r += m);
     floating.iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += m);
-    failure.map(|failure| Sliding { motion: failure.motion, opens: failure.opens, carried: failure.carried })
+    failure.map(|failure| LossOfEquilibrium { motion: failure.motion, separates_bodies: failure.separates_bodies, carried_load_fraction: failure.carried_load_fraction })
 }
 
 /// Every tangential traction at its limit along `direction`.
-fn slide(planes: &mut [f64], n: usize, direction: [f64; 2]) {
+fn saturate_friction(planes: &mut [f64], n: usize, direction: [f64; 2]) {
     let norm = direction[0].hypot(direction[1]);
     for i in 0..n {
         planes[i] = planes[2 * n + i] * direction[0] / norm;
@@ -149,7 +149,7 @@ fn slide(planes: &mut [f64], n: usize, direction: [f64; 2]) {
 }
 
 /// Radial return of every tangential traction on the disc of radius p.
-fn clip(planes: &mut [f64], n: usize) {
+fn project_to_friction_disc(planes: &mut [f64], n: usize) {
     for i in 0..n {
         let (a, b, p) = (planes[i], planes[n + i], planes[2 * n + i]);
         let norm = (a * a + b * b).sqrt();
@@ -164,7 +164,7 @@ fn clip(planes: &mut [f64], n: usize) {
 /// Lifts `z` by τ so that Σ A max(z + τ, 0) = force, and returns τ: Newton on a convex, increasing, piecewise linear
 /// function from the right of its root, which ends exactly after finitely many steps. Values are taken relative to the
 /// largest, so that the smallest force is not lost in rounding.
-fn lift_for_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
+fn shift_to_normal_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
     let mut top = 0;
     for i in 0..z.len() {
         if z[i] > z[top] {
@@ -197,40 +197,40 @@ fn lift_for_force(z: &mut [f64], areas: &[f64], force: f64) -> f64 {
 }
 
 /// Share of a potential that its rounding may be.
-const ROUNDING: f64 = 1e-12;
+const POTENTIAL_ROUNDING: f64 = 1e-12;
 
 /// A prescribed tangential force, hatted: f̂ = M⁻¹ Rᵀ f.
-struct Pull {
-    wanted: [f64; 2],
+struct TangentialLoad {
+    force: [f64; 2],
     /// The direction that body 2 is free to move along, of length 1; `None` if it is in all.
-    along: Option<[f64; 2]>,
+    direction: Option<[f64; 2]>,
 }
 
-impl Pull {
-    fn of(control: TangentialControl, hat: &Hat) -> Option<Self> {
+impl TangentialLoad {
+    fn of(control: TangentialControl, hat: &FrictionScaling) -> Option<Self> {
         match control {
             TangentialControl::Shift => None,
-            TangentialControl::Force(force) => Some(Self { wanted: hat.untraction(force), along: None }),
-            TangentialControl::Along { axis, force } => {
+            TangentialControl::Force(force) => Some(Self { force: hat.scaled_traction(force), direction: None }),
+            TangentialControl::ForceAlong { axis, force } => {
                 let mut unit = [0.0; 2];
                 unit[axis] = 1.0;
                 // f = e·R M Σ A q̂ = |M Rᵀ e| d̂·Σ A q̂.
-                let moved = hat.slip(unit);
+                let moved = hat.scaled_slip(unit);
                 let size = moved[0].hypot(moved[1]);
                 let along = moved.map(|part| part / size);
-                Some(Self { wanted: along.map(|part| part * force / size), along: Some(along) })
+                Some(Self { force: along.map(|part| part * force / size), direction: Some(along) })
             }
         }
     }
 
     /// The part of a sum of tractions that counts.
-    fn counted(&self, sum: [f64; 2]) -> [f64; 2] {
-        self.along.map_or(sum, |along| along.map(|part| part * (along[0] * sum[0] + along[1] * sum[1])))
+    fn component(&self, sum: [f64; 2]) -> [f64; 2] {
+        self.direction.map_or(sum, |along| along.map(|part| part * (along[0] * sum[0] + along[1] * sum[1])))
     }
 
     /// The Newton step for a `defect` (of what counts): J (11, 12, 22) with `floor` on its diagonal, inverted.
     fn step(&self, [a, b, c]: [f64; 3], floor: f64, defect: [f64; 2]) -> [f64; 2] {
-        match self.along {
+        match self.direction {
             None => {
                 let (a, c) = (a + floor, c + floor);
                 let det = a * c - b * b;
@@ -249,29 +249,29 @@ impl Pull {
 fn shift_for_force(
     planes: &[f64],
     areas: &[f64],
-    hat: &Hat,
-    pull: &Pull,
+    hat: &FrictionScaling,
+    pull: &TangentialLoad,
     step: f64,
 ) -> (Equilibrium, [f64; 2]) {
     let n = areas.len();
     // In hatted components: wanted Σ A clip = f̂, unknown y = a M Rᵀ v.
-    let wanted = pull.wanted;
+    let wanted = pull.force;
     let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
     let size = wanted[0].hypot(wanted[1]);
     if size >= capacity * (1.0 - 1e-12) {
-        let force = hat.traction(wanted);
+        let force = hat.physical_traction(wanted);
         let norm = force[0].hypot(force[1]);
-        let mut motion = [0.0; balance::COMPONENTS];
+        let mut motion = [0.0; balance::MOTION_COMPONENTS];
         // Traction on body 2 is against its motion.
         (motion[0], motion[1]) = (-force[0] / norm, -force[1] / norm);
-        let sliding = Sliding { motion, opens: false, carried: capacity / size };
-        return (if size == 0.0 { Equilibrium::Held } else { Equilibrium::Sliding(sliding) }, [0.0; 2]);
+        let sliding = LossOfEquilibrium { motion, separates_bodies: false, carried_load_fraction: capacity / size };
+        return (if size == 0.0 { Equilibrium::Balanced } else { Equilibrium::Sliding(sliding) }, [0.0; 2]);
     }
     let scale = capacity / areas.iter().sum::<f64>();
     let mut y = [0.0; 2];
     let mut current = clipped_sum(planes, areas, y);
     for _ in 0..200 {
-        let defect = pull.counted([current.sum[0] - wanted[0], current.sum[1] - wanted[1]]);
+        let defect = pull.component([current.sum[0] - wanted[0], current.sum[1] - wanted[1]]);
         let error = defect[0].hypot(defect[1]);
         if error <= 1e-14 * capacity {
             break;
@@ -286,11 +286,11 @@ fn shift_for_force(
             let trial = [y[0] + damping * direction[0], y[1] + damping * direction[1]];
             let next = clipped_sum(planes, areas, trial);
             let next_value = next.potential + wanted[0] * trial[0] + wanted[1] * trial[1];
-            let [first, second] = pull.counted([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
+            let [first, second] = pull.component([next.sum[0] - wanted[0], next.sum[1] - wanted[1]]);
             let next_error = first.hypot(second);
             // Where the potential cannot be told from that before, the error decides; by itself it would take ever
             // longer steps across the root of tractions that are far beyond their limits, all one way.
-            let level = next_value <= value + ROUNDING * value.abs();
+            let level = next_value <= value + POTENTIAL_ROUNDING * value.abs();
             let falls = next_value <= value - 1e-4 * damping * slope;
             let accepted = falls || (level && next_error < 0.5 * error);
             if accepted || damping < 1e-9 {
@@ -304,7 +304,7 @@ fn shift_for_force(
     // y = a M Rᵀ v, so v = R M⁻¹ y / a.
     let scaled = [y[0] / hat.mu[0] / step, y[1] / hat.mu[1] / step];
     (
-        Equilibrium::Held,
+        Equilibrium::Balanced,
         [hat.cos * scaled[0] - hat.sin * scaled[1], hat.sin * scaled[0] + hat.cos * scaled[1]],
     )
 }
@@ -380,7 +380,7 @@ mod tests {
     /// alone it moves. To the rounding of tractions of their size.
     #[test]
     fn shifts_carry_their_forces() {
-        let hat = Hat::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });
+        let hat = FrictionScaling::new(&FrictionEllipse { mu: [0.3, 0.5], angle: 0.7 });
         let mut numbers = Numbers(0);
         for trial in 0..4000 {
             let n = 3 + trial % 57;
@@ -389,22 +389,22 @@ mod tests {
             let planes = planes(&mut numbers, n, size);
             let capacity: f64 = (0..n).map(|i| areas[i] * planes[2 * n + i]).sum();
             let (share, turn) = (1.98 * numbers.next(), 6.0 * numbers.next());
-            let along_x = hat.slip([1.0, 0.0]);
+            let along_x = hat.scaled_slip([1.0, 0.0]);
             // A force that friction carries along x whatever acts along y, and one in any direction.
             let one =
-                TangentialControl::Along { axis: 0, force: share * capacity * along_x[0].hypot(along_x[1]) };
+                TangentialControl::ForceAlong { axis: 0, force: share * capacity * along_x[0].hypot(along_x[1]) };
             let both = TangentialControl::Force(
-                hat.traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity),
+                hat.physical_traction([turn.cos(), turn.sin()]).map(|f| f * share * capacity),
             );
             for control in [one, both] {
-                let pull = Pull::of(control, &hat).expect("a force");
+                let pull = TangentialLoad::of(control, &hat).expect("a force");
                 let (held, shift) = shift_for_force(&planes, &areas, &hat, &pull, 2.0);
-                assert_eq!(held, Equilibrium::Held, "{trial} {control:?}");
-                let hatted = hat.slip(shift).map(|part| 2.0 * part);
-                let sum = hat.traction(clipped_sum(&planes, &areas, hatted).sum);
+                assert_eq!(held, Equilibrium::Balanced, "{trial} {control:?}");
+                let hatted = hat.scaled_slip(shift).map(|part| 2.0 * part);
+                let sum = hat.physical_traction(clipped_sum(&planes, &areas, hatted).sum);
                 let rounding = 1e-15 * planes.iter().fold(0.0f64, |most, q| most.max(q.abs())) / 500.0;
                 let defects = match control {
-                    TangentialControl::Along { axis, force } => {
+                    TangentialControl::ForceAlong { axis, force } => {
                         assert!(shift[1].abs() <= 1e-12 * shift[0].abs(), "{trial} {shift:?}");
                         vec![sum[axis] - force]
                     }

@@ -2,47 +2,47 @@
 
 use super::control::{NormalControl, Pressures, TangentialControl};
 use super::increment::Increment;
-use super::iterate::Iterate;
+use super::contact_state::ContactState;
 
 /// Rounding of a sum of a few numbers by the largest of them.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
+const SUM_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Increment<'_> {
     /// Natural residual (docs/theory-contact.md): what one local projection step with c = 1 / diag S (the diagonal of the
     /// implicit wear included) would change, relative to the largest pressure, and the relative defect of
     /// prescribed forces; 0 for an open state without penetration, NaN if any number is.
-    pub fn natural_residual(&self, it: &Iterate) -> f64 {
-        let [normal, tangential] = self.residuals(it);
-        worse(normal, tangential)
+    pub fn natural_residual(&self, it: &ContactState) -> f64 {
+        let [normal, tangential] = self.natural_residual_parts(it);
+        nan_max(normal, tangential)
     }
 
     /// The normal and the tangential part of [`Increment::natural_residual`].
-    pub fn residuals(&self, it: &Iterate) -> [f64; 2] {
+    pub fn natural_residual_parts(&self, it: &ContactState) -> [f64; 2] {
         let n = self.n();
         let given = self.pressures == Pressures::Given;
         let mut parts = [0.0_f64; 2];
         let mut p_max: f64 = 0.0;
-        for end in 0..self.ends.len() {
+        for end in 0..self.path_points.len() {
             let base = end * 3 * n;
             for i in 0..n {
-                let p = it.hatted[base + 2 * n + i];
+                let p = it.scaled[base + 2 * n + i];
                 let mut rho = p;
                 if !given {
-                    let wear = self.repeats * it.wear_path[end * n + i];
+                    let wear = self.slip_repeats * it.wear_path[end * n + i];
                     let c = 1.0 / (1.0 / self.scales.c_normal[i] + wear);
                     let star = p - c * it.gap[base + 2 * n + i];
                     rho = if star > 0.0 { star } else { 0.0 * star };
-                    parts[0] = worse(parts[0], (p - rho).abs());
+                    parts[0] = nan_max(parts[0], (p - rho).abs());
                 }
-                p_max = worse(p_max, p);
+                p_max = nan_max(p_max, p);
                 if self.friction.is_some() {
                     let c = self.scales.c_tangential[i];
-                    let q = [it.hatted[base + i], it.hatted[base + n + i]];
+                    let q = [it.scaled[base + i], it.scaled[base + n + i]];
                     let star = [q[0] - c * it.gradient[base + i], q[1] - c * it.gradient[base + n + i]];
                     let norm = (star[0] * star[0] + star[1] * star[1]).sqrt();
                     let scale = if norm > rho { rho / norm } else { 1.0 };
                     let change = [q[0] - scale * star[0], q[1] - scale * star[1]];
-                    parts[1] = worse(parts[1], (change[0] * change[0] + change[1] * change[1]).sqrt());
+                    parts[1] = nan_max(parts[1], (change[0] * change[0] + change[1] * change[1]).sqrt());
                 }
             }
         }
@@ -53,14 +53,14 @@ impl Increment<'_> {
             // 0 stays 0 where nothing carries pressure; anything else there is infinitely far off.
             *part = if *part == 0.0 { 0.0 } else { *part / p_max };
         }
-        (0..self.ends.len()).fold(parts, |[normal, tangential], end| {
+        (0..self.path_points.len()).fold(parts, |[normal, tangential], end| {
             let [force, shear] = self.force_residuals(it, end);
-            [worse(normal, force), worse(tangential, shear)]
+            [nan_max(normal, force), nan_max(tangential, shear)]
         })
     }
 
     /// Whether what bodies overlap by is what the numbers that gaps are made of cannot resolve.
-    fn overlap_is_rounding(&self, it: &Iterate) -> bool {
+    fn overlap_is_rounding(&self, it: &ContactState) -> bool {
         let n = self.n();
         let mut normal = it.gap.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
         let [deepest, largest] = normal
@@ -68,14 +68,14 @@ impl Increment<'_> {
                 gap.is_finite().then(|| [deepest.max(-gap), largest.max(gap.abs())])
             })
             .unwrap_or([f64::INFINITY, 0.0]);
-        deepest <= ROUNDING * largest
+        deepest <= SUM_ROUNDING * largest
     }
 
     /// Relative defects of the prescribed normal and tangential force of an end; 0 without any.
-    fn force_residuals(&self, it: &Iterate, end: usize) -> [f64; 2] {
+    fn force_residuals(&self, it: &ContactState, end: usize) -> [f64; 2] {
         let n = self.n();
-        if let Some(balance) = &self.ends[end].balance {
-            return [0.0, balance.residual(self.areas, &it.hatted[end * 3 * n..(end + 1) * 3 * n])];
+        if let Some(balance) = &self.path_points[end].balance {
+            return [0.0, balance.residual(self.areas, &it.scaled[end * 3 * n..(end + 1) * 3 * n])];
         }
         let sum = |plane: usize| -> f64 {
             let start = end * 3 * n + plane * n;
@@ -84,16 +84,16 @@ impl Increment<'_> {
         let normal = sum(2);
         let relative = |defect: f64, scale: f64| if defect == 0.0 { 0.0 } else { defect / scale };
         let mut residuals = [0.0; 2];
-        if let (NormalControl::Force(wanted), Pressures::Unknown) = (self.ends[end].normal, self.pressures) {
+        if let (NormalControl::Force(wanted), Pressures::Unknown) = (self.path_points[end].normal, self.pressures) {
             residuals[0] = relative((normal - wanted).abs(), wanted.abs().max(normal.abs()));
         }
-        if let TangentialControl::Force(wanted) = self.ends[end].tangential {
+        if let TangentialControl::Force(wanted) = self.path_points[end].tangential {
             let defect = (sum(0) - wanted[0]).hypot(sum(1) - wanted[1]);
             // Against what friction can carry: a force below that of a tiny coefficient must be met as well.
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative(defect, wanted[0].hypot(wanted[1]).max(mu * normal.abs()));
         }
-        if let TangentialControl::Along { axis, force } = self.ends[end].tangential {
+        if let TangentialControl::ForceAlong { axis, force } = self.path_points[end].tangential {
             let mu = self.friction.map_or(1.0, |ellipse| ellipse.mu[0].min(ellipse.mu[1]).min(1.0));
             residuals[1] = relative((sum(axis) - force).abs(), force.abs().max(mu * normal.abs()));
         }
@@ -102,6 +102,6 @@ impl Increment<'_> {
 }
 
 /// The larger of two numbers, NaN if either is (unlike `f64::max`, which hides it).
-fn worse(a: f64, b: f64) -> f64 {
+fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

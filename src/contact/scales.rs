@@ -7,44 +7,44 @@ use crate::linalg::operator::Flexibility;
 
 /// Rotates the tangential components of a vector into the friction axes and scales them by the coefficients.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Hat {
+pub(crate) struct FrictionScaling {
     pub mu: [f64; 2],
     pub cos: f64,
     pub sin: f64,
 }
 
-impl Hat {
+impl FrictionScaling {
     pub fn new(ellipse: &FrictionEllipse) -> Self {
         let (sin, cos) = ellipse.angle.sin_cos();
         Self { mu: ellipse.mu, cos, sin }
     }
 
     /// Physical (x, y) traction of a hatted one: q = R M q̂.
-    pub fn traction(&self, hatted: [f64; 2]) -> [f64; 2] {
+    pub fn physical_traction(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (self.mu[0] * hatted[0], self.mu[1] * hatted[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
     /// Hatted traction of a physical one: q̂ = M⁻¹ Rᵀ q.
-    pub fn untraction(&self, q: [f64; 2]) -> [f64; 2] {
+    pub fn scaled_traction(&self, q: [f64; 2]) -> [f64; 2] {
         [(self.cos * q[0] + self.sin * q[1]) / self.mu[0], (-self.sin * q[0] + self.cos * q[1]) / self.mu[1]]
     }
 
     /// Slip (x, y) of a hatted one: v = R M⁻¹ v̂.
-    pub fn unslip(&self, hatted: [f64; 2]) -> [f64; 2] {
+    pub fn physical_slip(&self, hatted: [f64; 2]) -> [f64; 2] {
         let (a, b) = (hatted[0] / self.mu[0], hatted[1] / self.mu[1]);
         [self.cos * a - self.sin * b, self.sin * a + self.cos * b]
     }
 
     /// Hatted slip: M Rᵀ v.
-    pub fn slip(&self, v: [f64; 2]) -> [f64; 2] {
+    pub fn scaled_slip(&self, v: [f64; 2]) -> [f64; 2] {
         [self.mu[0] * (self.cos * v[0] + self.sin * v[1]), self.mu[1] * (-self.sin * v[0] + self.cos * v[1])]
     }
 }
 
 /// Local compliances and step sizes of one operator and friction ellipse.
 #[derive(Debug, Clone)]
-pub struct Scales {
+pub struct ContactScales {
     /// c_n = 1 / S_nn of each cell, MPa/mm (docs/theory-contact.md).
     pub c_normal: Vec<f64>,
     /// c_t = 1 / sqrt(Ŝ11 Ŝ22) of each cell; empty without friction.
@@ -56,9 +56,9 @@ pub struct Scales {
 const POWER_ITERATIONS: usize = 12;
 
 /// Least tangential compliance of a cell by its largest one.
-const LEAST_SHARE: f64 = 1e-2;
+const MIN_COMPLIANCE_SHARE: f64 = 1e-2;
 
-impl Scales {
+impl ContactScales {
     /// Reads the diagonal.
     pub fn new(operator: &dyn Flexibility, friction: Option<&FrictionEllipse>) -> Self {
         let blocks = operator.diagonal_blocks();
@@ -66,16 +66,16 @@ impl Scales {
         let Some(ellipse) = friction else {
             return Self::of_cells(c_normal, Vec::new());
         };
-        let hat = Hat::new(ellipse);
+        let hat = FrictionScaling::new(ellipse);
         let c_tangential = blocks
             .map(|s| {
                 let diagonal = |axis: [f64; 2]| {
-                    let q = hat.traction(axis);
+                    let q = hat.physical_traction(axis);
                     q[0] * q[0] * s[(0, 0)] + q[0] * q[1] * (s[(0, 1)] + s[(1, 0)]) + q[1] * q[1] * s[(1, 1)]
                 };
                 // A direction that supports hold everywhere (plane strain) has no compliance of its own.
                 let (first, second) = (diagonal([1.0, 0.0]), diagonal([0.0, 1.0]));
-                let least = LEAST_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
+                let least = MIN_COMPLIANCE_SHARE * first.max(second).max(hat.mu[0] * hat.mu[1] * s[(2, 2)]);
                 1.0 / mean(first.max(least), second.max(least))
             })
             .into_vec();
@@ -87,12 +87,12 @@ impl Scales {
     }
 
     /// Largest eigenvalue of S_nn, mm/MPa, by a few power iterations when it is first asked for.
-    pub(super) fn largest_normal(&self, operator: &dyn Flexibility, areas: &[f64]) -> f64 {
+    pub(super) fn max_normal_eigenvalue(&self, operator: &dyn Flexibility, areas: &[f64]) -> f64 {
         *self.normal.get_or_init(|| largest_normal(operator, areas))
     }
 
     /// Largest eigenvalue of M S_tt M in the same way.
-    pub(super) fn largest_tangential(&self, operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f64 {
+    pub(super) fn max_tangential_eigenvalue(&self, operator: &dyn Flexibility, areas: &[f64], hat: &FrictionScaling) -> f64 {
         *self.tangential.get_or_init(|| largest_tangential(operator, areas, hat))
     }
 }
@@ -145,7 +145,7 @@ fn largest_normal(operator: &dyn Flexibility, areas: &[f64]) -> f64 {
     lambda
 }
 
-fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f64 {
+fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &FrictionScaling) -> f64 {
     let n = areas.len();
     let mut v = start(2 * n);
     let part = operator.tangential();
@@ -155,7 +155,7 @@ fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f
     for _ in 0..POWER_ITERATIONS {
         let norm = weighted_norm(areas, &v);
         for i in 0..n {
-            let q = hat.traction([v[i] / norm, v[n + i] / norm]);
+            let q = hat.physical_traction([v[i] / norm, v[n + i] / norm]);
             physical[i] = q[0];
             physical[n + i] = q[1];
         }
@@ -164,7 +164,7 @@ fn largest_tangential(operator: &dyn Flexibility, areas: &[f64], hat: &Hat) -> f
             None => operator.apply(&physical, &mut image),
         }
         for i in 0..n {
-            let s = hat.slip([image[i], image[n + i]]);
+            let s = hat.scaled_slip([image[i], image[n + i]]);
             v[i] = s[0];
             v[n + i] = s[1];
         }

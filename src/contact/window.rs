@@ -6,8 +6,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::scales::Scales;
-use super::{End, Increment, Iterate, SlipReference, Upstream};
+use super::scales::ContactScales;
+use super::{PathPoint, Increment, ContactState, SlipReference, Upstream};
 use crate::linalg::operator::Flexibility;
 
 /// A rectangle of cells of a grid frame, each of `factor` x `factor` cells of the frame.
@@ -35,7 +35,7 @@ impl Window {
         first..first + self.factor
     }
 
-    /// Calls `with(cell of the window, cell of the frame)` for all pairs that belong together.
+    /// Calls `with(cell operator the window, cell operator the frame)` for all pairs that belong together.
     fn pairs(&self, mut with: impl FnMut(usize, usize)) {
         for ix in 0..self.cells[0] {
             for x in self.span(0, ix) {
@@ -106,42 +106,42 @@ impl Window {
 }
 
 /// The operator on a window.
-pub(super) enum Operator<'a> {
+pub(super) enum WindowOperator<'a> {
     /// That of the frame, all of which the window covers.
-    OfFrame(&'a dyn Flexibility),
+    Frame(&'a dyn Flexibility),
     /// Its own.
     Own(Arc<dyn Flexibility>),
 }
 
-impl Operator<'_> {
+impl WindowOperator<'_> {
     fn flexibility(&self) -> &dyn Flexibility {
         match self {
-            Self::OfFrame(operator) => *operator,
+            Self::Frame(operator) => *operator,
             Self::Own(operator) => operator.as_ref(),
         }
     }
 }
 
 /// What the increment on a window is made of.
-pub(super) struct Part<'a> {
+pub(super) struct WindowProblem<'a> {
     pub window: Window,
-    operator: Operator<'a>,
-    scales: Arc<Scales>,
+    operator: WindowOperator<'a>,
+    scales: Arc<ContactScales>,
     areas: Vec<f64>,
     pub initial_gap: Vec<f64>,
     rigid_axes: Option<Vec<nalgebra::Matrix3<f64>>>,
     floating: Vec<Vec<f64>>,
     worn: Vec<f64>,
     path_factors: Option<Vec<f64>>,
-    ends: Vec<End>,
+    ends: Vec<PathPoint>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> WindowProblem<'a> {
     /// The part of `problem` on `window`, with the operator on it; `None` if one of its ends knows the frame's cells only.
-    pub fn new(problem: &Increment, window: Window, operator: Operator<'a>) -> Option<Self> {
+    pub fn new(problem: &Increment, window: Window, operator: WindowOperator<'a>) -> Option<Self> {
         let scales = match &operator {
-            Operator::OfFrame(_) => problem.scales.clone(),
-            Operator::Own(own) => Arc::new(Scales::new(own.as_ref(), problem.friction.as_ref())),
+            WindowOperator::Frame(_) => problem.scales.clone(),
+            WindowOperator::Own(own) => Arc::new(ContactScales::new(own.as_ref(), problem.friction.as_ref())),
         };
         let areas = window.restrict(problem.areas);
         let larger = (window.factor * window.factor) as f64;
@@ -156,10 +156,10 @@ impl<'a> Part<'a> {
                 window.pairs(|cell, of_frame| picked[cell] = axes[of_frame]);
                 picked
             }),
-            floating: problem.floating.iter().map(|gap| window.restrict(gap)).collect(),
-            worn: window.restrict(problem.worn),
-            path_factors: problem.path_factors.map(|factors| window.restrict(factors)),
-            ends: problem.ends.iter().map(|end| on_window(end, &window)).collect::<Option<_>>()?,
+            floating: problem.mode_gaps.iter().map(|gap| window.restrict(gap)).collect(),
+            worn: window.restrict(problem.wear_depth),
+            path_factors: problem.wear_path_factors.map(|factors| window.restrict(factors)),
+            ends: problem.path_points.iter().map(|end| on_window(end, &window)).collect::<Option<_>>()?,
         })
     }
 
@@ -170,28 +170,28 @@ impl<'a> Part<'a> {
             areas: &self.areas,
             initial_gap: &self.initial_gap,
             rigid_axes: self.rigid_axes.as_deref(),
-            floating: &self.floating,
+            mode_gaps: &self.floating,
             scales: self.scales.clone(),
-            worn: &self.worn,
-            path_factors: self.path_factors.as_deref(),
-            ends: self.ends.clone(),
+            wear_depth: &self.worn,
+            wear_path_factors: self.path_factors.as_deref(),
+            path_points: self.ends.clone(),
             ..*whole
         }
     }
 
     /// A state on the window with the tractions and motions of one on the frame.
-    pub fn state(&self, whole: &Iterate) -> Iterate {
-        let mut it = Iterate::new(self.window.n(), whole.rigid.clone());
-        it.floating.clone_from(&whole.floating);
-        it.hatted = self.window.restrict(&whole.hatted);
+    pub fn state(&self, whole: &ContactState) -> ContactState {
+        let mut it = ContactState::new(self.window.n(), whole.rigid_motion.clone());
+        it.mode_amplitudes.clone_from(&whole.mode_amplitudes);
+        it.scaled = self.window.restrict(&whole.scaled);
         it
     }
 
     /// Takes tractions and motions back to the frame.
-    pub fn give_back(&self, it: &Iterate, whole: &mut Iterate) {
-        self.window.prolong(&it.hatted, &mut whole.hatted);
-        whole.rigid.clone_from(&it.rigid);
-        whole.floating.clone_from(&it.floating);
+    pub fn write_back(&self, it: &ContactState, whole: &mut ContactState) {
+        self.window.prolong(&it.scaled, &mut whole.scaled);
+        whole.rigid_motion.clone_from(&it.rigid_motion);
+        whole.mode_amplitudes.clone_from(&it.mode_amplitudes);
     }
 }
 
@@ -199,32 +199,32 @@ impl<'a> Part<'a> {
 fn upstream_on(upstream: &Upstream, window: &Window) -> Upstream {
     let mut place = vec![None; window.frame[0] * window.frame[1]];
     window.pairs(|cell, of_frame| place[of_frame] = Some(cell));
-    let ahead = |of_frame: usize| (0..window.factor).fold(of_frame, |cell, _| upstream.from[cell]);
+    let ahead = |of_frame: usize| (0..window.factor).fold(of_frame, |cell, _| upstream.source_cell[cell]);
     let mut from: Vec<usize> = (0..window.n()).collect();
     window.pairs(|cell, of_frame| from[cell] = place[ahead(of_frame)].unwrap_or(cell));
-    let mut creep = window.restrict(&upstream.creep);
+    let mut creep = window.restrict(&upstream.rigid_slip);
     creep.iter_mut().for_each(|creep| *creep *= window.factor as f64);
-    Upstream { from, creep }
+    Upstream { source_cell: from, rigid_slip: creep }
 }
 
 /// What is prescribed at an end, on a window.
-fn on_window(end: &End, window: &Window) -> Option<End> {
+fn on_window(end: &PathPoint, window: &Window) -> Option<PathPoint> {
     let reference = match &end.reference {
         SlipReference::Previous(at) => SlipReference::Previous(window.restrict(at)),
-        SlipReference::EndBefore { stuck, at } if window.factor == 1 => {
+        SlipReference::PreviousPoint { stuck, at } if window.factor == 1 => {
             let mut picked = vec![false; window.n()];
             window.pairs(|cell, of_frame| picked[cell] = stuck[of_frame]);
-            SlipReference::EndBefore { stuck: picked, at: window.restrict(at) }
+            SlipReference::PreviousPoint { stuck: picked, at: window.restrict(at) }
         }
         SlipReference::Upstream(upstream) => SlipReference::Upstream(upstream_on(upstream, window)),
-        SlipReference::Given(slip) => SlipReference::Given(window.restrict(slip)),
-        SlipReference::EndBefore { .. } => return None,
+        SlipReference::Prescribed(slip) => SlipReference::Prescribed(window.restrict(slip)),
+        SlipReference::PreviousPoint { .. } => return None,
     };
     let mut pairs = vec![0; window.n()];
     window.pairs(|cell, of_frame| pairs[cell] = of_frame);
-    let balance = end.balance.as_ref().map(|balance| balance.on_cells(&pairs));
-    let lifted = end.lifted.as_ref().map(|lifted| window.restrict(lifted));
-    Some(End { normal: end.normal, tangential: end.tangential, balance, reference, lifted })
+    let balance = end.balance.as_ref().map(|balance| balance.restricted_to(&pairs));
+    let lifted = end.fixed_normal_offset.as_ref().map(|lifted| window.restrict(lifted));
+    Some(PathPoint { normal: end.normal, tangential: end.tangential, balance, reference, fixed_normal_offset: lifted })
 }
 
 #[cfg(test)]

@@ -19,16 +19,16 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::block_rows::{BodyRows, Forces};
+use super::block_rows::{BodyRows, LoadTerms};
 use crate::body::{BodyEquations, ElasticBody};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Side};
 use crate::linalg::PerCell;
-use crate::linalg::lu::{BATCH, LuWorkspace, SparseLu};
+use crate::linalg::sparse_lu::{MAX_RHS, LuWorkspace, SparseLu};
 use crate::linalg::operator::Flexibility;
 
 /// Most unknowns of the system: beyond, the LU factors of meshed solids take many GiB.
-const MOST_UNKNOWNS: usize = 60_000;
+const MAX_UNKNOWNS: usize = 60_000;
 
 /// The factored system; as a [`Flexibility`] it gives k for tractions alone.
 pub struct BlockSystem {
@@ -36,21 +36,21 @@ pub struct BlockSystem {
     bodies: [BodyRows; 2],
     /// Index of the first gap unknown.
     first_gap: usize,
-    scales: Scales,
+    scales: BlockScales,
     lu: SparseLu,
-    work: Mutex<Work>,
+    work: Mutex<BlockWorkspace>,
 }
 
 /// Scales of docs/theory-coupling.md.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scales {
+pub(super) struct BlockScales {
     /// E0, MPa.
     pub modulus: f64,
     /// l0, mm.
     pub length: f64,
 }
 
-struct Work {
+struct BlockWorkspace {
     rhs: Vec<f64>,
     memory: LuWorkspace,
     /// Tractions and gaps of the normal path, `[3, N]`.
@@ -78,7 +78,7 @@ impl BlockSystem {
         let length = (frame.areas.iter().sum::<f64>() / n_cells as f64).sqrt();
         let moduli: Vec<f64> = [&lower, &upper].into_iter().filter_map(|body| body.modulus(length)).collect();
         let modulus = (moduli.iter().map(|e| e.ln()).sum::<f64>() / moduli.len() as f64).exp();
-        let scales = Scales { modulus, length };
+        let scales = BlockScales { modulus, length };
         let bodies = [lower, upper];
         let gap_rows = (0..3 * n_cells).map(|i| (first_gap + i, first_gap + i, 1.0));
         let body_rows = bodies.iter().flat_map(|body| body.entries(scales));
@@ -88,7 +88,7 @@ impl BlockSystem {
             .map(|(i, j, value)| (first_gap + i, j, value));
         let lu = SparseLu::new(n, body_rows.chain(projections).chain(gap_rows))?;
         let planes = [vec![0.0; 3 * n_cells], vec![0.0; 3 * n_cells]];
-        let work = Mutex::new(Work { rhs: vec![0.0; n], memory: lu.workspace()?, planes });
+        let work = Mutex::new(BlockWorkspace { rhs: vec![0.0; n], memory: lu.workspace()?, planes });
         Ok(Self { n_cells, bodies, first_gap, scales, lu, work })
     }
 
@@ -96,8 +96,8 @@ impl BlockSystem {
     /// displacements, and the given normal gap and worn depth, `[N]` each; overwrites `gap`.
     pub fn gap(&self, tractions: &[f64], normal_gap: &[f64], worn: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
-        let Work { rhs, memory, .. } = &mut *work;
-        self.load(tractions, Forces::All, rhs);
+        let BlockWorkspace { rhs, memory, .. } = &mut *work;
+        self.load(tractions, LoadTerms::All, rhs);
         let normal = &mut rhs[self.first_gap + 2 * self.n_cells..];
         for ((row, distance), depth) in normal.iter_mut().zip(normal_gap).zip(worn) {
             *row += (distance + depth) / self.scales.length;
@@ -106,12 +106,12 @@ impl BlockSystem {
     }
 
     /// Right-hand side of the bodies' rows, and of the frame's rows as far as prescribed displacements go.
-    fn load(&self, tractions: &[f64], forces: Forces, rhs: &mut [f64]) {
+    fn load(&self, tractions: &[f64], forces: LoadTerms, rhs: &mut [f64]) {
         rhs.fill(0.0);
         let (rows, frame_rows) = rhs.split_at_mut(self.first_gap);
         for body in &self.bodies {
             body.load(tractions, forces, self.scales, rows);
-            if forces == Forces::All {
+            if forces == LoadTerms::All {
                 body.prescribed_gap(self.scales, frame_rows);
             }
         }
@@ -136,11 +136,11 @@ fn refuse_size(body1: &dyn ElasticBody, body2: &dyn ElasticBody, n_cells: usize)
         | BodyEquations::Unknown => 0,
     };
     let n = rows(body1) + rows(body2) + 3 * n_cells;
-    if n <= MOST_UNKNOWNS {
+    if n <= MAX_UNKNOWNS {
         return Ok(());
     }
     Err(Error::resources(format!(
-        "the block system would have {n} unknowns; this reference path takes at most {MOST_UNKNOWNS}: use \
+        "the block system would have {n} unknowns; this reference path takes at most {MAX_UNKNOWNS}: use \
          solver.coupling = \"schur\", or a coarser mesh or frame"
     )))
 }
@@ -152,22 +152,22 @@ impl Flexibility for BlockSystem {
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut work = self.work.lock().expect("no panic while the buffers are held");
-        let Work { rhs, memory, .. } = &mut *work;
-        self.load(tractions, Forces::Tractions, rhs);
+        let BlockWorkspace { rhs, memory, .. } = &mut *work;
+        self.load(tractions, LoadTerms::Tractions, rhs);
         self.solve(rhs, memory, gap);
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         let n = self.n_cells;
         let mut work = self.work.lock().expect("no panic while the buffers are held");
-        let Work { rhs, memory, planes: [tractions, gap] } = &mut *work;
+        let BlockWorkspace { rhs, memory, planes: [tractions, gap] } = &mut *work;
         tractions[2 * n..].copy_from_slice(pressure);
-        self.load(tractions, Forces::Tractions, rhs);
+        self.load(tractions, LoadTerms::Tractions, rhs);
         self.solve(rhs, memory, gap);
         normal_gap.copy_from_slice(&gap[2 * n..]);
     }
 
-    /// By one solve per cell and component, [`BATCH`] at a time; half-spaces give theirs directly.
+    /// By one solve per cell and component, [`MAX_RHS`] at a time; half-spaces give theirs directly.
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         let (n, rows) = (self.n_cells, self.lu.n());
         let mut blocks = vec![Matrix3::zeros(); n];
@@ -176,15 +176,15 @@ impl Flexibility for BlockSystem {
             return PerCell::Each(blocks);
         }
         let mut work = self.work.lock().expect("no panic while the buffers are held");
-        let Work { memory, planes: [unit, _], .. } = &mut *work;
-        let mut rhs = vec![0.0; BATCH * rows];
+        let BlockWorkspace { memory, planes: [unit, _], .. } = &mut *work;
+        let mut rhs = vec![0.0; MAX_RHS * rows];
         let wanted: Vec<usize> = (0..3 * n).collect();
         unit.fill(0.0);
-        for batch in wanted.chunks(BATCH) {
+        for batch in wanted.chunks(MAX_RHS) {
             let rhs = &mut rhs[..batch.len() * rows];
             for (&i, column) in batch.iter().zip(rhs.chunks_exact_mut(rows)) {
                 unit[i] = 1.0;
-                self.load(unit, Forces::TractionsOnMeshes, column);
+                self.load(unit, LoadTerms::TractionsOnMeshes, column);
                 unit[i] = 0.0;
             }
             self.lu.solve_in_place(rhs, memory);

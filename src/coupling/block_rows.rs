@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use nalgebra::Matrix3;
 
-use super::block::Scales;
+use super::block::BlockScales;
 use crate::bem::half_space::DenseFlexibility;
 use crate::body::half_space::half_space_matrix;
 use crate::body::{BodyEquations, ElasticBody, FeBody};
@@ -15,7 +15,7 @@ use crate::linalg::sparse::SymmetricSparse;
 
 /// Which forces a right-hand side holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Forces {
+pub(super) enum LoadTerms {
     /// Contact tractions.
     Tractions,
     /// Contact tractions, on meshed bodies only.
@@ -114,7 +114,7 @@ impl BodyRows {
     }
 
     /// Scaled entries of the body's own rows.
-    pub(super) fn entries(&self, scales: Scales) -> Box<dyn Iterator<Item = Entry> + '_> {
+    pub(super) fn entries(&self, scales: BlockScales) -> Box<dyn Iterator<Item = Entry> + '_> {
         match self {
             Self::Rigid => Box::new(std::iter::empty()),
             Self::HalfSpace { first, matrix, .. } => {
@@ -143,10 +143,10 @@ impl BodyRows {
     }
 
     /// Adds the scaled right-hand side of the body's rows; `rows` are those of both bodies.
-    pub(super) fn load(&self, tractions: &[f64], forces: Forces, scales: Scales, rows: &mut [f64]) {
+    pub(super) fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
         match self {
             Self::Rigid => {}
-            Self::HalfSpace { .. } if forces == Forces::TractionsOnMeshes => {}
+            Self::HalfSpace { .. } if forces == LoadTerms::TractionsOnMeshes => {}
             Self::HalfSpace { first, side, matrix, scratch } => {
                 let mut displacement = scratch.lock().expect("no panic while the scratch is held");
                 matrix.apply(tractions, &mut displacement);
@@ -159,7 +159,7 @@ impl BodyRows {
     }
 
     /// Adds the share of prescribed displacements of contact nodes to the frame's rows.
-    pub(super) fn prescribed_gap(&self, scales: Scales, frame_rows: &mut [f64]) {
+    pub(super) fn prescribed_gap(&self, scales: BlockScales, frame_rows: &mut [f64]) {
         if let Self::FiniteElements(mesh) = self {
             let mut gap = vec![0.0; frame_rows.len()];
             mesh.map.apply(&mesh.prescribed, &mut gap);
@@ -186,7 +186,7 @@ impl MeshRows {
             side,
             stiffness: model.stiffness().clone(),
             rows: components().map(|(node, c)| model.free_dof(node, c)).collect(),
-            prescribed: components().map(|(node, c)| model.prescribed(node, c).unwrap_or(0.0)).collect(),
+            prescribed: components().map(|(node, c)| model.prescribed_displacement(node, c).unwrap_or(0.0)).collect(),
             load: model.load_vector(),
             scratch: Mutex::new(vec![0.0; 3 * map.nodes().len()]),
             map,
@@ -207,7 +207,7 @@ impl MeshRows {
         })
     }
 
-    fn load(&self, tractions: &[f64], forces: Forces, scales: Scales, rows: &mut [f64]) {
+    fn load(&self, tractions: &[f64], forces: LoadTerms, scales: BlockScales, rows: &mut [f64]) {
         let rows = &mut rows[self.first..self.first + self.load.len()];
         let scale = 1.0 / (scales.modulus * scales.length * scales.length);
         let mut contact = self.scratch.lock().expect("no panic while the scratch is held");
@@ -217,7 +217,7 @@ impl MeshRows {
                 rows[row] += self.side.gap_sign() * force * scale;
             }
         }
-        if forces == Forces::All {
+        if forces == LoadTerms::All {
             rows.iter_mut().zip(&self.load).for_each(|(row, load)| *row += load * scale);
         }
     }

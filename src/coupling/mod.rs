@@ -6,18 +6,18 @@ pub mod distance;
 
 use nalgebra::Vector3;
 
-use crate::bem::half_space::{CrossBlocks, Kernels, SurfaceGreen};
+use crate::bem::half_space::{CrossBlocks, KernelCache, SurfaceGreen};
 use crate::body::BodyEquations::Hybrid;
 use crate::body::half_space::half_space_flexibility;
 use crate::body::hybrid::FarField;
-use crate::body::hybrid::operator::corrected;
-use crate::body::{ElasticBody, Floating};
+use crate::body::hybrid::corrected_flexibility::build_corrected_flexibility;
+use crate::body::{ElasticBody, UnconstrainedModes};
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, GapShape, InitialGap};
 use crate::linalg::composed::SumFlexibility;
 use crate::linalg::constrained::ConstrainedFlexibility;
 use crate::linalg::operator::Flexibility;
-use crate::skip::{Skip, Skipped, Work};
+use crate::skip::{OmittableWork, OmittedWork, OmissionKind};
 
 pub use block::BlockSystem;
 pub use distance::mesh_distance;
@@ -33,18 +33,18 @@ pub enum Coupling {
 }
 
 /// Two bodies tied to a frame.
-pub struct Coupled {
+pub struct CoupledBodies {
     /// S: gap change per traction on body 2.
     pub flexibility: Box<dyn Flexibility>,
     /// Gap change by the bodies' own loads and prescribed displacements, `[3, N]` by planes, mm.
     pub free_gap: Vec<f64>,
     /// Motions in which the bodies float.
-    pub floating: Vec<Floating>,
+    pub floating: Vec<UnconstrainedModes>,
     /// What was skipped.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<OmittedWork>,
 }
 
-impl Coupled {
+impl CoupledBodies {
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes: the free gap plus the distance `normal`
     /// `[N]` of the undeformed surfaces.
     pub fn initial_gap(&self, normal: &[f64]) -> Vec<f64> {
@@ -63,7 +63,7 @@ pub struct HalfSpaceOperators<'a> {
     /// Whether two of them are one operator of their summed Green's functions.
     pub summed: bool,
     /// What they are made of, kept for other runs.
-    pub kernels: Option<&'a Kernels>,
+    pub kernels: Option<&'a KernelCache>,
 }
 
 impl From<CrossBlocks> for HalfSpaceOperators<'_> {
@@ -83,7 +83,7 @@ pub fn couple<'a>(
     frame: &ContactFrame,
     coupling: Coupling,
     half_spaces: impl Into<HalfSpaceOperators<'a>>,
-) -> Result<Coupled> {
+) -> Result<CoupledBodies> {
     let coupled = match coupling {
         Coupling::Schur => sum_of_bodies(body1, body2, frame, half_spaces.into()),
         Coupling::Block => block_of_bodies(body1, body2, frame),
@@ -92,8 +92,8 @@ pub fn couple<'a>(
 }
 
 /// The bodies without tractions and gaps across planes of symmetry in the cells on them; as they are where no cell lies on one.
-fn constrained(coupled: Coupled, frame: &ContactFrame) -> Coupled {
-    let projectors = frame.projectors();
+fn constrained(coupled: CoupledBodies, frame: &ContactFrame) -> CoupledBodies {
+    let projectors = frame.symmetry_projectors();
     if projectors.is_empty() {
         return coupled;
     }
@@ -104,11 +104,11 @@ fn constrained(coupled: Coupled, frame: &ContactFrame) -> Coupled {
             (0..3).for_each(|plane| gap[plane * n + cell] = local[plane]);
         }
     };
-    let Coupled { flexibility, mut free_gap, mut floating, skipped } = coupled;
+    let CoupledBodies { flexibility, mut free_gap, mut floating, skipped } = coupled;
     project(&mut free_gap);
-    floating.iter_mut().flat_map(|body| &mut body.motions).for_each(|motion| project(&mut motion.gap));
+    floating.iter_mut().flat_map(|body| &mut body.modes).for_each(|motion| project(&mut motion.gap));
     let flexibility = Box::new(ConstrainedFlexibility::new(flexibility, &projectors));
-    Coupled { flexibility, free_gap, floating, skipped }
+    CoupledBodies { flexibility, free_gap, floating, skipped }
 }
 
 fn both_rigid() -> Error {
@@ -122,8 +122,8 @@ fn block_of_bodies(
     body1: &dyn ElasticBody,
     body2: &dyn ElasticBody,
     frame: &ContactFrame,
-) -> Result<Coupled> {
-    if let Some(floating) = body1.floating().or(body2.floating()) {
+) -> Result<CoupledBodies> {
+    if let Some(floating) = body1.rigid_body_modes().or(body2.rigid_body_modes()) {
         return Err(Error::input(format!(
             "{} floats by {}; the block system takes held bodies only: use solver.coupling = \"schur\"",
             floating.side.name(),
@@ -134,7 +134,7 @@ fn block_of_bodies(
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     let nothing = vec![0.0; frame.n_cells()];
     system.gap(&vec![0.0; free_gap.len()], &nothing, &nothing, &mut free_gap);
-    Ok(Coupled { flexibility: Box::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
+    Ok(CoupledBodies { flexibility: Box::new(system), free_gap, floating: Vec::new(), skipped: Vec::new() })
 }
 
 fn sum_of_bodies(
@@ -142,17 +142,17 @@ fn sum_of_bodies(
     body2: &mut dyn ElasticBody,
     frame: &ContactFrame,
     operators: HalfSpaceOperators<'_>,
-) -> Result<Coupled> {
-    let half_spaces = [&*body1, &*body2].map(|body| body.near_field().is_some());
+) -> Result<CoupledBodies> {
+    let half_spaces = [&*body1, &*body2].map(|body| body.near_field_green().is_some());
     let summed = operators.summed && half_spaces == [true; 2];
     let (flexibility, rigid) = sum_of_flexibilities(body1, body2, frame, operators)?;
-    let skipped = skips(rigid, summed, flexibility.couples_normal_tangential());
+    let skipped = omitted_work(rigid, summed, flexibility.couples_normal_tangential());
     let mut free_gap = vec![0.0; 3 * frame.n_cells()];
     for part in [body1.free_gap(), body2.free_gap()].into_iter().flatten() {
         free_gap.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
     }
-    let floating = [body1.floating(), body2.floating()].into_iter().flatten().cloned().collect();
-    Ok(Coupled { flexibility, free_gap, floating, skipped })
+    let floating = [body1.rigid_body_modes(), body2.rigid_body_modes()].into_iter().flatten().cloned().collect();
+    Ok(CoupledBodies { flexibility, free_gap, floating, skipped })
 }
 
 /// S = S_1 + S_2, and which bodies are rigid; two half-spaces go into one operator of their summed Green's function
@@ -163,7 +163,7 @@ fn sum_of_flexibilities(
     frame: &ContactFrame,
     HalfSpaceOperators { cross, summed, kernels }: HalfSpaceOperators<'_>,
 ) -> Result<(Box<dyn Flexibility>, [bool; 2])> {
-    if summed && let (Some(lower), Some(upper)) = (body1.near_field(), body2.near_field()) {
+    if summed && let (Some(lower), Some(upper)) = (body1.near_field_green(), body2.near_field_green()) {
         let green = SurfaceGreen::sum(&[lower, upper]);
         return Ok((with_far_fields(&green, [body1, body2], frame, (cross, kernels))?, [false; 2]));
     }
@@ -183,7 +183,7 @@ fn with_far_fields(
     green: &SurfaceGreen,
     bodies: [&mut dyn ElasticBody; 2],
     frame: &ContactFrame,
-    (cross, kernels): (CrossBlocks, Option<&Kernels>),
+    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
 ) -> Result<Box<dyn Flexibility>> {
     let far_field = |body: &&mut dyn ElasticBody| match body.equations() {
         Hybrid(body) => Some(body.far_field().clone()),
@@ -192,7 +192,7 @@ fn with_far_fields(
     let far: Vec<FarField> = bodies.iter().filter_map(far_field).collect();
     match frame.grid {
         Some(grid) if !far.is_empty() => {
-            corrected(green, far, (&grid, frame.places.as_deref()), (cross, kernels))
+            build_corrected_flexibility(green, far, (&grid, frame.grid_indices.as_deref()), (cross, kernels))
         }
         _ => half_space_flexibility(green, frame, (cross, kernels)),
     }
@@ -200,21 +200,21 @@ fn with_far_fields(
 
 /// What summing the flexibilities leaves out: those of `rigid` bodies, one of two half-space operators where they
 /// are `summed` into one, and products between normal and tangential components unless the sum `couples` them.
-pub fn skips(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<Skipped> {
+pub fn omitted_work(rigid: [bool; 2], summed: bool, couples: bool) -> Vec<OmittedWork> {
     let mut skipped = Vec::new();
     if summed {
-        skipped.push(Skipped::new(
-            Skip::SecondHalfSpace,
+        skipped.push(OmittedWork::new(
+            OmittableWork::SecondHalfSpace,
             "second half-space operator",
             "the Green's functions of both half-spaces are summed into one operator",
         ));
     }
     for (name, _) in ["body 1", "body 2"].into_iter().zip(rigid).filter(|(_, rigid)| *rigid) {
-        skipped.push(Skipped::new(Work::Other, format!("flexibility of {name}"), "it is rigid"));
+        skipped.push(OmittedWork::new(OmissionKind::Other, format!("flexibility of {name}"), "it is rigid"));
     }
     if !couples {
-        skipped.push(Skipped::new(
-            Skip::VanishingBlocks,
+        skipped.push(OmittedWork::new(
+            OmittableWork::VanishingBlocks,
             "products between normal and tangential components",
             "they vanish for these two materials",
         ));
@@ -241,7 +241,7 @@ pub fn surface_distance(
     }
     for (surface, body) in surfaces.iter_mut().zip([body1, body2]) {
         if let (Some(surface), Hybrid(_)) = (surface, body.equations()) {
-            surface.heights = surface.bowed_heights(frame);
+            surface.mean_heights = surface.curved_heights(frame);
         }
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref))

@@ -1,12 +1,12 @@
 //! The 20-node hexahedron on [-1, 1]^3, serendipity.
 
 use super::dual::{Dual, one_minus};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 20-node hexahedron.
 pub struct Hex20;
 
-impl DualFunctions<20> for Hex20 {
+impl DualShapeFunctions<20> for Hex20 {
     const NODES: [[f64; 3]; 20] = [
         [-1.0, -1.0, -1.0],
         [1.0, -1.0, -1.0],
@@ -30,7 +30,7 @@ impl DualFunctions<20> for Hex20 {
         [0.0, 1.0, 1.0],
     ];
 
-    fn functions(xi: [Dual; 3]) -> [Dual; 20] {
+    fn dual_values(xi: [Dual; 3]) -> [Dual; 20] {
         Self::NODES.map(|node| {
             let side: [Dual; 3] = std::array::from_fn(|i| xi[i] * node[i] + 1.0);
             match node.iter().position(|&x| x == 0.0) {

@@ -1,6 +1,6 @@
 //! The kinds of cells a mesh may hold: dimension, nodes, faces, gmsh's and VTK's codes.
 
-use super::tables;
+use super::reference_tables;
 
 /// Kinds of cells that a mesh may hold; node order is gmsh's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -122,13 +122,13 @@ impl ElementKind {
     /// Node `i` of the VTK cell is node `vtk_order()[i]` here (13 entries for a pyramid of 14 nodes).
     pub fn vtk_order(self) -> &'static [usize] {
         match self {
-            Self::Tet10 => tables::TET10_VTK,
-            Self::Hex20 => tables::HEX20_VTK,
-            Self::Hex27 => tables::HEX27_VTK,
-            Self::Wedge15 => tables::WEDGE15_VTK,
-            Self::Wedge18 => tables::WEDGE18_VTK,
-            Self::Pyramid13 | Self::Pyramid14 => tables::PYRAMID13_VTK,
-            _ => &tables::IDENTITY[..self.n_nodes()],
+            Self::Tet10 => reference_tables::TET10_VTK,
+            Self::Hex20 => reference_tables::HEX20_VTK,
+            Self::Hex27 => reference_tables::HEX27_VTK,
+            Self::Wedge15 => reference_tables::WEDGE15_VTK,
+            Self::Wedge18 => reference_tables::WEDGE18_VTK,
+            Self::Pyramid13 | Self::Pyramid14 => reference_tables::PYRAMID13_VTK,
+            _ => &reference_tables::IDENTITY[..self.n_nodes()],
         }
     }
 
@@ -141,17 +141,17 @@ impl ElementKind {
     /// pointing out of a solid of positive Jacobian; empty for points, lines and surfaces.
     pub const fn local_faces(self) -> &'static [(ElementKind, &'static [usize])] {
         match self {
-            Self::Tet4 => tables::TET4_FACES,
-            Self::Tet10 => tables::TET10_FACES,
-            Self::Hex8 => tables::HEX8_FACES,
-            Self::Hex20 => tables::HEX20_FACES,
-            Self::Hex27 => tables::HEX27_FACES,
-            Self::Wedge6 => tables::WEDGE6_FACES,
-            Self::Wedge15 => tables::WEDGE15_FACES,
-            Self::Wedge18 => tables::WEDGE18_FACES,
-            Self::Pyramid5 => tables::PYRAMID5_FACES,
-            Self::Pyramid13 => tables::PYRAMID13_FACES,
-            Self::Pyramid14 => tables::PYRAMID14_FACES,
+            Self::Tet4 => reference_tables::TET4_FACES,
+            Self::Tet10 => reference_tables::TET10_FACES,
+            Self::Hex8 => reference_tables::HEX8_FACES,
+            Self::Hex20 => reference_tables::HEX20_FACES,
+            Self::Hex27 => reference_tables::HEX27_FACES,
+            Self::Wedge6 => reference_tables::WEDGE6_FACES,
+            Self::Wedge15 => reference_tables::WEDGE15_FACES,
+            Self::Wedge18 => reference_tables::WEDGE18_FACES,
+            Self::Pyramid5 => reference_tables::PYRAMID5_FACES,
+            Self::Pyramid13 => reference_tables::PYRAMID13_FACES,
+            Self::Pyramid14 => reference_tables::PYRAMID14_FACES,
             _ => &[],
         }
     }

@@ -6,12 +6,12 @@
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 
 use super::dual::{Dual, one_minus};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 13-node pyramid.
 pub struct Pyramid13;
 
-impl DualFunctions<13> for Pyramid13 {
+impl DualShapeFunctions<13> for Pyramid13 {
     const NODES: [[f64; 3]; 13] = [
         [-1.0, -1.0, 0.0],
         [1.0, -1.0, 0.0],
@@ -29,7 +29,7 @@ impl DualFunctions<13> for Pyramid13 {
     ];
 
     /// All functions but those that [`super::Pyramid14`] changes.
-    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 13] {
+    fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 13] {
         // The side of the section at height z; the tip itself is the limit.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let (to_x, to_y) = (|a: f64| side + x * a, |b: f64| side + y * b);

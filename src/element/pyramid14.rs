@@ -4,12 +4,12 @@
 
 use super::Pyramid13;
 use super::dual::{Dual, one_minus};
-use super::shape::{DualFunctions, ShapeFunctions};
+use super::shape::{DualShapeFunctions, ShapeFunctions};
 
 /// The 14-node pyramid.
 pub struct Pyramid14;
 
-impl DualFunctions<14> for Pyramid14 {
+impl DualShapeFunctions<14> for Pyramid14 {
     const NODES: [[f64; 3]; 14] = [
         [-1.0, -1.0, 0.0],
         [1.0, -1.0, 0.0],
@@ -27,11 +27,11 @@ impl DualFunctions<14> for Pyramid14 {
         [0.0, 0.0, 0.0],
     ];
 
-    fn functions(xi: [Dual; 3]) -> [Dual; 14] {
+    fn dual_values(xi: [Dual; 3]) -> [Dual; 14] {
         let [x, y, z] = xi;
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         let bubble = ((side + x) * (side - x) / side) * ((side + y) * (side - y) / side);
-        let thirteen = Pyramid13::functions(xi);
+        let thirteen = Pyramid13::dual_values(xi);
         // The functions of the base at its middle: -1/4 of the corners, 1/2 of the middles of the edges.
         let at_middle = Pyramid13::values([0.0; 3]);
         std::array::from_fn(|i| if i == 13 { bubble } else { thirteen[i] - bubble * at_middle[i] })

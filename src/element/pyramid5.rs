@@ -6,16 +6,16 @@
 //! Bedrosian (1992), Int. J. Numer. Meth. Engng 35.
 
 use super::dual::{Dual, one_minus};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 5-node pyramid.
 pub struct Pyramid5;
 
-impl DualFunctions<5> for Pyramid5 {
+impl DualShapeFunctions<5> for Pyramid5 {
     const NODES: [[f64; 3]; 5] =
         [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 5] {
+    fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 5] {
         // The side of the section at height z; the tip itself is the limit.
         let side = one_minus(z).at_least(f64::MIN_POSITIVE);
         Self::NODES.map(|[a, b, tip]| match tip == 1.0 {

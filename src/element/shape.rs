@@ -15,23 +15,23 @@ pub trait ShapeFunctions<const N: usize, const D: usize> {
 }
 
 /// Shape functions of a solid written once, in dual numbers: values and gradients follow.
-pub(super) trait DualFunctions<const N: usize> {
+pub(super) trait DualShapeFunctions<const N: usize> {
     /// As [`ShapeFunctions::NODES`].
     const NODES: [[f64; 3]; N];
 
     /// Values with their gradients, `xi` being the reference coordinates with theirs.
-    fn functions(xi: [Dual; 3]) -> [Dual; N];
+    fn dual_values(xi: [Dual; 3]) -> [Dual; N];
 }
 
-impl<const N: usize, T: DualFunctions<N>> ShapeFunctions<N, 3> for T {
-    const NODES: [[f64; 3]; N] = <T as DualFunctions<N>>::NODES;
+impl<const N: usize, T: DualShapeFunctions<N>> ShapeFunctions<N, 3> for T {
+    const NODES: [[f64; 3]; N] = <T as DualShapeFunctions<N>>::NODES;
 
     fn values(xi: [f64; 3]) -> [f64; N] {
-        T::functions(Dual::coordinates(xi)).map(|n| n.value)
+        T::dual_values(Dual::coordinates(xi)).map(|n| n.value)
     }
 
     fn gradients(xi: [f64; 3]) -> [[f64; 3]; N] {
-        T::functions(Dual::coordinates(xi)).map(|n| n.gradient)
+        T::dual_values(Dual::coordinates(xi)).map(|n| n.gradient)
     }
 }
 

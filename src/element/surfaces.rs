@@ -3,7 +3,7 @@
 use super::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 
 /// Most nodes of a face.
-pub const MOST_FACE_NODES: usize = 9;
+pub const MAX_FACE_NODES: usize = 9;
 
 macro_rules! surfaces {
     ($($element:ident, $n:literal;)*) => {

@@ -1,12 +1,12 @@
 //! The 15-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], serendipity.
 
 use super::dual::{Dual, one_minus};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 15-node wedge.
 pub struct Wedge15;
 
-impl DualFunctions<15> for Wedge15 {
+impl DualShapeFunctions<15> for Wedge15 {
     const NODES: [[f64; 3]; 15] = [
         [0.0, 0.0, -1.0],
         [1.0, 0.0, -1.0],
@@ -25,7 +25,7 @@ impl DualFunctions<15> for Wedge15 {
         [0.5, 0.5, 1.0],
     ];
 
-    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 15] {
+    fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 15] {
         let l = [one_minus(x + y), x, y];
         let end = [one_minus(z), z + 1.0];
         let bubble = one_minus(z * z);

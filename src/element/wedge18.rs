@@ -1,12 +1,12 @@
 //! The 18-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], quadratic in each.
 
 use super::dual::{Dual, quadratic, triangle6};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 18-node wedge.
 pub struct Wedge18;
 
-impl DualFunctions<18> for Wedge18 {
+impl DualShapeFunctions<18> for Wedge18 {
     const NODES: [[f64; 3]; 18] = [
         [0.0, 0.0, -1.0],
         [1.0, 0.0, -1.0],
@@ -28,7 +28,7 @@ impl DualFunctions<18> for Wedge18 {
         [0.5, 0.5, 0.0],
     ];
 
-    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 18] {
+    fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 18] {
         let t = triangle6(x, y);
         let line = [-1.0, 0.0, 1.0].map(|node| quadratic(z, node));
         // (function of the triangle, function of the line) of each node.

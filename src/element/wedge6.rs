@@ -1,12 +1,12 @@
 //! The 6-node wedge on the triangle (0,0), (1,0), (0,1) times [-1, 1], linear in each.
 
 use super::dual::{Dual, one_minus};
-use super::shape::DualFunctions;
+use super::shape::DualShapeFunctions;
 
 /// The 6-node wedge.
 pub struct Wedge6;
 
-impl DualFunctions<6> for Wedge6 {
+impl DualShapeFunctions<6> for Wedge6 {
     const NODES: [[f64; 3]; 6] = [
         [0.0, 0.0, -1.0],
         [1.0, 0.0, -1.0],
@@ -16,7 +16,7 @@ impl DualFunctions<6> for Wedge6 {
         [0.0, 1.0, 1.0],
     ];
 
-    fn functions([x, y, z]: [Dual; 3]) -> [Dual; 6] {
+    fn dual_values([x, y, z]: [Dual; 3]) -> [Dual; 6] {
         let corner = [one_minus(x + y), x, y];
         let end = [one_minus(z) * 0.5, (z + 1.0) * 0.5];
         std::array::from_fn(|i| corner[i % 3] * end[i / 3])

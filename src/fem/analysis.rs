@@ -1,38 +1,38 @@
 //! What condensing a body will take, known before any number is computed.
 
-use super::method::{Method, iterative_bytes};
+use super::condensation_method::{CondensationMethod, iterative_peak_bytes};
 use super::model::FeModel;
 use crate::error::Result;
-use crate::linalg::factor::{CholeskyFactor, SymbolicFactor};
+use crate::linalg::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::linalg::memory::MemoryLimit;
 
 /// Threads whose workspace an estimate of memory counts: beyond these the factorisation takes no more. The estimate
 /// decides the method, which must not depend on the threads at hand.
-const THREADS: usize = 16;
+const MAX_COUNTED_THREADS: usize = 16;
 
 /// Bytes of the buffers of dense products that large fronts touch: 15 to 17 MB were found of the 67 MB that are asked for.
-const PRODUCTS: usize = 16_000_000;
+const PRODUCT_BUFFER_BYTES: usize = 16_000_000;
 
 /// What factorising a body for some contact nodes will take.
-pub struct Analysis {
+pub struct SymbolicAnalysis {
     contact_nodes: Vec<usize>,
-    n_trailing: usize,
+    n_contact_dofs: usize,
     n_free: usize,
     model_bytes: usize,
     n_stored: usize,
-    symbolic: SymbolicFactor,
+    symbolic: SymbolicCholesky,
 }
 
-impl Analysis {
+impl SymbolicAnalysis {
     pub(super) fn new(model: &FeModel, contact_nodes: &[usize], order: Vec<usize>) -> Result<Self> {
         let n_trailing = model.contact_rows(contact_nodes).len();
         Ok(Self {
             contact_nodes: contact_nodes.to_vec(),
-            n_trailing,
+            n_contact_dofs: n_trailing,
             n_free: model.n_free(),
-            model_bytes: model.held_bytes(),
+            model_bytes: model.resident_bytes(),
             n_stored: model.stiffness().n_stored(),
-            symbolic: SymbolicFactor::new(model.stiffness(), &order, n_trailing)?,
+            symbolic: SymbolicCholesky::new(model.stiffness(), &order, n_trailing)?,
         })
     }
 
@@ -46,24 +46,24 @@ impl Analysis {
     }
 
     /// Number of free contact dofs.
-    pub fn n_trailing(&self) -> usize {
-        self.n_trailing
+    pub fn n_contact_dofs(&self) -> usize {
+        self.n_contact_dofs
     }
 
     /// Number of entries of the factor.
     pub fn factor_entries(&self) -> usize {
-        self.symbolic.n_stored()
+        self.symbolic.n_factor_entries()
     }
 
     /// Floating-point operations of factor and flexibility.
     pub fn flops(&self) -> f64 {
-        self.symbolic.flops() + 2.0 / 3.0 * (self.n_trailing as f64).powi(3)
+        self.symbolic.flops() + 2.0 / 3.0 * (self.n_contact_dofs as f64).powi(3)
     }
 
     /// Bytes taken at the peak by a factorisation: the assembled body, the factor, and the larger of its workspace and
     /// the two dense matrices of the contact dofs. The same whatever the number of threads, of which it counts 16.
-    pub fn memory_bytes(&self) -> usize {
-        self.peak_bytes(THREADS)
+    pub fn factorisation_peak_bytes(&self) -> usize {
+        self.peak_bytes(MAX_COUNTED_THREADS)
     }
 
     /// The same with `n_threads` at work.
@@ -71,9 +71,9 @@ impl Analysis {
         let values = self.factor_bytes();
         // The matrix in the order of the tree, and the part of the buffers of dense products that is touched.
         let columns = 12 * self.n_stored + 8 * self.n_free;
-        let products = PRODUCTS.min(values / 4);
-        let workspace = self.symbolic.memory_bytes_with(n_threads) - values + columns;
-        self.model_bytes + values + products + workspace.max(16 * self.n_trailing * self.n_trailing)
+        let products = PRODUCT_BUFFER_BYTES.min(values / 4);
+        let workspace = self.symbolic.memory_bytes_for(n_threads) - values + columns;
+        self.model_bytes + values + products + workspace.max(16 * self.n_contact_dofs * self.n_contact_dofs)
     }
 
     /// Bytes of the stored values of the factor.
@@ -85,25 +85,25 @@ impl Analysis {
     ///
     /// # Errors
     /// If no method fits (kind `Resources`), with the bytes needed and allowed.
-    pub fn method(&self, model: &FeModel, memory: &MemoryLimit) -> Result<Method> {
-        Method::choose(model, self.n_trailing, self.memory_bytes(), memory)
+    pub fn choose_method(&self, model: &FeModel, memory: &MemoryLimit) -> Result<CondensationMethod> {
+        CondensationMethod::choose(model, self.n_contact_dofs, self.factorisation_peak_bytes(), memory)
     }
 
     /// Bytes at the peak and in the end of a body condensed by `method`.
-    pub fn bytes_by(&self, model: &FeModel, method: Method) -> [usize; 2] {
+    pub fn peak_and_resident_bytes(&self, model: &FeModel, method: CondensationMethod) -> [usize; 2] {
         let peak = match method {
-            Method::Factorisation => self.peak_bytes(rayon::current_num_threads()),
-            Method::ConjugateGradients(_) => iterative_bytes(model, self.n_trailing),
+            CondensationMethod::Factorisation => self.peak_bytes(rayon::current_num_threads()),
+            CondensationMethod::ConjugateGradients(_) => iterative_peak_bytes(model, self.n_contact_dofs),
         };
         let flexibility = flexibility_bytes(self.contact_nodes.len());
         [peak, self.model_bytes + self.solver_bytes(model, method) + flexibility]
     }
 
     /// Bytes of what solves the systems.
-    pub(super) fn solver_bytes(&self, model: &FeModel, method: Method) -> usize {
+    pub(super) fn solver_bytes(&self, model: &FeModel, method: CondensationMethod) -> usize {
         match method {
-            Method::Factorisation => self.factor_bytes(),
-            Method::ConjugateGradients(_) => iterative_bytes(model, 0) - self.model_bytes,
+            CondensationMethod::Factorisation => self.factor_bytes(),
+            CondensationMethod::ConjugateGradients(_) => iterative_peak_bytes(model, 0) - self.model_bytes,
         }
     }
 
@@ -114,11 +114,11 @@ impl Analysis {
 
     /// The factor from its stored values; `None` if they do not pass its check.
     pub(super) fn restore(self, model: &FeModel, values: Vec<f64>) -> Result<Option<CholeskyFactor>> {
-        self.symbolic.restore(model.stiffness(), values)
+        self.symbolic.from_values(model.stiffness(), values)
     }
 
     pub(super) fn factorise(self, model: &FeModel) -> Result<CholeskyFactor> {
-        self.symbolic.factorise(model.stiffness(), |row| model.row_name(row))
+        self.symbolic.factorise(model.stiffness(), |row| model.describe_row(row))
     }
 }
 

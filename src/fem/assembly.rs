@@ -3,12 +3,12 @@
 use nalgebra::Matrix6;
 use rayon::prelude::*;
 
-use super::dofs::Dofs;
-use super::element::{packed_len, stiffness};
-use super::foundation::FaceStiffness;
-use super::integration::Unsound;
-use super::regions::Regions;
-use super::solids::Rules;
+use super::dof_map::DofMap;
+use super::element_kernels::{packed_len, element_stiffness};
+use super::foundation::FoundationFace;
+use super::integration_points::ElementDefect;
+use super::element_materials::ElementMaterials;
+use super::element_rules::Rules;
 use super::spec::HexFormulation;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -17,30 +17,30 @@ use crate::linalg::sparse::SymmetricSparse;
 use crate::mesh::{CellRef, Mesh};
 
 /// Elements computed side by side before they are added up: bounds the memory of their stiffnesses (14 MB of hex27).
-const BATCH: usize = 512;
+const ELEMENTS_PER_BATCH: usize = 512;
 
 /// What an element's stiffness needs besides its nodes.
 #[derive(Clone, Copy)]
-pub(super) struct Elements<'a> {
+pub(super) struct ElementContext<'a> {
     pub mesh: &'a Mesh,
-    pub regions: &'a Regions,
+    pub regions: &'a ElementMaterials,
     pub rules: &'a Rules,
     pub formulation: HexFormulation,
 }
 
-impl Elements<'_> {
+impl ElementContext<'_> {
     /// Number of elements.
-    pub fn n(&self) -> usize {
+    pub fn n_elements(&self) -> usize {
         self.regions.cells.len()
     }
 
     /// Coordinates of the nodes of a cell.
-    pub fn points(&self, cell: CellRef) -> Vec<[f64; 3]> {
+    pub fn node_coordinates(&self, cell: CellRef) -> Vec<[f64; 3]> {
         self.mesh.cell_nodes(cell).iter().map(|&node| self.mesh.points[node]).collect()
     }
 
     /// Stiffness tensor of the element `i`, global axes.
-    pub fn material(&self, i: usize) -> Matrix6<f64> {
+    pub fn stiffness_tensor(&self, i: usize) -> Matrix6<f64> {
         self.regions.stiffness(i)
     }
 
@@ -50,21 +50,21 @@ impl Elements<'_> {
         let cell = self.regions.cells[i];
         let kind = self.mesh.kind(cell);
         let mut packed = vec![0.0; packed_len(kind)];
-        stiffness(kind, &self.points(cell), &self.material(i), self.formulation, self.rules, &mut packed)
-            .map_err(|unsound| self.unsound(cell, unsound))?;
+        element_stiffness(kind, &self.node_coordinates(cell), &self.stiffness_tensor(i), self.formulation, self.rules, &mut packed)
+            .map_err(|unsound| self.defect_error(cell, unsound))?;
         Ok(packed)
     }
 
     /// The error of an element that has no stiffness.
-    pub fn unsound(&self, cell: CellRef, unsound: Unsound) -> Error {
+    pub fn defect_error(&self, cell: CellRef, unsound: ElementDefect) -> Error {
         let mesh = self.mesh;
         let element = format!("element {} ({}) of {}", mesh.tag(cell), mesh.kind(cell).name(), mesh.source);
         Error::input(match unsound {
-            Unsound::Jacobian(det) => format!(
+            ElementDefect::NonpositiveJacobian(det) => format!(
                 "{element} is inverted or degenerate: its Jacobian is {det:.3e}, it must be positive; mend the mesh (node \
                  order, collapsed or overlapping nodes)"
             ),
-            Unsound::Modes => format!(
+            ElementDefect::IndefiniteEnhancedModes => format!(
                 "the enhanced strains of {element} have no positive definite stiffness, although its shape is sound: the \
                  constants of its material differ by too many powers of ten; mend them, or take `element` = \
                  \"{}\" or elements of second order",
@@ -82,14 +82,14 @@ impl Elements<'_> {
 /// # Errors
 /// If an element is inverted or degenerate.
 pub(super) fn assemble(
-    elements: Elements,
-    foundations: &[FaceStiffness],
-    (dofs, graph): (&Dofs, &NodeGraph),
+    elements: ElementContext,
+    foundations: &[FoundationFace],
+    (dofs, graph): (&DofMap, &NodeGraph),
 ) -> Result<(SymmetricSparse, Vec<f64>)> {
     let mut matrix = pattern(dofs, graph);
     let mut rhs = vec![0.0; dofs.n_free()];
-    for start in (0..elements.n()).step_by(BATCH) {
-        let end = (start + BATCH).min(elements.n());
+    for start in (0..elements.n_elements()).step_by(ELEMENTS_PER_BATCH) {
+        let end = (start + ELEMENTS_PER_BATCH).min(elements.n_elements());
         let batch: Vec<Result<Vec<f64>>> =
             (start..end).into_par_iter().map(|i| elements.packed_stiffness(i)).collect();
         for (i, packed) in (start..end).zip(batch) {
@@ -105,32 +105,32 @@ pub(super) fn assemble(
 }
 
 /// Number of entries that the stiffness of the free dofs stores.
-pub(super) fn n_stored(dofs: &Dofs, graph: &NodeGraph) -> usize {
+pub(super) fn n_stiffness_entries(dofs: &DofMap, graph: &NodeGraph) -> usize {
     let of_node = |&node: &usize| {
-        let beside: usize = later(graph, node).map(|other| rows_of(dofs, other).count()).sum();
+        let beside: usize = later_neighbours(graph, node).map(|other| rows_of(dofs, other).count()).sum();
         let own = rows_of(dofs, node).count();
         own * (own + 1) / 2 + own * beside
     };
-    dofs.nodes.iter().map(of_node).sum()
+    dofs.solid_nodes.iter().map(of_node).sum()
 }
 
-fn rows_of(dofs: &Dofs, node: usize) -> impl Iterator<Item = usize> {
+fn rows_of(dofs: &DofMap, node: usize) -> impl Iterator<Item = usize> {
     (3 * node..3 * node + 3).filter_map(|dof| dofs.row(dof))
 }
 
-fn later(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usize> {
+fn later_neighbours(graph: &NodeGraph, node: usize) -> impl Iterator<Item = usize> {
     graph.neighbours(node).iter().copied().filter(move |&other| other > node)
 }
 
 /// The matrix of zeros that couples the free dofs of each node with those of its neighbours.
-fn pattern(dofs: &Dofs, graph: &NodeGraph) -> SymmetricSparse {
+fn pattern(dofs: &DofMap, graph: &NodeGraph) -> SymmetricSparse {
     let mut offsets = Vec::with_capacity(dofs.n_free() + 1);
     offsets.push(0);
-    let mut rows = Vec::with_capacity(n_stored(dofs, graph));
+    let mut rows = Vec::with_capacity(n_stiffness_entries(dofs, graph));
     let mut beside: Vec<usize> = Vec::new();
-    for &node in &dofs.nodes {
+    for &node in &dofs.solid_nodes {
         beside.clear();
-        beside.extend(later(graph, node).flat_map(|other| rows_of(dofs, other)));
+        beside.extend(later_neighbours(graph, node).flat_map(|other| rows_of(dofs, other)));
         beside.sort_unstable();
         for column in rows_of(dofs, node) {
             rows.extend(rows_of(dofs, node).filter(|&row| row >= column));
@@ -138,10 +138,10 @@ fn pattern(dofs: &Dofs, graph: &NodeGraph) -> SymmetricSparse {
             offsets.push(rows.len());
         }
     }
-    SymmetricSparse::zeros(offsets, rows)
+    SymmetricSparse::from_pattern(offsets, rows)
 }
 
-fn scatter(nodes: &[usize], packed: &[f64], dofs: &Dofs, matrix: &mut SymmetricSparse, rhs: &mut [f64]) {
+fn scatter(nodes: &[usize], packed: &[f64], dofs: &DofMap, matrix: &mut SymmetricSparse, rhs: &mut [f64]) {
     let global: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
     let mut k = 0;
     for (p, &i) in global.iter().enumerate() {

@@ -9,13 +9,13 @@ mod solve;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use super::analysis::{Analysis, flexibility_bytes};
-use super::cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-use super::method::Method;
+use super::analysis::{SymbolicAnalysis, flexibility_bytes};
+use super::flexibility_cache::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
+use super::condensation_method::CondensationMethod;
 use super::model::FeModel;
 use crate::error::Result;
 use crate::linalg::dense::SymmetricDense;
-use crate::linalg::factor::{CholeskyFactor, SymmetricFactor};
+use crate::linalg::cholesky::{CholeskyFactor, SymmetricSolver};
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::two_level::TwoLevelSolver;
 
@@ -23,72 +23,72 @@ use self::solve::solve_in_place;
 
 /// What condensing a body may use.
 #[derive(Debug, Clone, Copy)]
-pub struct Resources<'a> {
+pub struct CondensationResources<'a> {
     /// Where flexibilities are kept between runs, if they are.
     pub cache: Option<&'a FlexibilityCache>,
     /// What is kept there.
-    pub keep: Keep,
+    pub cache_contents: CacheContents,
     /// Memory that may be taken.
     pub memory: MemoryLimit,
 }
 
-impl Default for Resources<'_> {
+impl Default for CondensationResources<'_> {
     /// No cache, the memory that the machine has now.
     fn default() -> Self {
-        Self { cache: None, keep: Keep::Flexibility, memory: MemoryLimit::of_machine() }
+        Self { cache: None, cache_contents: CacheContents::Flexibility, memory: MemoryLimit::of_machine() }
     }
 }
 
 /// What a cache keeps of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Keep {
+pub enum CacheContents {
     /// The flexibility of its contact nodes.
     Flexibility,
     /// That, and the factor that its fields are recovered with.
-    FactorToo,
+    FlexibilityAndFactor,
 }
 
 /// Where a flexibility came from.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Origin {
+pub struct FlexibilityOrigin {
     /// How it was computed, in this run or in the one that put it into the cache.
-    pub method: Method,
+    pub method: CondensationMethod,
     /// Iterations of conjugate gradients in this run; 0 where there were none.
     pub iterations: usize,
     /// Seconds that an entry of the cache saved; `None` if it was computed.
-    pub saved_seconds: Option<f64>,
+    pub seconds_saved_by_cache: Option<f64>,
     /// What the user should know of the cache: a damaged entry, or one that could not be written.
-    pub note: Option<String>,
+    pub cache_warning: Option<String>,
 }
 
 /// A body with the flexibility of its contact nodes; what solves its systems is made when something else needs it.
 pub struct CondensedBody {
     model: FeModel,
     contact_nodes: Vec<usize>,
-    solver: OnceLock<Box<dyn SymmetricFactor>>,
+    solver: OnceLock<Box<dyn SymmetricSolver>>,
     /// Where the factor is kept, if it is.
-    kept: Option<(FlexibilityCache, CacheKey)>,
-    had_factor: bool,
-    held_bytes: usize,
+    factor_cache: Option<(FlexibilityCache, CacheKey)>,
+    factor_was_cached: bool,
+    resident_bytes: usize,
     residual: f64,
-    origin: Origin,
+    origin: FlexibilityOrigin,
     flexibility: SymmetricDense,
-    free_displacement: Vec<[f64; 3]>,
+    contact_free_displacement: Vec<[f64; 3]>,
 }
 
 /// A flexibility of the free contact dofs and how it was come by.
-struct Condensed {
+struct CondensationResult {
     contact_nodes: Vec<usize>,
-    trailing: SymmetricDense,
-    solver: OnceLock<Box<dyn SymmetricFactor>>,
+    contact_flexibility: SymmetricDense,
+    solver: OnceLock<Box<dyn SymmetricSolver>>,
     solver_bytes: usize,
     residual: f64,
-    origin: Origin,
+    origin: FlexibilityOrigin,
 }
 
 impl CondensedBody {
-    pub(super) fn new(model: FeModel, analysis: Analysis, memory: MemoryLimit) -> Result<Self> {
-        let method = analysis.method(&model, &memory)?;
+    pub(super) fn new(model: FeModel, analysis: SymbolicAnalysis, memory: MemoryLimit) -> Result<Self> {
+        let method = analysis.choose_method(&model, &memory)?;
         let condensed = compute(&model, analysis, method, None)?;
         Self::build(model, condensed, None)
     }
@@ -98,16 +98,16 @@ impl CondensedBody {
         model: FeModel,
         contact_nodes: &[usize],
         cache: &FlexibilityCache,
-        (memory, keep): (MemoryLimit, Keep),
+        (memory, keep): (MemoryLimit, CacheContents),
     ) -> Result<Self> {
-        let wanted = keep == Keep::FactorToo || model.is_loaded() || model.floating().is_some();
+        let wanted = keep == CacheContents::FlexibilityAndFactor || model.has_own_loads() || model.generalised_inverse().is_some();
         let n = model.contact_rows(contact_nodes).len();
         let mut damage = None;
-        let mut find = |method: Method| -> Result<Option<CacheEntry>> {
+        let mut find = |method: CondensationMethod| -> Result<Option<FlexibilityEntry>> {
             match cache.read(&model.cache_key(contact_nodes, method), n)? {
-                Lookup::Hit(entry) => return Ok(Some(*entry)),
-                Lookup::Miss => {}
-                Lookup::Damaged(how) => {
+                CacheLookup::Hit(entry) => return Ok(Some(*entry)),
+                CacheLookup::Miss => {}
+                CacheLookup::Damaged(how) => {
                     damage = Some(format!(
                         "the flexibility of {} in the cache was damaged ({how}); it was computed anew",
                         model.name()
@@ -116,84 +116,84 @@ impl CondensedBody {
             }
             Ok(None)
         };
-        let key = model.cache_key(contact_nodes, Method::Factorisation);
+        let key = model.cache_key(contact_nodes, CondensationMethod::Factorisation);
         let kept = wanted.then(|| (cache.clone(), key));
-        if let Some(entry) = find(Method::Factorisation)?
-            && Method::choose(&model, n, entry.needed_bytes, &memory)? == Method::Factorisation
+        if let Some(entry) = find(CondensationMethod::Factorisation)?
+            && CondensationMethod::choose(&model, n, entry.factorisation_bytes, &memory)? == CondensationMethod::Factorisation
         {
-            let factor_bytes = entry.needed_bytes.saturating_sub(model.held_bytes());
-            let mut condensed = from_cache(contact_nodes, entry, Method::Factorisation);
+            let factor_bytes = entry.factorisation_bytes.saturating_sub(model.resident_bytes());
+            let mut condensed = from_cache(contact_nodes, entry, CondensationMethod::Factorisation);
             condensed.solver_bytes = if wanted { factor_bytes } else { 0 };
             return Self::build(model, condensed, kept);
         }
         let analysis = model.analyse(contact_nodes)?;
-        let method = analysis.method(&model, &memory)?;
-        if method != Method::Factorisation
+        let method = analysis.choose_method(&model, &memory)?;
+        if method != CondensationMethod::Factorisation
             && let Some(entry) = find(method)?
         {
             return Self::build(model, from_cache(contact_nodes, entry, method), None);
         }
-        let (start, needed_bytes) = (Instant::now(), analysis.memory_bytes());
+        let (start, needed_bytes) = (Instant::now(), analysis.factorisation_peak_bytes());
         let mut condensed = compute(&model, analysis, method, kept.as_ref())?;
-        let entry = CacheEntry {
-            flexibility: std::mem::take(&mut condensed.trailing),
+        let entry = FlexibilityEntry {
+            flexibility: std::mem::take(&mut condensed.contact_flexibility),
             residual: condensed.residual,
-            seconds: start.elapsed().as_secs_f64(),
-            needed_bytes,
+            computing_seconds: start.elapsed().as_secs_f64(),
+            factorisation_bytes: needed_bytes,
         };
         let written = cache.write(&model.cache_key(contact_nodes, method), &entry);
-        condensed.origin.note =
-            damage.or(condensed.origin.note).or(written.err().map(|error| error.to_string()));
-        condensed.trailing = entry.flexibility;
+        condensed.origin.cache_warning =
+            damage.or(condensed.origin.cache_warning).or(written.err().map(|error| error.to_string()));
+        condensed.contact_flexibility = entry.flexibility;
         Self::build(model, condensed, None)
     }
 
     fn build(
         model: FeModel,
-        condensed: Condensed,
+        condensed: CondensationResult,
         kept: Option<(FlexibilityCache, CacheKey)>,
     ) -> Result<Self> {
-        let Condensed { contact_nodes, trailing, solver, solver_bytes, residual, origin } = condensed;
-        let flexibility = with_prescribed_rows(&model, &contact_nodes, trailing)?;
-        let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.expects_factor(key));
+        let CondensationResult { contact_nodes, contact_flexibility: trailing, solver, solver_bytes, residual, origin } = condensed;
+        let flexibility = expand_to_contact_dofs(&model, &contact_nodes, trailing)?;
+        let had_factor = kept.as_ref().is_some_and(|(cache, key)| cache.has_factor(key));
         let free_displacement = vec![[0.0; 3]; model.mesh().n_points()];
-        let held_bytes = model.held_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
+        let held_bytes = model.resident_bytes() + solver_bytes + flexibility_bytes(contact_nodes.len());
         let mut body = Self {
             model,
             contact_nodes,
             solver,
-            kept,
-            had_factor,
-            held_bytes,
+            factor_cache: kept,
+            factor_was_cached: had_factor,
+            resident_bytes: held_bytes,
             residual,
             origin,
             flexibility,
-            free_displacement,
+            contact_free_displacement: free_displacement,
         };
-        if let Some(floating) = body.model.floating() {
+        if let Some(floating) = body.model.generalised_inverse() {
             let dofs = body.contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
-            let rows: Vec<Option<usize>> = dofs.map(|dof| body.model.dofs().row(dof)).collect();
+            let rows: Vec<Option<usize>> = dofs.map(|dof| body.model.dof_map().row(dof)).collect();
             let mut flexibility = std::mem::take(&mut body.flexibility);
             let solver = body.solver()?;
-            floating.centre(&mut flexibility, &rows, |rhs| solver.solve_in_place(rhs, 1))?;
+            floating.project_flexibility(&mut flexibility, &rows, |rhs| solver.solve_in_place(rhs, 1))?;
             body.flexibility = flexibility;
         }
-        if body.model.is_loaded() {
+        if body.model.has_own_loads() {
             let mut rhs = body.model.load_vector();
             solve_in_place(&body.model, body.solver()?, &mut rhs)?;
-            body.free_displacement = body.model.expand(&rhs);
+            body.contact_free_displacement = body.model.expand(&rhs);
         }
         Ok(body)
     }
 
     /// What solves the systems, made now if it was not needed before.
-    fn solver(&self) -> Result<&dyn SymmetricFactor> {
+    fn solver(&self) -> Result<&dyn SymmetricSolver> {
         if let Some(solver) = self.solver.get() {
             return Ok(solver.as_ref());
         }
-        let solver: Box<dyn SymmetricFactor> = match self.origin.method {
-            Method::Factorisation => Box::new(self.factor()?),
-            Method::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
+        let solver: Box<dyn SymmetricSolver> = match self.origin.method {
+            CondensationMethod::Factorisation => Box::new(self.factor()?),
+            CondensationMethod::ConjugateGradients(_) => Box::new(iterative(&self.model)?),
         };
         // A second thread may have been faster; both are equal.
         Ok(self.solver.get_or_init(|| solver).as_ref())
@@ -202,7 +202,7 @@ impl CondensedBody {
     /// The factor, from the cache where it has it; else it is put there.
     fn factor(&self) -> Result<CholeskyFactor> {
         let analysis = self.model.analyse(&self.contact_nodes)?;
-        let Some((cache, key)) = &self.kept else { return analysis.factorise(&self.model) };
+        let Some((cache, key)) = &self.factor_cache else { return analysis.factorise(&self.model) };
         if let Some(values) = cache.read_factor(key, analysis.n_values())?
             && let Some(factor) = analysis.restore(&self.model, values)?
         {
@@ -215,17 +215,17 @@ impl CondensedBody {
     }
 
     /// Whether the cache was expected to have the factor when the body was made, so that solving takes no factorisation.
-    pub fn had_factor(&self) -> bool {
-        self.had_factor
+    pub fn factor_was_cached(&self) -> bool {
+        self.factor_was_cached
     }
 
     /// Bytes that it keeps: the assembled body, its factor if there is one, the flexibility and its copy in use.
-    pub fn held_bytes(&self) -> usize {
-        self.held_bytes
+    pub fn resident_bytes(&self) -> usize {
+        self.resident_bytes
     }
 
     /// Where the flexibility came from.
-    pub fn origin(&self) -> &Origin {
+    pub fn origin(&self) -> &FlexibilityOrigin {
         &self.origin
     }
 
@@ -252,8 +252,8 @@ impl CondensedBody {
 
     /// Displacement of all mesh nodes by the body's own loads and prescribed displacements, global axes, mm,
     /// `[n_points]`; zero where there are none, and at points on no solid.
-    pub fn free_displacement(&self) -> &[[f64; 3]] {
-        &self.free_displacement
+    pub fn contact_free_displacement(&self) -> &[[f64; 3]] {
+        &self.contact_free_displacement
     }
 
     /// Relative residual of the factorisation's check; of the solved columns, the largest, where there was none.
@@ -262,11 +262,11 @@ impl CondensedBody {
     }
 }
 
-fn from_cache(contact_nodes: &[usize], entry: CacheEntry, method: Method) -> Condensed {
-    let CacheEntry { flexibility: trailing, residual, seconds, .. } = entry;
-    let origin = Origin { method, saved_seconds: Some(seconds), ..Origin::default() };
+fn from_cache(contact_nodes: &[usize], entry: FlexibilityEntry, method: CondensationMethod) -> CondensationResult {
+    let FlexibilityEntry { flexibility: trailing, residual, computing_seconds: seconds, .. } = entry;
+    let origin = FlexibilityOrigin { method, seconds_saved_by_cache: Some(seconds), ..FlexibilityOrigin::default() };
     let contact_nodes = contact_nodes.to_vec();
-    Condensed { contact_nodes, trailing, solver: OnceLock::new(), solver_bytes: 0, residual, origin }
+    CondensationResult { contact_nodes, contact_flexibility: trailing, solver: OnceLock::new(), solver_bytes: 0, residual, origin }
 }
 
 fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
@@ -276,33 +276,33 @@ fn iterative(model: &FeModel) -> Result<TwoLevelSolver> {
 /// By `method`; a factor is put where it is kept.
 fn compute(
     model: &FeModel,
-    analysis: Analysis,
-    method: Method,
+    analysis: SymbolicAnalysis,
+    method: CondensationMethod,
     kept: Option<&(FlexibilityCache, CacheKey)>,
-) -> Result<Condensed> {
+) -> Result<CondensationResult> {
     let contact_nodes = analysis.contact_nodes().to_vec();
-    let mut origin = Origin { method, ..Origin::default() };
+    let mut origin = FlexibilityOrigin { method, ..FlexibilityOrigin::default() };
     let solver_bytes = analysis.solver_bytes(model, method);
-    let (solver, trailing, residual): (Box<dyn SymmetricFactor>, _, _) = match method {
-        Method::Factorisation => {
+    let (solver, trailing, residual): (Box<dyn SymmetricSolver>, _, _) = match method {
+        CondensationMethod::Factorisation => {
             let factor = analysis.factorise(model)?;
             let written = kept.map_or(Ok(()), |(cache, key)| cache.write_factor(key, factor.values()));
-            origin.note = written.err().map(|error| error.to_string());
+            origin.cache_warning = written.err().map(|error| error.to_string());
             let (trailing, residual) = (factor.trailing_inverse()?, factor.residual());
             (Box::new(factor), trailing, residual)
         }
-        Method::ConjugateGradients(_) => {
+        CondensationMethod::ConjugateGradients(_) => {
             let solver = iterative(model)?;
             let block = solver.inverse_block(&model.contact_rows(&contact_nodes))?;
             origin.iterations = block.convergence.iterations;
             (Box::new(solver), block.values, block.residual)
         }
     };
-    Ok(Condensed { contact_nodes, trailing, solver: solver.into(), solver_bytes, residual, origin })
+    Ok(CondensationResult { contact_nodes, contact_flexibility: trailing, solver: solver.into(), solver_bytes, residual, origin })
 }
 
 /// The flexibility of the free contact dofs spread over all contact dofs, zero where prescribed.
-fn with_prescribed_rows(
+fn expand_to_contact_dofs(
     model: &FeModel,
     contact_nodes: &[usize],
     trailing: SymmetricDense,
@@ -310,7 +310,7 @@ fn with_prescribed_rows(
     let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
     let free: Vec<usize> = dofs
         .enumerate()
-        .filter(|&(_, dof)| model.dofs().row(dof).is_some())
+        .filter(|&(_, dof)| model.dof_map().row(dof).is_some())
         .map(|(contact_dof, _)| contact_dof)
         .collect();
     let n = 3 * contact_nodes.len();

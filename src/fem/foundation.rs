@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::loads::{FaceLoad, LoadedFace};
-use super::spec::{Bedding, FeSpec};
+use super::spec::{FoundationStiffness, FeSpec};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::Mesh;
@@ -11,7 +11,7 @@ use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::quadrature::{RulePoint, quadrilateral, triangle};
 
 /// The stiffness of one face.
-pub(super) struct FaceStiffness {
+pub(super) struct FoundationFace {
     /// The face and its bedding.
     pub face: LoadedFace,
     /// Nodes of the face.
@@ -21,13 +21,13 @@ pub(super) struct FaceStiffness {
 }
 
 /// A node of a foundation and a direction in which it resists.
-pub(super) type Resistance = (usize, Vector3<f64>);
+pub(super) type RestrainedDirection = (usize, Vector3<f64>);
 
 /// Stiffness of every face that stands on a foundation.
 ///
 /// # Errors
 /// If a group is missing or no outer surface, or a stiffness is no positive number.
-pub(super) fn stiffnesses(spec: &FeSpec) -> Result<Vec<FaceStiffness>> {
+pub(super) fn foundation_faces(spec: &FeSpec) -> Result<Vec<FoundationFace>> {
     let mut faces = Vec::new();
     for_each_face(spec, |mesh, face, bedding| faces.push(stiffness(mesh, face, bedding)))?;
     Ok(faces)
@@ -36,8 +36,8 @@ pub(super) fn stiffnesses(spec: &FeSpec) -> Result<Vec<FaceStiffness>> {
 /// Nodes and directions that foundations resist.
 ///
 /// # Errors
-/// As [`stiffnesses`].
-pub(super) fn resistances(spec: &FeSpec) -> Result<Vec<Resistance>> {
+/// As [`foundation_faces`].
+pub(super) fn restrained_directions(spec: &FeSpec) -> Result<Vec<RestrainedDirection>> {
     let mut resistances = Vec::new();
     for_each_face(spec, |mesh, face, bedding| {
         let stiffness = stiffness(mesh, face, bedding);
@@ -56,21 +56,21 @@ pub(super) fn resistances(spec: &FeSpec) -> Result<Vec<Resistance>> {
     Ok(resistances)
 }
 
-fn for_each_face(spec: &FeSpec, mut visit: impl FnMut(&Mesh, &SurfaceFace, Bedding)) -> Result<()> {
+fn for_each_face(spec: &FeSpec, mut visit: impl FnMut(&Mesh, &SurfaceFace, FoundationStiffness)) -> Result<()> {
     for foundation in &spec.foundations {
         let name = || format!("foundation of the group \"{}\"", foundation.group);
-        sound(foundation.bedding).context(name)?;
+        check_stiffness(foundation.stiffness).context(name)?;
         for face in group_faces(&spec.mesh, &foundation.group).context(|| "foundation".to_string())? {
-            visit(&spec.mesh, &face, foundation.bedding);
+            visit(&spec.mesh, &face, foundation.stiffness);
         }
     }
     Ok(())
 }
 
-fn sound(bedding: Bedding) -> Result<()> {
+fn check_stiffness(bedding: FoundationStiffness) -> Result<()> {
     let values = match bedding {
-        Bedding::Normal(k) => vec![k],
-        Bedding::Components(k) => k.to_vec(),
+        FoundationStiffness::Normal(k) => vec![k],
+        FoundationStiffness::Components(k) => k.to_vec(),
     };
     if values.iter().all(|k| k.is_finite() && *k >= 0.0) && values.iter().any(|k| *k > 0.0) {
         return Ok(());
@@ -78,7 +78,7 @@ fn sound(bedding: Bedding) -> Result<()> {
     Err(Error::input(format!("the stiffness {values:?} must be positive (components may be 0, not all)")))
 }
 
-fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: Bedding) -> FaceStiffness {
+fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: FoundationStiffness) -> FoundationFace {
     let packed = match face.kind {
         ElementKind::Quad4 => integrate::<Quad4, 4>(mesh, face, bedding, &quadrilateral(2)),
         ElementKind::Tri3 => integrate::<Tri3, 3>(mesh, face, bedding, &triangle(2)),
@@ -88,15 +88,15 @@ fn stiffness(mesh: &Mesh, face: &SurfaceFace, bedding: Bedding) -> FaceStiffness
         other => unreachable!("{} is no face of a solid", other.name()),
     };
     let (owner, local_face) = (face.owner, face.local_face);
-    let face_and_bed = LoadedFace { owner, local_face, load: FaceLoad::Bed(bedding) };
-    FaceStiffness { face: face_and_bed, nodes: face.nodes.clone(), packed }
+    let face_and_bed = LoadedFace { owner, local_face, load: FaceLoad::Foundation(bedding) };
+    FoundationFace { face: face_and_bed, nodes: face.nodes.clone(), packed }
 }
 
 /// ∫ N_a k N_b dS of one face, packed; on flat faces the rules are exact.
 fn integrate<S: ShapeFunctions<N, 2>, const N: usize>(
     mesh: &Mesh,
     face: &SurfaceFace,
-    bedding: Bedding,
+    bedding: FoundationStiffness,
     rule: &[RulePoint<2>],
 ) -> Vec<f64> {
     let mut packed = vec![0.0; 3 * N * (3 * N + 1) / 2];
@@ -110,8 +110,8 @@ fn integrate<S: ShapeFunctions<N, 2>, const N: usize>(
         };
         let area = tangent(0).cross(&tangent(1)) * weight;
         let stiffness = match bedding {
-            Bedding::Normal(k) => area * area.transpose() * (k / area.norm()),
-            Bedding::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
+            FoundationStiffness::Normal(k) => area * area.transpose() * (k / area.norm()),
+            FoundationStiffness::Components(k) => Matrix3::from_diagonal(&Vector3::from(k)) * area.norm(),
         };
         let values = S::values(xi);
         let mut at = 0;

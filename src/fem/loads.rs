@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::integration::{Sample, map};
-use super::regions::Regions;
-use super::solids::{Rules, Solid, SolidVisitor, visit};
-use super::spec::{Bedding, FeSpec};
+use super::integration_points::{ReferencePoint, map_point};
+use super::element_materials::ElementMaterials;
+use super::element_rules::{Rules, SolidElement, ElementVisitor, visit};
+use super::spec::{FoundationStiffness, FeSpec};
 use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
 use crate::error::{Context, Error, Result};
 use crate::mesh::faces::{SurfaceFace, group_faces};
@@ -23,7 +23,7 @@ pub(super) enum FaceLoad {
     /// Along a fixed direction, MPa.
     Traction(Vector3<f64>),
     /// Against its displacement.
-    Bed(Bedding),
+    Foundation(FoundationStiffness),
 }
 
 impl FaceLoad {
@@ -32,8 +32,8 @@ impl FaceLoad {
         match self {
             Self::Pressure(pressure) => -*pressure * normal,
             Self::Traction(traction) => *traction,
-            Self::Bed(Bedding::Normal(k)) => -*k * normal.dot(displacement) * normal,
-            Self::Bed(Bedding::Components(k)) => -Vector3::from(*k).component_mul(displacement),
+            Self::Foundation(FoundationStiffness::Normal(k)) => -*k * normal.dot(displacement) * normal,
+            Self::Foundation(FoundationStiffness::Components(k)) => -Vector3::from(*k).component_mul(displacement),
         }
     }
 }
@@ -61,7 +61,7 @@ pub(super) struct Loads {
 ///
 /// # Errors
 /// If a group is missing or no outer surface, or a value is not finite.
-pub(super) fn loads(spec: &FeSpec, regions: &Regions, rules: &Rules) -> Result<Loads> {
+pub(super) fn loads(spec: &FeSpec, regions: &ElementMaterials, rules: &Rules) -> Result<Loads> {
     let mut loads = Loads { forces: vec![[0.0; 3]; spec.mesh.n_points()], faces: Vec::new() };
     for (group, value) in &spec.pressures {
         finite(&[*value]).context(|| format!("pressure on the group \"{group}\""))?;
@@ -96,7 +96,7 @@ fn load_faces(mesh: &Mesh, group: &str, load: FaceLoad, loads: &mut Loads) -> Re
 }
 
 /// ∫ N_a dS of the faces as vectors, outward, mm2, `[n_points]`.
-pub(crate) fn vector_areas(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalForces {
+pub(crate) fn nodal_area_vectors(mesh: &Mesh, faces: &[SurfaceFace]) -> NodalForces {
     let mut areas = vec![[0.0; 3]; mesh.n_points()];
     faces.iter().for_each(|face| add_face_load(mesh, face, FaceLoad::Pressure(-1.0), &mut areas));
     areas
@@ -150,12 +150,12 @@ pub(super) fn add_body_force(
     for &cell in cells {
         visit(
             mesh.kind(cell),
-            LoadOf { mesh, nodes: mesh.cell_nodes(cell), rules, b: &b, forces: &mut *forces },
+            BodyForceKernel { mesh, nodes: mesh.cell_nodes(cell), rules, b: &b, forces: &mut *forces },
         );
     }
 }
 
-struct LoadOf<'a, B> {
+struct BodyForceKernel<'a, B> {
     mesh: &'a Mesh,
     nodes: &'a [usize],
     rules: &'a Rules,
@@ -163,10 +163,10 @@ struct LoadOf<'a, B> {
     forces: &'a mut NodalForces,
 }
 
-impl<B: Fn([f64; 3]) -> [f64; 3]> SolidVisitor for LoadOf<'_, B> {
+impl<B: Fn([f64; 3]) -> [f64; 3]> ElementVisitor for BodyForceKernel<'_, B> {
     type Output = ();
 
-    fn visit<S: Solid<N>, const N: usize>(self) {
+    fn visit_element<S: SolidElement<N>, const N: usize>(self) {
         load_cell(self.mesh, self.nodes, &S::rules(self.rules).loads, self.b, self.forces);
     }
 }
@@ -174,14 +174,14 @@ impl<B: Fn([f64; 3]) -> [f64; 3]> SolidVisitor for LoadOf<'_, B> {
 fn load_cell<const N: usize>(
     mesh: &Mesh,
     nodes: &[usize],
-    rule: &[Sample<N>],
+    rule: &[ReferencePoint<N>],
     b: &impl Fn([f64; 3]) -> [f64; 3],
     forces: &mut NodalForces,
 ) {
     let points: [[f64; 3]; N] = std::array::from_fn(|a| mesh.points[nodes[a]]);
     for sample in rule {
         // An inverted element adds nothing here: the assembly refuses it by name.
-        let Ok(mapped) = map(&points, sample) else { continue };
+        let Ok(mapped) = map_point(&points, sample) else { continue };
         let x = std::array::from_fn(|c| points.iter().zip(&sample.values).map(|(p, n)| p[c] * n).sum());
         let force = b(x).map(|value| value * mapped.volume);
         for (&node, value) in nodes.iter().zip(&sample.values) {

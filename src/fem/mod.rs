@@ -8,41 +8,41 @@
 
 mod analysis;
 mod assembly;
-mod cache;
+mod flexibility_cache;
 mod condensed;
-mod dilatation;
-mod dofs;
-mod element;
-mod enhanced;
-mod floating;
+mod mean_dilatation;
+mod dof_map;
+mod element_kernels;
+mod enhanced_strain;
+mod generalised_inverse;
 mod foundation;
-mod integration;
-mod kept_factor;
+mod integration_points;
+mod factor_cache;
 mod loads;
-mod method;
+mod condensation_method;
 mod model;
-mod moved;
+mod mesh_motion;
 mod recovery;
-mod regions;
-mod rigid;
-mod solids;
+mod element_materials;
+mod rigid_body_modes;
+mod element_rules;
 mod spec;
-mod superposition;
+mod column_solver;
 mod symmetry;
 
-pub use analysis::{Analysis, flexibility_bytes};
-pub use cache::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-pub use condensed::{CondensedBody, Keep, Origin, Resources};
-pub(crate) use loads::vector_areas;
-pub use method::{Method, Shortage};
+pub use analysis::{SymbolicAnalysis, flexibility_bytes};
+pub use flexibility_cache::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
+pub use condensed::{CondensedBody, CacheContents, FlexibilityOrigin, CondensationResources};
+pub(crate) use loads::nodal_area_vectors;
+pub use condensation_method::{CondensationMethod, MemoryShortfall};
 pub use model::FeModel;
-pub(crate) use moved::moved;
+pub(crate) use mesh_motion::move_mesh;
 pub use recovery::{
-    CHANGE, ContactPoint, ErrorEstimate, ExposureField, ROUNDING, RecoveryPoints, StressRecovery, size_ratios,
+    SIZE_RATIO_BOUNDS, SurfaceStressPoint, ErrorEstimate, ExposureField, MIN_RELATIVE_ERROR, RecoveryPoints, StressRecovery, size_ratios,
 };
-pub(crate) use recovery::{FaceSample, FaceSums, contact_points, exposures};
-pub use regions::{Finding, Regions, check_materials};
-pub use rigid::{FreeMotions, free_motions};
-pub use spec::{Bedding, FeSpec, Foundation, HexFormulation, Support};
-pub use superposition::{ColumnSolver, Solved, SupportForces};
+pub(crate) use recovery::{FaceContribution, FaceAverages, surface_stress_points, exposures};
+pub use element_materials::{RegionReport, ElementMaterials, check_materials};
+pub use rigid_body_modes::{RigidBodyModes, find_rigid_body_modes};
+pub use spec::{FoundationStiffness, FeSpec, Foundation, HexFormulation, Support};
+pub use column_solver::{ColumnSolver, SolverInfo, PrescribedDisplacementForces};
 pub use symmetry::symmetry_component;

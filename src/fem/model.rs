@@ -4,37 +4,37 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::analysis::Analysis;
-use super::assembly::{Elements, assemble, n_stored};
-use super::cache::{CacheKey, FlexibilityCache};
-use super::condensed::{CondensedBody, Resources};
-use super::dofs::{COMPONENTS, Dofs};
-use super::floating::Floating;
-use super::foundation::{self, FaceStiffness};
+use super::analysis::SymbolicAnalysis;
+use super::assembly::{ElementContext, assemble, n_stiffness_entries};
+use super::flexibility_cache::{CacheKey, FlexibilityCache};
+use super::condensed::{CondensedBody, CondensationResources};
+use super::dof_map::{AXIS_NAMES, DofMap};
+use super::generalised_inverse::GeneralisedInverse;
+use super::foundation::{self, FoundationFace};
 use super::loads::{FaceLoad, LoadedFace, NodalForces, add_body_force, loads};
-use super::method::Method;
-use super::regions::Regions;
-use super::rigid::{self, FreeMotions};
-use super::solids::Rules;
+use super::condensation_method::CondensationMethod;
+use super::element_materials::ElementMaterials;
+use super::rigid_body_modes::{self, RigidBodyModes};
+use super::element_rules::Rules;
 use super::spec::{FeSpec, HexFormulation};
 use crate::error::{Context, Error, Result};
-use crate::geometry::place;
+use crate::geometry::format_point;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::ordering::{NodeGraph, nested_dissection};
 use crate::linalg::sparse::SymmetricSparse;
-use crate::linalg::two_level::Unknowns;
+use crate::linalg::two_level::NodalUnknowns;
 use crate::mesh::{CellRef, Mesh};
 
 /// Bytes per unknown of mesh, elements and the assembly of the matrix beside the matrix itself: 290 to 500 were measured on
 /// bodies of 50 000 unknowns, up to 1360 on small ones (first order and second, tetrahedra and hexahedra).
-const MODEL_BYTES: usize = 1500;
+const ASSEMBLY_BYTES_PER_DOF: usize = 1500;
 
 /// Bytes per unknown of mesh and elements once the matrix is there.
-const HELD_BYTES: usize = 350;
+const RESIDENT_BYTES_PER_DOF: usize = 350;
 
 /// Bytes of an assembled body of `n_free` unknowns and of its making.
-fn model_bytes(n_free: usize, n_stored: usize) -> usize {
-    MODEL_BYTES * n_free + 16 * n_stored
+fn assembly_bytes(n_free: usize, n_stored: usize) -> usize {
+    ASSEMBLY_BYTES_PER_DOF * n_free + 16 * n_stored
 }
 
 /// An assembled finite-element body.
@@ -42,64 +42,64 @@ pub struct FeModel {
     name: String,
     mesh: Arc<Mesh>,
     formulation: HexFormulation,
-    regions: Regions,
+    regions: ElementMaterials,
     rules: Rules,
-    dofs: Dofs,
+    dof_map: DofMap,
     graph: NodeGraph,
     stiffness: SymmetricSparse,
-    support_forces: Vec<f64>,
-    external: NodalForces,
+    prescribed_dof_forces: Vec<f64>,
+    external_forces: NodalForces,
     body_force: [f64; 3],
     loaded_faces: Vec<LoadedFace>,
-    foundations: Vec<FaceStiffness>,
-    floating: Option<Floating>,
+    foundations: Vec<FoundationFace>,
+    generalised_inverse: Option<GeneralisedInverse>,
 }
 
 impl FeModel {
     /// Assembles the body, within the memory that the machine has now.
     ///
     /// # Errors
-    /// See [`Self::within`].
+    /// See [`Self::with_memory_limit`].
     pub fn new(spec: FeSpec) -> Result<Self> {
-        Self::within(spec, &MemoryLimit::of_machine())
+        Self::with_memory_limit(spec, &MemoryLimit::of_machine())
     }
 
     /// Assembles the body within a memory limit.
     ///
     /// # Errors
-    /// If it does not fit (kind `Resources`); if an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
+    /// If it does not fit (kind `CondensationResources`); if an element is inverted or has no material, a group is missing, supports contradict one another, or leave rigid
     /// motions of one of several parts free (which are
     /// named).
-    pub fn within(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
+    pub fn with_memory_limit(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
         let name = spec.name.clone();
         Self::build(spec, memory).context(|| name)
     }
 
     fn build(spec: FeSpec, memory: &MemoryLimit) -> Result<Self> {
-        let regions = Regions::new(&spec)?;
-        let dofs = Dofs::new(&spec, &regions)?;
+        let regions = ElementMaterials::new(&spec)?;
+        let dofs = DofMap::new(&spec, &regions)?;
         let mesh = &spec.mesh;
         let graph = NodeGraph::from_elements(
             mesh.n_points(),
             regions.cells.iter().map(|&cell| mesh.cell_nodes(cell)),
         );
-        let bytes = model_bytes(dofs.n_free(), n_stored(&dofs, &graph));
+        let bytes = assembly_bytes(dofs.n_free(), n_stiffness_entries(&dofs, &graph));
         let what = format!("assembling {} unknowns", dofs.n_free());
-        memory.ensure(bytes as u128, &what, "use a coarser mesh")?;
-        let free = rigid::find(&spec, &dofs, &graph)?;
+        memory.ensure_available(bytes as u128, &what, "use a coarser mesh")?;
+        let free = rigid_body_modes::rigid_body_modes_of_dofs(&spec, &dofs, &graph)?;
         let rules = Rules::new();
         let mut loads = loads(&spec, &regions, &rules)?;
-        let elements = Elements { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
-        let foundations = foundation::stiffnesses(&spec)?;
+        let elements = ElementContext { mesh, regions: &regions, rules: &rules, formulation: spec.formulation };
+        let foundations = foundation::foundation_faces(&spec)?;
         loads.faces.extend(foundations.iter().map(|foundation| foundation.face));
         let (mut stiffness, support_forces) = assemble(elements, &foundations, (&dofs, &graph))?;
         let floating = free
             .map(|motions| {
-                Floating::new(motions, &mesh.points, &node_volumes(&spec, &regions, &rules), &dofs)
+                GeneralisedInverse::new(motions, &mesh.points, &node_volumes(&spec, &regions, &rules), &dofs)
             })
             .transpose()?;
         if let Some(floating) = &floating {
-            floating.add_springs(&mut stiffness);
+            floating.add_grounding_springs(&mut stiffness);
         }
         let FeSpec { name, mesh, formulation, body_force, .. } = spec;
         Ok(Self {
@@ -108,15 +108,15 @@ impl FeModel {
             formulation,
             regions,
             rules,
-            dofs,
+            dof_map: dofs,
             graph,
             stiffness,
-            support_forces,
-            external: loads.forces,
+            prescribed_dof_forces: support_forces,
+            external_forces: loads.forces,
             body_force,
             loaded_faces: loads.faces,
             foundations,
-            floating,
+            generalised_inverse: floating,
         })
     }
 
@@ -131,34 +131,34 @@ impl FeModel {
     }
 
     /// Its elements with their materials and material axes.
-    pub fn regions(&self) -> &Regions {
+    pub fn regions(&self) -> &ElementMaterials {
         &self.regions
     }
 
     /// Number of free dofs.
     pub fn n_free(&self) -> usize {
-        self.dofs.n_free()
+        self.dof_map.n_free()
     }
 
     /// Row of a displacement component of a node in the system of the free dofs; `None` if it is prescribed, or the
     /// node belongs to no solid.
     pub fn free_dof(&self, node: usize, component: usize) -> Option<usize> {
-        self.dofs.row(3 * node + component)
+        self.dof_map.row(3 * node + component)
     }
 
     /// Prescribed displacement of a component of a node, mm; `None` if it is free.
-    pub fn prescribed(&self, node: usize, component: usize) -> Option<f64> {
-        self.dofs.prescribed(3 * node + component)
+    pub fn prescribed_displacement(&self, node: usize, component: usize) -> Option<f64> {
+        self.dof_map.prescribed(3 * node + component)
     }
 
     /// The rigid motions that the supports leave free, mean square displacement 1 each; `None` if the body is held.
-    pub fn free_motions(&self) -> Option<&FreeMotions> {
-        self.floating.as_ref().map(|floating| &floating.motions)
+    pub fn rigid_body_modes(&self) -> Option<&RigidBodyModes> {
+        self.generalised_inverse.as_ref().map(|floating| &floating.modes)
     }
 
     /// Work of the body's own loads on each of its free motions, N mm / mm.
-    pub fn work_on_free_motions(&self) -> Vec<f64> {
-        self.floating.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
+    pub fn load_work_on_rigid_body_modes(&self) -> Vec<f64> {
+        self.generalised_inverse.as_ref().map_or(Vec::new(), |floating| floating.work(&self.load_vector()))
     }
 
     /// K of the free dofs, `[n_free, n_free]`, N/mm, elastic foundations included; of a body that floats with springs to the ground at as many dofs as
@@ -169,22 +169,22 @@ impl FeModel {
 
     /// Right-hand side of the free dofs, `[n_free]`, N: loads, and -K_fc ū of prescribed displacements.
     pub fn load_vector(&self) -> Vec<f64> {
-        let rows = self.dofs.dofs_of_rows().iter().zip(&self.support_forces);
-        rows.map(|(&dof, supports)| self.external[dof / 3][dof % 3] + supports).collect()
+        let rows = self.dof_map.dofs_of_rows().iter().zip(&self.prescribed_dof_forces);
+        rows.map(|(&dof, supports)| self.external_forces[dof / 3][dof % 3] + supports).collect()
     }
 
     /// Whether loads or prescribed displacements act on the body by themselves.
-    pub fn is_loaded(&self) -> bool {
-        let nodes = self.dofs.nodes.iter();
+    pub fn has_own_loads(&self) -> bool {
+        let nodes = self.dof_map.solid_nodes.iter();
         self.load_vector().iter().any(|&f| f != 0.0)
             || nodes
                 .flat_map(|&node| 3 * node..3 * node + 3)
-                .any(|d| self.dofs.prescribed(d).is_some_and(|v| v != 0.0))
+                .any(|d| self.dof_map.prescribed(d).is_some_and(|v| v != 0.0))
     }
 
     /// Nodal forces of pressure, tractions and body forces, global axes, N, `[n_points]`.
     pub fn external_forces(&self) -> &[[f64; 3]] {
-        &self.external
+        &self.external_forces
     }
 
     /// Its uniform force per volume, global axes, N/mm3.
@@ -200,33 +200,33 @@ impl FeModel {
             match face.load {
                 FaceLoad::Pressure(pressure) => Some((at, pressure, Vector3::zeros())),
                 FaceLoad::Traction(traction) => Some((at, 0.0, traction)),
-                FaceLoad::Bed(_) => None,
+                FaceLoad::Foundation(_) => None,
             }
         })
     }
 
     /// Adds a force per volume that varies in space, N/mm3.
     pub fn add_body_force(&mut self, force: impl Fn([f64; 3]) -> [f64; 3]) {
-        add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external);
+        add_body_force(&self.mesh, &self.regions.cells, &self.rules, force, &mut self.external_forces);
     }
 
     /// Displacement of all mesh nodes, mm, `[n_points]`, from that of the free dofs, `[n_free]`.
     pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
-        self.dofs.expand(free)
+        self.dof_map.expand(free)
     }
 
     /// Orders the unknowns, those of `contact_nodes` last, and finds the structure of the factor: what it will cost.
     ///
     /// # Errors
     /// If a contact node is given twice or is on no solid; if memory does not suffice.
-    pub fn analyse(&self, contact_nodes: &[usize]) -> Result<Analysis> {
+    pub fn analyse(&self, contact_nodes: &[usize]) -> Result<SymbolicAnalysis> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let order = nested_dissection(&self.graph, &self.dofs.nodes, contact_nodes)
+        let order = nested_dissection(&self.graph, &self.dof_map.solid_nodes, contact_nodes)
             .context(|| self.name.clone())?
             .into_iter()
-            .flat_map(|node| (3 * node..3 * node + 3).filter_map(|dof| self.dofs.row(dof)))
+            .flat_map(|node| (3 * node..3 * node + 3).filter_map(|dof| self.dof_map.row(dof)))
             .collect();
-        Analysis::new(self, contact_nodes, order).context(|| self.name.clone())
+        SymbolicAnalysis::new(self, contact_nodes, order).context(|| self.name.clone())
     }
 
     /// Factorises K and forms the flexibility of `contact_nodes` (mesh node indices).
@@ -235,14 +235,14 @@ impl FeModel {
     /// See [`Self::analyse`]; further if K is singular, the factorisation fails its check, or does not fit into the
     /// memory that the machine has.
     pub fn condense(self, contact_nodes: &[usize]) -> Result<CondensedBody> {
-        self.condense_with(contact_nodes, &Resources::default())
+        self.condense_with(contact_nodes, &CondensationResources::default())
     }
 
     /// As [`Self::condense`], with an analysis already made of this model.
     ///
     /// # Errors
     /// See [`Self::condense`].
-    pub fn condense_as(self, analysis: Analysis) -> Result<CondensedBody> {
+    pub fn condense_as(self, analysis: SymbolicAnalysis) -> Result<CondensedBody> {
         let name = self.name.clone();
         CondensedBody::new(self, analysis, MemoryLimit::of_machine()).context(|| name)
     }
@@ -252,9 +252,9 @@ impl FeModel {
     ///
     /// # Errors
     /// See [`Self::condense`]. A cache that cannot be written is no error: [`CondensedBody::origin`] says so.
-    pub fn condense_with(self, contact_nodes: &[usize], resources: &Resources) -> Result<CondensedBody> {
+    pub fn condense_with(self, contact_nodes: &[usize], resources: &CondensationResources) -> Result<CondensedBody> {
         self.check_contact_nodes(contact_nodes).context(|| self.name.clone())?;
-        let Resources { cache, keep, memory } = *resources;
+        let CondensationResources { cache, cache_contents: keep, memory } = *resources;
         let name = self.name.clone();
         match cache {
             Some(cache) => CondensedBody::cached(self, contact_nodes, cache, (memory, keep)),
@@ -267,51 +267,51 @@ impl FeModel {
     }
 
     /// Bytes that the body takes while it is assembled: mesh, elements, matrix and its making.
-    pub fn memory_bytes(&self) -> usize {
-        model_bytes(self.n_free(), self.stiffness.n_stored())
+    pub fn assembly_bytes(&self) -> usize {
+        assembly_bytes(self.n_free(), self.stiffness.n_stored())
     }
 
     /// Bytes that the assembled body keeps: mesh, elements, matrix.
-    pub fn held_bytes(&self) -> usize {
-        HELD_BYTES * self.n_free() + 16 * self.stiffness.n_stored()
+    pub fn resident_bytes(&self) -> usize {
+        RESIDENT_BYTES_PER_DOF * self.n_free() + 16 * self.stiffness.n_stored()
     }
 
     /// The key of the flexibility of `contact_nodes` by `method` in a cache.
-    pub fn cache_key(&self, contact_nodes: &[usize], method: Method) -> CacheKey {
+    pub fn cache_key(&self, contact_nodes: &[usize], method: CondensationMethod) -> CacheKey {
         CacheKey::new(&self.stiffness, &self.contact_rows(contact_nodes), method.name())
     }
 
     /// The entry that a cache has of the flexibility of `contact_nodes` by `method`, judged by its head and size: the
     /// bytes that a factorisation takes.
-    pub fn expects(
+    pub fn cached_factorisation_bytes(
         &self,
         contact_nodes: &[usize],
-        method: Method,
+        method: CondensationMethod,
         cache: &FlexibilityCache,
     ) -> Option<usize> {
-        cache.expects(&self.cache_key(contact_nodes, method), self.contact_rows(contact_nodes).len())
+        cache.peek_factorisation_bytes(&self.cache_key(contact_nodes, method), self.contact_rows(contact_nodes).len())
     }
 
     /// Whether a cache has the factor that fields are recovered with.
-    pub fn expects_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
-        cache.expects_factor(&self.cache_key(contact_nodes, Method::Factorisation))
+    pub fn has_cached_factor(&self, contact_nodes: &[usize], cache: &FlexibilityCache) -> bool {
+        cache.has_factor(&self.cache_key(contact_nodes, CondensationMethod::Factorisation))
     }
 
     /// Number of nodes of its solids.
     pub fn n_nodes(&self) -> usize {
-        self.dofs.nodes.len()
+        self.dof_map.solid_nodes.len()
     }
 
     /// Rows of the free dofs of `contact_nodes`.
     pub fn contact_rows(&self, contact_nodes: &[usize]) -> Vec<usize> {
         let dofs = contact_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
-        dofs.filter_map(|dof| self.dofs.row(dof)).collect()
+        dofs.filter_map(|dof| self.dof_map.row(dof)).collect()
     }
 
     fn check_contact_nodes(&self, contact_nodes: &[usize]) -> Result<()> {
         let mut seen = vec![false; self.mesh.n_points()];
         for &node in contact_nodes {
-            if !self.dofs.in_solid.get(node).copied().unwrap_or(false) {
+            if !self.dof_map.is_solid_node.get(node).copied().unwrap_or(false) {
                 return Err(Error::input(format!("the contact node {node} belongs to no solid element")));
             }
             if std::mem::replace(&mut seen[node], true) {
@@ -322,10 +322,10 @@ impl FeModel {
     }
 
     /// Nodes and components of the rows of the system.
-    pub fn unknowns(&self) -> Unknowns {
+    pub fn unknowns(&self) -> NodalUnknowns {
         let mut place = vec![usize::MAX; self.mesh.n_points()];
         let mut points = Vec::new();
-        let of_row = self.dofs.dofs_of_rows().iter().map(|&dof| {
+        let of_row = self.dof_map.dofs_of_rows().iter().map(|&dof| {
             let node = &mut place[dof / 3];
             if *node == usize::MAX {
                 *node = points.len();
@@ -334,13 +334,13 @@ impl FeModel {
             (*node, dof % 3)
         });
         let of_row = of_row.collect();
-        Unknowns { of_row, points }
+        NodalUnknowns { of_row, points }
     }
 
     /// What a row of the system is, for messages.
-    pub(super) fn row_name(&self, row: usize) -> String {
-        let dof = self.dofs.dofs_of_rows()[row];
-        format!("the node at {}, direction {}", place(&self.mesh.points[dof / 3]), COMPONENTS[dof % 3])
+    pub(super) fn describe_row(&self, row: usize) -> String {
+        let dof = self.dof_map.dofs_of_rows()[row];
+        format!("the node at {}, direction {}", format_point(&self.mesh.points[dof / 3]), AXIS_NAMES[dof % 3])
     }
 
     /// The faces that loads and foundations act on; one with several stands there for each.
@@ -349,20 +349,20 @@ impl FeModel {
     }
 
     /// The stiffness of the faces that stand on foundations.
-    pub(super) fn foundations(&self) -> &[FaceStiffness] {
+    pub(super) fn foundations(&self) -> &[FoundationFace] {
         &self.foundations
     }
 
-    pub(super) fn floating(&self) -> Option<&Floating> {
-        self.floating.as_ref()
+    pub(super) fn generalised_inverse(&self) -> Option<&GeneralisedInverse> {
+        self.generalised_inverse.as_ref()
     }
 
-    pub(super) fn dofs(&self) -> &Dofs {
-        &self.dofs
+    pub(super) fn dof_map(&self) -> &DofMap {
+        &self.dof_map
     }
 
-    pub(super) fn elements(&self) -> Elements<'_> {
-        Elements {
+    pub(super) fn elements(&self) -> ElementContext<'_> {
+        ElementContext {
             mesh: &self.mesh,
             regions: &self.regions,
             rules: &self.rules,
@@ -372,7 +372,7 @@ impl FeModel {
 }
 
 /// Volume of each node, ∫ N_a dV, mm3, `[n_points]`.
-fn node_volumes(spec: &FeSpec, regions: &Regions, rules: &Rules) -> Vec<f64> {
+fn node_volumes(spec: &FeSpec, regions: &ElementMaterials, rules: &Rules) -> Vec<f64> {
     let mut volumes = vec![[0.0; 3]; spec.mesh.n_points()];
     add_body_force(&spec.mesh, &regions.cells, rules, |_| [1.0, 0.0, 0.0], &mut volumes);
     volumes.iter().map(|volume| volume[0]).collect()

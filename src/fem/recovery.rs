@@ -7,26 +7,26 @@ mod points;
 mod refinement;
 mod samples;
 mod superconvergent;
-mod surface;
+mod surface_stress;
 
 use rayon::prelude::*;
 
-use super::assembly::Elements;
-use super::element::{ElementState, state};
+use super::assembly::ElementContext;
+use super::element_kernels::{ElementState, element_state};
 use super::model::FeModel;
 use crate::error::Result;
 
-pub use estimate::{ErrorEstimate, ROUNDING};
+pub use estimate::{ErrorEstimate, MIN_RELATIVE_ERROR};
 pub use exposure::ExposureField;
 pub(crate) use exposure::exposures;
 pub use points::RecoveryPoints;
-pub use refinement::{CHANGE, size_ratios};
+pub use refinement::{SIZE_RATIO_BOUNDS, size_ratios};
 pub use superconvergent::StressRecovery;
-pub use surface::ContactPoint;
-pub(crate) use surface::{FaceSample, FaceSums, contact_points};
+pub use surface_stress::SurfaceStressPoint;
+pub(crate) use surface_stress::{FaceContribution, FaceAverages, surface_stress_points};
 
 /// Elements evaluated side by side before they are added up.
-const BATCH: usize = 4096;
+const ELEMENTS_PER_BATCH: usize = 4096;
 
 impl FeModel {
     /// Stress at the mesh nodes, Voigt 11 22 33 23 13 12, global axes, MPa, `[n_points]`, for a displacement of all mesh
@@ -80,7 +80,7 @@ impl FeModel {
         let mut forces = self.internal_forces(displacement)?;
         for (node, (force, external)) in forces.iter_mut().zip(self.external_forces()).enumerate() {
             for c in 0..3 {
-                force[c] = if self.prescribed(node, c).is_some() { force[c] - external[c] } else { 0.0 };
+                force[c] = if self.prescribed_displacement(node, c).is_some() { force[c] - external[c] } else { 0.0 };
             }
         }
         Ok(forces)
@@ -89,14 +89,14 @@ impl FeModel {
 
 /// Calls `visit` for each element in order with its nodes and state; elements are evaluated in parallel.
 fn for_each_state(
-    elements: Elements,
+    elements: ElementContext,
     displacement: &[[f64; 3]],
     mut visit: impl FnMut(&[usize], &ElementState),
 ) -> Result<()> {
-    for start in (0..elements.n()).step_by(BATCH) {
-        let end = (start + BATCH).min(elements.n());
+    for start in (0..elements.n_elements()).step_by(ELEMENTS_PER_BATCH) {
+        let end = (start + ELEMENTS_PER_BATCH).min(elements.n_elements());
         let batch: Vec<Result<ElementState>> =
-            (start..end).into_par_iter().map(|i| element_state(elements, i, displacement)).collect();
+            (start..end).into_par_iter().map(|i| evaluate_element(elements, i, displacement)).collect();
         for (i, state) in (start..end).zip(batch) {
             visit(elements.mesh.cell_nodes(elements.regions.cells[i]), &state?);
         }
@@ -104,10 +104,10 @@ fn for_each_state(
     Ok(())
 }
 
-fn element_state(elements: Elements, i: usize, displacement: &[[f64; 3]]) -> Result<ElementState> {
+fn evaluate_element(elements: ElementContext, i: usize, displacement: &[[f64; 3]]) -> Result<ElementState> {
     let cell = elements.regions.cells[i];
     let u: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| displacement[node]).collect();
     let kind = elements.mesh.kind(cell);
-    state(kind, &elements.points(cell), &u, &elements.material(i), elements.formulation, elements.rules)
-        .map_err(|unsound| elements.unsound(cell, unsound))
+    evaluate_element(kind, &elements.node_coordinates(cell), &u, &elements.stiffness_tensor(i), elements.formulation, elements.rules)
+        .map_err(|unsound| elements.defect_error(cell, unsound))
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::material::Placement;
+use crate::material::RegionMaterial;
 use crate::mesh::Mesh;
 
 /// How 8-node hexahedra represent strain.
@@ -46,7 +46,7 @@ pub struct Support {
 
 /// How a foundation resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bedding {
+pub enum FoundationStiffness {
     /// Along the normal of the surface only, N/mm3.
     Normal(f64),
     /// Along x, y, z, N/mm3.
@@ -59,7 +59,7 @@ pub struct Foundation {
     /// Physical group of surfaces.
     pub group: String,
     /// Its stiffness per area.
-    pub bedding: Bedding,
+    pub stiffness: FoundationStiffness,
 }
 
 /// A finite-element body.
@@ -70,7 +70,7 @@ pub struct FeSpec {
     /// Its mesh; all solid cells are the body.
     pub mesh: Arc<Mesh>,
     /// What fills each physical group of volumes; `None` stands for all cells in no named region.
-    pub regions: Vec<(Option<String>, Placement)>,
+    pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Formulation of its hexahedra.
     pub formulation: HexFormulation,
     /// Supports and prescribed displacements.

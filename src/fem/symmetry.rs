@@ -2,14 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::dofs::COMPONENTS;
+use super::dof_map::AXIS_NAMES;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::faces::group_faces;
 
 /// Largest angle (radians) between faces of a plane, and between its normal and an axis; largest distance of nodes from
 /// the plane over its size.
-const PLANE: f64 = 1e-6;
+const PLANARITY_TOLERANCE: f64 = 1e-6;
 
 /// The component (0, 1, 2) along the normal of the plane group `name`.
 ///
@@ -30,22 +30,22 @@ pub fn symmetry_component(mesh: &Mesh, name: &str) -> Result<usize> {
         return Err(Error::input(format!("the group \"{name}\" has no faces")));
     };
     let size = nodes.iter().map(|&node| (corner(node) - corner(first)).norm()).fold(0.0, f64::max);
-    let bent = normals.iter().any(|other| (other - normal).norm() > PLANE);
-    let off = nodes.iter().any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANE * size);
+    let bent = normals.iter().any(|other| (other - normal).norm() > PLANARITY_TOLERANCE);
+    let off = nodes.iter().any(|&node| normal.dot(&(corner(node) - corner(first))).abs() > PLANARITY_TOLERANCE * size);
     if bent || off {
         return Err(Error::input(format!(
             "the group \"{name}\" is not plane; a symmetry plane must be one plane: give the faces of each plane a group \
              of their own"
         )));
     }
-    (0..3).find(|&c| (normal[c].abs() - 1.0).abs() < PLANE * PLANE).ok_or_else(|| {
+    (0..3).find(|&c| (normal[c].abs() - 1.0).abs() < PLANARITY_TOLERANCE * PLANARITY_TOLERANCE).ok_or_else(|| {
         Error::input(format!(
             "the group \"{name}\" lies across ({:.4}, {:.4}, {:.4}); symmetry planes must lie across {}: turn the mesh \
              so that it does",
             normal.x,
             normal.y,
             normal.z,
-            COMPONENTS.join(", ")
+            AXIS_NAMES.join(", ")
         ))
     })
 }

@@ -4,7 +4,7 @@
 pub(super) type Polygon = Vec<[f64; 2]>;
 
 /// Twice the signed area of the triangle (a, b, c).
-pub(super) fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+pub(super) fn twice_signed_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
@@ -16,7 +16,7 @@ pub(super) fn area_and_centroid(polygon: &[[f64; 2]]) -> (f64, [f64; 2]) {
     let Some(&first) = polygon.first() else { return (0.0, [0.0, 0.0]) };
     let (mut area, mut moment) = (0.0, [0.0, 0.0]);
     for pair in polygon[1..].windows(2) {
-        let triangle = 0.5 * cross(first, pair[0], pair[1]);
+        let triangle = 0.5 * twice_signed_area(first, pair[0], pair[1]);
         area += triangle;
         for k in 0..2 {
             moment[k] += triangle * (pair[0][k] - first[k] + pair[1][k] - first[k]) / 3.0;
@@ -34,7 +34,7 @@ const STRAIGHT: f64 = 1e-12;
 /// Twice the area of the triangle that a corner makes with those before and after it.
 fn turn(polygon: &[[f64; 2]], i: usize) -> f64 {
     let n = polygon.len();
-    cross(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
+    twice_signed_area(polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n])
 }
 
 /// Convex polygons that make up a simple one: itself where it is convex, triangles otherwise.
@@ -51,7 +51,7 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
         let n = polygon.len();
         // A polygon without an ear crosses itself; its sharpest corner comes off all the same.
         let sharpest = (0..n).max_by(|&i, &j| turn(&polygon, i).total_cmp(&turn(&polygon, j)));
-        let ear = (0..n).find(|&i| turn(&polygon, i) > least && is_empty(&polygon, i)).or(sharpest);
+        let ear = (0..n).find(|&i| turn(&polygon, i) > least && is_ear(&polygon, i)).or(sharpest);
         let Some(i) = ear else { break };
         parts.push(vec![polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]]);
         polygon.remove(i);
@@ -62,11 +62,11 @@ pub(super) fn convex_parts(mut polygon: Polygon) -> Vec<Polygon> {
 }
 
 /// Whether the triangle at a corner holds no other corner.
-fn is_empty(polygon: &[[f64; 2]], i: usize) -> bool {
+fn is_ear(polygon: &[[f64; 2]], i: usize) -> bool {
     let n = polygon.len();
     let (before, after) = ((i + n - 1) % n, (i + 1) % n);
     let triangle = [polygon[before], polygon[i], polygon[after]];
-    let holds = |x: [f64; 2]| (0..3).all(|k| cross(triangle[k], triangle[(k + 1) % 3], x) >= 0.0);
+    let holds = |x: [f64; 2]| (0..3).all(|k| twice_signed_area(triangle[k], triangle[(k + 1) % 3], x) >= 0.0);
     (0..n).filter(|k| ![before, i, after].contains(k)).all(|k| !holds(polygon[k]))
 }
 
@@ -97,7 +97,7 @@ fn cut(subject: &[[f64; 2]], a: [f64; 2], b: [f64; 2], result: &mut Polygon) {
     result.clear();
     for (i, &end) in subject.iter().enumerate() {
         let start = subject[(i + subject.len() - 1) % subject.len()];
-        let (s, e) = (cross(a, b, start), cross(a, b, end));
+        let (s, e) = (twice_signed_area(a, b, start), twice_signed_area(a, b, end));
         if (s > 0.0 && e < 0.0) || (s < 0.0 && e > 0.0) {
             let share = s / (s - e);
             result.push([start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])]);

@@ -7,7 +7,7 @@ use crate::geometry::Point;
 /// Whether some edge of a cell belongs to no other cell, `[N]`.
 ///
 /// Cells made from faces of one mesh repeat the coordinates of a shared node to the last bit, so bits compare.
-pub(super) fn rim(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
+pub(super) fn edge_cells(corners: &[impl AsRef<[Point]>]) -> Vec<bool> {
     let mut owners: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
     for cell in corners {
         for edge in edges(cell.as_ref()) {

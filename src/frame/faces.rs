@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::clip::area_and_centroid;
-use super::facets::outline;
-use super::symmetry::reflect;
+use super::facets::face_polygon;
+use super::symmetry::reflect_cell;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
 use crate::geometry::{Point, Triad};
@@ -25,10 +25,10 @@ impl ContactFrame {
     /// If the group is missing or not made of outer faces, a face has no area, or none is there.
     pub fn from_faces(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
-        let mut cells = Cells::default();
+        let mut cells = FrameBuilder::default();
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
         for face in &faces {
-            cells.push(outline(mesh, face, side), toward).ok_or_else(|| {
+            cells.push(face_polygon(mesh, face, side), toward).ok_or_else(|| {
                 Error::input(format!(
                     "element {} ({}) of {} has no area: mend the mesh there",
                     face.tag,
@@ -49,11 +49,11 @@ impl ContactFrame {
     }
 
     /// The frame of the cells for which `kept` holds, which is no grid.
-    pub fn keep(mut self, kept: &[bool]) -> Self {
+    pub fn retain_cells(mut self, kept: &[bool]) -> Self {
         if self.polygons.is_none() {
             self.polygons = Some(self.all_corners().map(Cow::into_owned).collect());
         }
-        (self.grid, self.places) = (None, None);
+        (self.grid, self.grid_indices) = (None, None);
         self.select(kept)
     }
 
@@ -69,15 +69,15 @@ impl ContactFrame {
         self.triads.keep(kept);
         self.polygons.iter_mut().for_each(|polygons| only(polygons, kept));
         self.candidates.iter_mut().for_each(|candidates| only(candidates, kept));
-        self.planes.iter_mut().for_each(|planes| only(planes, kept));
-        self.left_out += all - self.n_cells();
+        self.symmetry_planes.iter_mut().for_each(|planes| only(planes, kept));
+        self.n_excluded += all - self.n_cells();
         self
     }
 }
 
 /// Cells that become a frame.
 #[derive(Default)]
-pub(super) struct Cells {
+pub(super) struct FrameBuilder {
     centers: Vec<Point>,
     polygons: Vec<Vec<Point>>,
     areas: Vec<f64>,
@@ -85,13 +85,13 @@ pub(super) struct Cells {
     planes: Vec<[bool; 3]>,
 }
 
-impl Cells {
+impl FrameBuilder {
     /// Adds the cell with `corners`, counter-clockwise seen against its normal; `None` if it has no area.
     pub(super) fn push(&mut self, corners: Vec<Point>, toward: Point) -> Option<()> {
         self.push_part(corners, (false, [false; 3]), toward)
     }
 
-    /// Adds the part with `corners` of a cell cut at planes of symmetry ([`reflect`]), with the axes and the centre of the whole cell;
+    /// Adds the part with `corners` of a cell cut at planes of symmetry ([`reflect_cell`]), with the axes and the centre of the whole cell;
     /// `None` if it has no area.
     pub(super) fn push_part(
         &mut self,
@@ -99,7 +99,7 @@ impl Cells {
         (open, planes): (bool, [bool; 3]),
         toward: Point,
     ) -> Option<()> {
-        let whole = reflect(&corners, open, planes);
+        let whole = reflect_cell(&corners, open, planes);
         let mut vector_area = vector_area(&whole.corners);
         // Rounding is all that the parts leave of components across.
         (0..3).filter(|&c| whole.planes[c]).for_each(|c| vector_area[c] = 0.0);
@@ -142,11 +142,11 @@ impl Cells {
             azimuth,
             axes: Triad::horizontal(azimuth),
             grid: None,
-            places: None,
-            left_out: 0,
-            bounded: [false; 3],
+            grid_indices: None,
+            n_excluded: 0,
+            symmetry_bounds: [false; 3],
             candidates: None,
-            planes: on_planes.then_some(self.planes),
+            symmetry_planes: on_planes.then_some(self.planes),
         }
     }
 }

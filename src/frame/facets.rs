@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::mesh::faces::SurfaceFace;
 
 /// Middle nodes closer to the middle than this share of the edge are taken to lie in it.
-const STRAIGHT: f64 = 1e-9;
+const MIDSIDE_TOLERANCE: f64 = 1e-9;
 
 /// Corners of the reference triangle and square.
 const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -55,7 +55,7 @@ fn bends(mesh: &Mesh, face: &SurfaceFace, i: usize) -> bool {
     let n = face.kind.n_corners();
     let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
     let (a, b, m) = (at(i), at((i + 1) % n), at(n + i));
-    (m - 0.5 * (a + b)).norm() > STRAIGHT * (b - a).norm()
+    (m - 0.5 * (a + b)).norm() > MIDSIDE_TOLERANCE * (b - a).norm()
 }
 
 /// Whether a face is the (bi)linear one of its corners.
@@ -69,12 +69,12 @@ fn is_straight(mesh: &Mesh, face: &SurfaceFace) -> bool {
     }
     let at = |node: usize| Point::from(mesh.points[face.nodes[node]]);
     let mean = (0..n).map(at).sum::<Point>() / n as f64;
-    face.kind != Quad9 || (at(8) - mean).norm() <= STRAIGHT * (at(2) - at(0)).norm()
+    face.kind != Quad9 || (at(8) - mean).norm() <= MIDSIDE_TOLERANCE * (at(2) - at(0)).norm()
 }
 
 /// Outline of a face: its corners, and the middle nodes of bent edges; as its solid orients it, or reversed for the
 /// upper body.
-pub(super) fn outline(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point> {
+pub(super) fn face_polygon(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point> {
     let n = face.kind.n_corners();
     let mut points = Vec::with_capacity(2 * n);
     for i in 0..n {
@@ -90,7 +90,7 @@ pub(super) fn outline(mesh: &Mesh, face: &SurfaceFace, side: Side) -> Vec<Point>
 }
 
 /// The facets of face number `index`, counter-clockwise seen against the normal of body 1.
-pub(super) fn divide(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
+pub(super) fn facets_of_face(mesh: &Mesh, face: &SurfaceFace, index: usize, side: Side) -> Vec<Facet> {
     let n = face.kind.n_corners();
     let whole: Vec<usize> = (0..n).collect();
     let parts: Vec<&[usize]> = match (is_straight(mesh, face), n) {

@@ -1,7 +1,7 @@
 //! Initial gaps: the distance of the undeformed surfaces when they first touch.
 
 use super::ContactFrame;
-use super::heights::Heights;
+use super::height_table::HeightTable;
 use crate::error::{Error, Result};
 
 /// Shape of the gap between the undeformed surfaces; lengths in mm, angles in radians from the frame's x.
@@ -49,9 +49,9 @@ pub enum GapShape {
         coefficient: f64,
     },
     /// Given heights; their smallest value over the frame becomes the first touch.
-    Heights(Heights),
+    Heights(HeightTable),
     /// A given distance for each cell, `[N]`, mm, as it is.
-    Cells(Vec<f64>),
+    PerCell(Vec<f64>),
     /// The distance along n between the meshed surfaces of the bodies (evaluated by the coupling).
     Mesh,
 }
@@ -84,7 +84,7 @@ impl InitialGap {
         if let GapShape::Heights(heights) = &self.shape {
             return heights.evaluate(frame, self.offset);
         }
-        if let GapShape::Cells(values) = &self.shape {
+        if let GapShape::PerCell(values) = &self.shape {
             if values.len() != frame.n_cells() {
                 return Err(Error::input(format!(
                     "{} distances for the {} cells of the contact frame",
@@ -129,7 +129,7 @@ impl InitialGap {
             GapShape::Cylinder { radius, angle } => self.round(along(angle)[1].powi(2), radius)?,
             GapShape::Cone { slope } => x.hypot(y) * slope.tan(),
             GapShape::Power { exponent, coefficient } => coefficient * x.hypot(y).powf(exponent),
-            GapShape::Heights(_) | GapShape::Cells(_) => unreachable!("they are given by cell"),
+            GapShape::Heights(_) | GapShape::PerCell(_) => unreachable!("they are given by cell"),
             GapShape::Mesh => {
                 return Err(Error::input(
                     "gap.kind = \"mesh\" takes the gap from the meshes of the bodies; no body here has one: name \
@@ -203,7 +203,7 @@ impl InitialGap {
                 positive("exponent", exponent)?;
                 positive("coefficient", coefficient)
             }
-            GapShape::Flat | GapShape::Heights(_) | GapShape::Cells(_) | GapShape::Mesh => Ok(()),
+            GapShape::Flat | GapShape::Heights(_) | GapShape::PerCell(_) | GapShape::Mesh => Ok(()),
         }
     }
 }
@@ -255,7 +255,7 @@ mod tests {
         let values =
             (0..35).map(|i| f((i / 7) as f64 * 0.7 - 1.4, (i % 7) as f64 * 0.5 - 1.5)).collect::<Vec<f64>>();
         let gap = gap_of(
-            GapShape::Heights(Heights { values, shape, spacing: Some(spacing), angle: 0.0 }),
+            GapShape::Heights(HeightTable { values, shape, spacing: Some(spacing), angle: 0.0 }),
             [0.1, -0.2],
             false,
         );
@@ -268,14 +268,14 @@ mod tests {
         }
         // A plane that rises along the table's x, turned by the angle about its middle.
         let values: Vec<f64> = (0..63).map(|i| f64::from(i / 7)).collect();
-        let plane = Heights { values, shape: [9, 7], spacing: Some([1.0, 1.0]), angle: 0.7 };
+        let plane = HeightTable { values, shape: [9, 7], spacing: Some([1.0, 1.0]), angle: 0.7 };
         let gap = gap_of(GapShape::Heights(plane), [0.1, -0.2], false);
         let rise = |cell: usize| {
             frame.plane_coordinates(cell)[0] * 0.7f64.cos() + frame.plane_coordinates(cell)[1] * 0.7f64.sin()
         };
         assert!((gap[35] - gap[0] - rise(35) + rise(0)).abs() < 1e-13);
         let table =
-            Heights { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None, angle: 0.0 };
+            HeightTable { values: (0..36).map(f64::from).collect(), shape: [6, 6], spacing: None, angle: 0.0 };
         assert_eq!(gap_of(GapShape::Heights(table), [0.0; 2], false)[7], 7.0);
     }
 
@@ -296,7 +296,7 @@ mod tests {
         refused(GapShape::Power { exponent: f64::NAN, coefficient: 1.0 }, false, "gap.exponent");
         refused(GapShape::Mesh, false, "mesh");
         let table = |n: usize, shape, spacing| {
-            GapShape::Heights(Heights { values: vec![0.0; n], shape, spacing, angle: 0.0 })
+            GapShape::Heights(HeightTable { values: vec![0.0; n], shape, spacing, angle: 0.0 })
         };
         refused(table(4, [2, 2], None), false, "gap.spacing");
         refused(table(5, [2, 2], None), false, "fill");
@@ -304,7 +304,7 @@ mod tests {
         let mut values = vec![0.0; 36];
         values[8] = f64::NAN;
         refused(
-            GapShape::Heights(Heights { values, shape: [6, 6], spacing: None, angle: 0.0 }),
+            GapShape::Heights(HeightTable { values, shape: [6, 6], spacing: None, angle: 0.0 }),
             false,
             "row 2, column 3",
         );

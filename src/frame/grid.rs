@@ -26,7 +26,7 @@ impl ContactFrame {
     ///
     /// # Errors
     /// If the cells do not fit into the memory.
-    pub fn wider(&self, more: [usize; 2]) -> Result<Option<Self>> {
+    pub fn enlarged(&self, more: [usize; 2]) -> Result<Option<Self>> {
         let Some(grid) = self.whole_grid().filter(|grid| grid.periodic == [false; 2]) else {
             return Ok(None);
         };
@@ -52,11 +52,11 @@ impl ContactFrame {
             azimuth,
             axes: triad,
             grid: Some(grid),
-            places: None,
-            left_out: 0,
+            grid_indices: None,
+            n_excluded: 0,
             candidates: None,
-            planes: None,
-            bounded: [false; 3],
+            symmetry_planes: None,
+            symmetry_bounds: [false; 3],
         }
     }
 }
@@ -68,7 +68,7 @@ impl Grid {
     }
 
     /// Numbers that the cells have in a grid with more of them on each side, `[N]`.
-    pub fn places_in(&self, wider: &Self) -> Vec<usize> {
+    pub fn indices_in(&self, wider: &Self) -> Vec<usize> {
         let more = [0, 1].map(|axis| (wider.cells[axis] - self.cells[axis]) / 2);
         let place = |ix: usize, iy: usize| (ix + more[0]) * wider.cells[1] + iy + more[1];
         (0..self.cells[0]).flat_map(|ix| (0..self.cells[1]).map(move |iy| place(ix, iy))).collect()
@@ -94,7 +94,7 @@ impl Grid {
     }
 
     /// Whether each cell lies in the outermost rows of a direction that does not repeat itself, `[N]`.
-    pub(super) fn rim(&self) -> Vec<bool> {
+    pub(super) fn edge_cells(&self) -> Vec<bool> {
         let [nx, ny] = self.cells;
         let outermost = |axis: usize, i: usize| !self.periodic[axis] && (i == 0 || i + 1 == self.cells[axis]);
         let mut rim = Vec::with_capacity(nx * ny);
@@ -107,7 +107,7 @@ impl Grid {
 
 /// A field in the cells of a larger frame of `n` cells, plane by plane: what it has in the cells so far, whose numbers there are
 /// `places`, and `fill` in the others.
-pub fn spread<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
+pub fn extend_field<T: Copy>(field: &[T], places: &[usize], n: usize, fill: impl Fn(usize) -> T) -> Vec<T> {
     let planes = field.len() / places.len().max(1);
     let mut out: Vec<T> = (0..planes * n).map(fill).collect();
     for (plane, values) in field.chunks_exact(places.len().max(1)).enumerate() {
@@ -159,22 +159,22 @@ mod tests {
         assert!((area.z - frame.areas[5]).abs() < 1e-14);
         let mean = frame.centers.iter().sum::<Point>() / 12.0;
         assert!((mean - frame.origin).norm() < 1e-14);
-        assert_eq!(frame.rim().iter().filter(|r| !**r).count(), 2);
+        assert_eq!(frame.edge_cells().iter().filter(|r| !**r).count(), 2);
     }
 
     /// Truth: the rim of a grid found from its edges is the outermost rows.
     #[test]
     fn rims_agree() {
         let frame = ContactFrame::grid([1.0, 1.0], [5, 4], [0.0, 0.0], 0.0).unwrap();
-        assert_eq!(super::super::edges::rim(&frame.all_corners().collect::<Vec<_>>()), frame.rim());
+        assert_eq!(super::super::edges::edge_cells(&frame.all_corners().collect::<Vec<_>>()), frame.edge_cells());
     }
 
     /// Truth: the definition: a direction that repeats itself has no rim, and positions beyond half a side have an image.
     #[test]
     fn repeated_frames_have_no_rim() {
         let frame =
-            |periodic| ContactFrame::grid([1.0, 2.0], [5, 4], [0.0, 0.0], 0.0).unwrap().repeated(periodic);
-        let count = |periodic| frame(periodic).rim().iter().filter(|is| **is).count();
+            |periodic| ContactFrame::grid([1.0, 2.0], [5, 4], [0.0, 0.0], 0.0).unwrap().with_periodicity(periodic);
+        let count = |periodic| frame(periodic).edge_cells().iter().filter(|is| **is).count();
         assert_eq!([count([true, false]), count([false, true]), count([true, true])], [10, 8, 0]);
         assert_eq!(frame([true, false]).nearest_image([1.5, 2.5]), [-0.5, 2.5]);
     }
@@ -184,10 +184,10 @@ mod tests {
     fn wider_grids_keep_their_cells() {
         for (cells, half) in [([5, 4], [1.3, 0.7]), ([6, 3], [0.1, 1.0 / 3.0])] {
             let frame = ContactFrame::grid(half, cells, [0.3, -7.1], 0.4).unwrap();
-            let wide = frame.wider([2, 3]).unwrap().unwrap();
+            let wide = frame.enlarged([2, 3]).unwrap().unwrap();
             let (grid, wider) = (frame.grid.unwrap(), wide.grid.unwrap());
             assert_eq!(wider.cells, [cells[0] + 4, cells[1] + 6]);
-            let places = grid.places_in(&wider);
+            let places = grid.indices_in(&wider);
             assert_eq!((places[0], places.len()), (2 * (cells[1] + 6) + 3, frame.n_cells()));
             for (cell, &place) in places.iter().enumerate() {
                 let coordinates =
@@ -200,8 +200,8 @@ mod tests {
             assert!((width - 1.0).abs() < 1e-15);
         }
         let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0; 2], 0.0).unwrap();
-        assert!(frame.wider([usize::MAX, 1]).is_err());
-        assert!(frame.repeated([true, false]).wider([1, 1]).unwrap().is_none());
+        assert!(frame.enlarged([usize::MAX, 1]).is_err());
+        assert!(frame.with_periodicity([true, false]).enlarged([1, 1]).unwrap().is_none());
     }
 
     /// Truth: the documented refusals.

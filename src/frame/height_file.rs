@@ -38,7 +38,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
             continue;
         }
         let start = values.len();
-        for cell in cells(line) {
+        for cell in split_fields(line) {
             let column = values.len() - start + 1;
             let value = cell.parse::<f64>().map_err(|_| {
                 let found = if cell.is_empty() { "nothing".to_owned() } else { format!("\"{cell}\"") };
@@ -66,7 +66,7 @@ fn csv(bytes: &[u8]) -> Result<Array2> {
 
 /// The cells of a line of a table: between commas or semicolons where it has them, else between blanks; without the quotes
 /// around them.
-pub(crate) fn cells(line: &str) -> Vec<&str> {
+pub(crate) fn split_fields(line: &str) -> Vec<&str> {
     if line.contains([',', ';']) {
         // A separator at the end of the line closes its last cell.
         let line = line.strip_suffix([',', ';']).unwrap_or(line);

@@ -2,23 +2,23 @@
 //!
 //! Local axes of a cell are (x, y, n), n being the outward normal of body 1; a cell carries a constant traction.
 
-mod bow;
+mod face_curvature;
 mod clip;
-mod cover;
+mod cell_coverage;
 mod edges;
 pub mod faces;
 mod facets;
 pub mod gap;
 pub mod grid;
 pub mod height_file;
-pub mod heights;
-pub mod map;
+pub mod height_table;
+pub mod face_map;
 mod nodes;
 pub mod outline;
-mod search;
+mod ball_tree;
 mod shape_integrals;
 pub mod symmetry;
-mod touch;
+mod initial_contact;
 
 use std::borrow::Cow;
 
@@ -26,11 +26,11 @@ use crate::geometry::{Point, Triad};
 use crate::linalg::PerCell;
 
 pub use crate::geometry::Side;
-pub use bow::{Cut, edge_cuts};
+pub use face_curvature::{EdgeSagitta, edge_sagittas};
 pub use gap::{GapShape, InitialGap};
-pub use map::FaceMap;
+pub use face_map::FaceMap;
 pub use outline::Outline;
-pub use touch::{MeshedSurface, first_touch};
+pub use initial_contact::{MeshedSurface, first_touch};
 
 /// Layout of a uniform grid frame; cell (ix, iy) has the place `ix * cells[1] + iy`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,17 +69,17 @@ pub struct ContactFrame {
     pub grid: Option<Grid>,
     /// Place in the grid of each cell, ascending, where an outline leaves some of them out ([`ContactFrame::within`]); `None`
     /// where all places have their cell.
-    pub places: Option<Vec<usize>>,
+    pub grid_indices: Option<Vec<usize>>,
     /// Number of cells that were left out ([`ContactFrame::keep`]).
-    pub left_out: usize,
+    pub n_excluded: usize,
     /// The cells that may come into contact, `[N]`; `None` stands for all. Bodies form their flexibility on these, and on
     /// others when contact comes there.
     pub candidates: Option<Vec<bool>>,
     /// Which of the global axes x, y, z are normal to a plane of symmetry that the cell lies on, `[N]`; `None` where no cell lies on
     /// any.
-    pub planes: Option<Vec<[bool; 3]>>,
+    pub symmetry_planes: Option<Vec<[bool; 3]>>,
     /// Which of the global axes x, y, z are normal to a plane of symmetry of both bodies at which the frame ends.
-    pub bounded: [bool; 3],
+    pub symmetry_bounds: [bool; 3],
 }
 
 impl ContactFrame {
@@ -89,7 +89,7 @@ impl ContactFrame {
     ///
     /// # Panics
     /// If there is no frame.
-    pub fn stacked(frames: &[(&Self, f64)]) -> Self {
+    pub fn concatenated(frames: &[(&Self, f64)]) -> Self {
         let (first, _) = frames.first().expect("at least one frame");
         let raised = |frame: &Self, height: f64, x: &Point| x + frame.axes.normal() * height;
         let all = || frames.iter().copied();
@@ -101,9 +101,9 @@ impl ContactFrame {
             let own = |frame: &Self| frame.candidates.clone().unwrap_or_else(|| vec![true; frame.n_cells()]);
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
-        let planes = all().any(|(frame, _)| frame.planes.is_some()).then(|| {
+        let planes = all().any(|(frame, _)| frame.symmetry_planes.is_some()).then(|| {
             let own =
-                |frame: &Self| frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
+                |frame: &Self| frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]);
             all().flat_map(|(frame, _)| own(frame)).collect()
         });
         Self {
@@ -112,10 +112,10 @@ impl ContactFrame {
             areas: all().flat_map(|(frame, _)| frame.areas.iter().copied()).collect(),
             triads: all().flat_map(|(frame, _)| frame.triads.iter().copied()).collect(),
             grid: None,
-            places: None,
-            left_out: all().map(|(frame, _)| frame.left_out).sum(),
+            grid_indices: None,
+            n_excluded: all().map(|(frame, _)| frame.n_excluded).sum(),
             candidates,
-            planes,
+            symmetry_planes: planes,
             ..(*first).clone()
         }
     }
@@ -132,7 +132,7 @@ impl ContactFrame {
     pub fn corners(&self, cell: usize) -> Cow<'_, [Point]> {
         match (&self.polygons, self.grid) {
             (Some(polygons), _) => polygons[cell].as_slice().into(),
-            (None, Some(grid)) => grid.corners(self.place(cell)).to_vec().into(),
+            (None, Some(grid)) => grid.corners(self.grid_index(cell)).to_vec().into(),
             (None, None) => unreachable!("a frame without polygons is a grid"),
         }
     }
@@ -155,7 +155,7 @@ impl ContactFrame {
 
     /// The frame as one period of bodies that repeat themselves along its x, y where `periodic` says so; a mesh frame stays
     /// as it is.
-    pub fn repeated(mut self, periodic: [bool; 2]) -> Self {
+    pub fn with_periodicity(mut self, periodic: [bool; 2]) -> Self {
         if let Some(grid) = &mut self.grid {
             grid.periodic = periodic;
         }
@@ -175,30 +175,30 @@ impl ContactFrame {
 
     /// Whether each cell lies on the rim: some edge of it belongs to no other cell, `[N]`;
     /// where the frame repeats itself there is none.
-    pub fn rim(&self) -> Vec<bool> {
-        match (self.grid, &self.places) {
-            (Some(grid), None) => grid.rim(),
+    pub fn edge_cells(&self) -> Vec<bool> {
+        match (self.grid, &self.grid_indices) {
+            (Some(grid), None) => grid.edge_cells(),
             // The edge of the grid; that of an outline is none.
             (Some(grid), Some(places)) => {
-                let rim = grid.rim();
+                let rim = grid.edge_cells();
                 places.iter().map(|&place| rim[place]).collect()
             }
-            (None, _) => edges::rim(&self.all_corners().collect::<Vec<_>>()),
+            (None, _) => edges::edge_cells(&self.all_corners().collect::<Vec<_>>()),
         }
     }
 
     /// The grid, if every place of it has its cell.
     pub fn whole_grid(&self) -> Option<Grid> {
-        self.grid.filter(|_| self.places.is_none())
+        self.grid.filter(|_| self.grid_indices.is_none())
     }
 
     /// Place in the grid of a cell; its index where the frame is no grid.
-    pub fn place(&self, cell: usize) -> usize {
-        self.places.as_ref().map_or(cell, |places| places[cell])
+    pub fn grid_index(&self, cell: usize) -> usize {
+        self.grid_indices.as_ref().map_or(cell, |places| places[cell])
     }
 
     /// Whether the axes of all cells are the frame's own.
-    pub fn is_level(&self) -> bool {
+    pub fn has_uniform_axes(&self) -> bool {
         self.triads.distinct().iter().all(|triad| (triad.0 - self.axes.0).amax() < 1e-12)
     }
 }

@@ -10,16 +10,16 @@
 
 use std::collections::HashMap;
 
-use super::faces::Cells;
-use super::symmetry::NodePlanes;
+use super::faces::FrameBuilder;
+use super::symmetry::SymmetryNodes;
 use super::{ContactFrame, Side};
 use crate::error::{Context, Error, Result};
-use crate::geometry::{Point, place};
+use crate::geometry::{Point, format_point};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 
 /// A face around a node: the ends of the edges after and before the node, and the face's middle.
-struct Wedge {
+struct FaceCorner {
     after: usize,
     before: usize,
     middle: Point,
@@ -33,7 +33,7 @@ impl ContactFrame {
     /// # Errors
     /// As [`ContactFrame::from_faces`], and if a face is of second order.
     pub fn from_nodes(mesh: &Mesh, group: &str, side: Side, center: [f64; 2], azimuth: f64) -> Result<Self> {
-        Self::from_nodes_on_planes(mesh, (group, side), (center, azimuth), &NodePlanes::new())
+        Self::from_nodes_on_planes(mesh, (group, side), (center, azimuth), &SymmetryNodes::new())
     }
 
     /// As [`ContactFrame::from_nodes`], of a body cut at planes of symmetry that the nodes `planes` lie on.
@@ -47,13 +47,13 @@ impl ContactFrame {
         mesh: &Mesh,
         (group, side): (&str, Side),
         (center, azimuth): ([f64; 2], f64),
-        planes: &NodePlanes,
+        planes: &SymmetryNodes,
     ) -> Result<Self> {
         let faces = group_faces(mesh, group).context(|| format!("contact frame of {}", side.name()))?;
         let mut around = wedges(mesh, &faces, side)?;
         let mut nodes: Vec<usize> = around.keys().copied().collect();
         nodes.sort_unstable();
-        let mut cells = Cells::default();
+        let mut cells = FrameBuilder::default();
         let toward = Point::new(azimuth.cos(), azimuth.sin(), 0.0);
         for node in nodes {
             let mut rest = around.remove(&node).unwrap_or_default();
@@ -63,7 +63,7 @@ impl ContactFrame {
                 cells.push_part(corners, (open, planes), toward).ok_or_else(|| {
                     Error::input(format!(
                         "the contact faces around the node at {} of {} have no area: mend the mesh there",
-                        place(&mesh.points[node]),
+                        format_point(&mesh.points[node]),
                         mesh.source
                     ))
                 })?;
@@ -74,8 +74,8 @@ impl ContactFrame {
 }
 
 /// The faces around each node, counter-clockwise seen against the frame's normal.
-fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<Wedge>>> {
-    let mut around: HashMap<usize, Vec<Wedge>> = HashMap::new();
+fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usize, Vec<FaceCorner>>> {
+    let mut around: HashMap<usize, Vec<FaceCorner>> = HashMap::new();
     for face in faces {
         let n = face.kind.n_corners();
         if face.nodes.len() != n {
@@ -93,7 +93,7 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
         }
         let middle = corners.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / n as f64;
         for k in 0..n {
-            let wedge = Wedge { after: corners[(k + 1) % n], before: corners[(k + n - 1) % n], middle };
+            let wedge = FaceCorner { after: corners[(k + 1) % n], before: corners[(k + n - 1) % n], middle };
             around.entry(corners[k]).or_default().push(wedge);
         }
     }
@@ -102,7 +102,7 @@ fn wedges(mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<HashMap<usiz
 
 /// Takes a connected fan of faces around `node` out of `rest`; the corners of its cell, and whether they begin with the node itself, at
 /// the border of the faces.
-fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<Wedge>) -> (Vec<Point>, bool) {
+fn next_fan(mesh: &Mesh, node: usize, rest: &mut Vec<FaceCorner>) -> (Vec<Point>, bool) {
     let at = Point::from(mesh.points[node]);
     let middle_to = |other: usize| 0.5 * (at + Point::from(mesh.points[other]));
     // An open fan begins where no face lies before; a closed one anywhere.

@@ -33,10 +33,10 @@ pub enum Outline {
 
 /// Share of its size by which a point may lie outside and still counts as on the line: cells that are mirror images of each
 /// other are then both in or both out.
-const ON_THE_LINE: f64 = 1e-10;
+const BOUNDARY_TOLERANCE: f64 = 1e-10;
 
 /// Most vertices of a polygon: each pair of its edges is compared.
-const MOST_VERTICES: usize = 10_000;
+const MAX_VERTICES: usize = 10_000;
 
 impl Outline {
     /// Whether the outline encloses an area and does not cross itself.
@@ -71,13 +71,13 @@ impl Outline {
     pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
         match self {
             Self::Circle { radius, center } => {
-                (x - center[0]).hypot(y - center[1]) <= radius * (1.0 + ON_THE_LINE)
+                (x - center[0]).hypot(y - center[1]) <= radius * (1.0 + BOUNDARY_TOLERANCE)
             }
             Self::Ellipse { semi_axes, angle, center } => {
                 let (s, c) = angle.sin_cos();
                 let (dx, dy) = (x - center[0], y - center[1]);
                 let along = [c * dx + s * dy, c * dy - s * dx];
-                (along[0] / semi_axes[0]).hypot(along[1] / semi_axes[1]) <= 1.0 + ON_THE_LINE
+                (along[0] / semi_axes[0]).hypot(along[1] / semi_axes[1]) <= 1.0 + BOUNDARY_TOLERANCE
             }
             Self::Polygon { vertices } => in_polygon(vertices, [x, y]),
         }
@@ -119,7 +119,7 @@ impl ContactFrame {
     ///
     /// # Errors
     /// If the outline is not admissible, no cell lies inside, or the frame is no whole grid.
-    pub fn within(mut self, outline: &Outline) -> Result<Self> {
+    pub fn clipped_to(mut self, outline: &Outline) -> Result<Self> {
         outline.check()?;
         if self.whole_grid().is_none() {
             return Err(Error::input("an outline needs a frame that is a whole grid"));
@@ -134,7 +134,7 @@ impl ContactFrame {
         if inside.contains(&false) {
             let places = (0..inside.len()).filter(|&place| inside[place]).collect();
             self = self.select(&inside);
-            self.places = Some(places);
+            self.grid_indices = Some(places);
         }
         Ok(self)
     }
@@ -149,9 +149,9 @@ fn finite(values: &[f64]) -> Result<()> {
 
 fn check_polygon(vertices: &[[f64; 2]]) -> Result<()> {
     let n = vertices.len();
-    if n > MOST_VERTICES {
+    if n > MAX_VERTICES {
         return Err(Error::input(format!(
-            "the polygon has {n} vertices; at most {MOST_VERTICES} are compared"
+            "the polygon has {n} vertices; at most {MAX_VERTICES} are compared"
         )));
     }
     if n < 3 {
@@ -224,7 +224,7 @@ fn in_polygon(vertices: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
         let length = edge[0].hypot(edge[1]);
         let share = ((x - a[0]) * edge[0] + (y - a[1]) * edge[1]) / (length * length);
         let foot = [0, 1].map(|k| a[k] + share.clamp(0.0, 1.0) * edge[k]);
-        if (x - foot[0]).hypot(y - foot[1]) <= ON_THE_LINE * length {
+        if (x - foot[0]).hypot(y - foot[1]) <= BOUNDARY_TOLERANCE * length {
             return true;
         }
         if (a[1] > y) != (b[1] > y) && x < a[0] + edge[0] * (y - a[1]) / edge[1] {
@@ -240,7 +240,7 @@ mod tests {
 
     fn area(outline: &Outline) -> f64 {
         let frame = ContactFrame::grid([2.0, 2.0], [200, 200], [5.0, 1.0], 0.3).unwrap();
-        frame.within(outline).unwrap().areas.iter().sum()
+        frame.clipped_to(outline).unwrap().areas.iter().sum()
     }
 
     /// Truth: the areas; 3e-3 is what counting cells leaves with 75 and 30 along the radii (those cut by the line average out).
@@ -275,14 +275,14 @@ mod tests {
             Outline::Circle { radius: 0.3_f64.hypot(0.5), center: [0.0, 0.0] },
             Outline::Polygon { vertices: vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] },
         ] {
-            let kept = frame.clone().within(&outline).unwrap();
+            let kept = frame.clone().clipped_to(&outline).unwrap();
             let mean = kept.centers.iter().sum::<crate::geometry::Point>();
             assert!(mean.norm() < 1e-12, "{outline:?} {mean}");
             assert!(kept.n_cells().is_multiple_of(4) && kept.n_cells() >= 24, "{}", kept.n_cells());
-            assert!(kept.rim().iter().all(|rim| !rim), "the outline is no rim");
+            assert!(kept.edge_cells().iter().all(|rim| !rim), "the outline is no rim");
         }
-        let wide = frame.clone().within(&Outline::Circle { radius: 1.2, center: [0.0, 0.0] }).unwrap();
-        assert!(wide.rim().contains(&true), "the grid's edge is one");
+        let wide = frame.clone().clipped_to(&Outline::Circle { radius: 1.2, center: [0.0, 0.0] }).unwrap();
+        assert!(wide.edge_cells().contains(&true), "the grid's edge is one");
     }
 
     /// Truth: the documented refusals, each by the number of edges or vertices.
@@ -290,7 +290,7 @@ mod tests {
     fn nonsense_is_refused() {
         let refused = |outline: Outline, word: &str| {
             let frame = ContactFrame::grid([1.0, 1.0], [4, 4], [0.0, 0.0], 0.0).unwrap();
-            let error = frame.within(&outline).expect_err("refused");
+            let error = frame.clipped_to(&outline).expect_err("refused");
             assert!(error.message().contains(word), "{error}");
         };
         let polygon = |vertices: &[[f64; 2]]| Outline::Polygon { vertices: vertices.to_vec() };

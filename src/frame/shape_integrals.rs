@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use super::clip::cross;
+use super::clip::twice_signed_area;
 use crate::element::ElementKind;
-use crate::element::MOST_FACE_NODES;
+use crate::element::MAX_FACE_NODES;
 use crate::quadrature::gauss_legendre;
 
 /// A facet seen along n: three or four corners in the plane, counter-clockwise, and where they lie in the reference
@@ -12,7 +12,7 @@ use crate::quadrature::gauss_legendre;
 ///
 /// Its own coordinates (xi, eta) run over the triangle (0,0), (1,0), (0,1) or the square [-1, 1]^2.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PlaneFacet {
+pub(super) struct ProjectedFacet {
     kind: ElementKind,
     corners: [[f64; 2]; 4],
     n: usize,
@@ -23,7 +23,7 @@ pub(super) struct PlaneFacet {
 }
 
 /// Signs (xi, eta) of the corners of the square.
-const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+const SQUARE_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// How a facet appears along n.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,7 @@ fn coefficients(values: &[[f64; 2]]) -> [[f64; 2]; 4] {
         if let [a, b, c] = values {
             (map[0][k], map[1][k], map[2][k]) = (a[k], b[k] - a[k], c[k] - a[k]);
         } else {
-            for (value, [s, t]) in values.iter().zip(SIGNS) {
+            for (value, [s, t]) in values.iter().zip(SQUARE_CORNERS) {
                 for (coefficient, sign) in map.iter_mut().zip([1.0, s, t, s * t]) {
                     coefficient[k] += 0.25 * sign * value[k];
                 }
@@ -58,11 +58,11 @@ fn at(map: &[[f64; 2]; 4], [xi, eta]: [f64; 2]) -> [f64; 2] {
     std::array::from_fn(|k| o[k] + p[k] * xi + q[k] * eta + r[k] * xi * eta)
 }
 
-fn wedge(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn cross_2d(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-impl PlaneFacet {
+impl ProjectedFacet {
     /// A facet of a face of the given kind with `corners` in the plane and `reference` in the face.
     pub(super) fn new(kind: ElementKind, corners: &[[f64; 2]], reference: &[[f64; 2]]) -> Self {
         let mut all = [[0.0; 2]; 4];
@@ -90,7 +90,7 @@ impl PlaneFacet {
         let corners = self.corners();
         let turns = (0..self.n).map(|i| {
             let at = |k: usize| corners[(i + k) % self.n];
-            cross(at(0), at(1), at(2))
+            twice_signed_area(at(0), at(1), at(2))
         });
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         turns.for_each(|turn| (least, most) = (least.min(turn), most.max(turn)));
@@ -109,14 +109,14 @@ impl PlaneFacet {
     /// points (N_j J has degree 3 in xi at most). Along straight edges F_j is a smooth function of one variable; on
     /// triangles and parallelograms a polynomial of degree 5 at most, for which three Gauss points are exact. Inner
     /// edges of neighbouring polygons cancel, so that sums over a partition of the face are exact on any quadrangle.
-    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MOST_FACE_NODES] {
+    pub(super) fn integrate(&self, polygon: &[[f64; 2]], scale: f64) -> [f64; MAX_FACE_NODES] {
         let bend = self.map[3][0].hypot(self.map[3][1]);
         let size = self.map[1][0].hypot(self.map[1][1]).max(self.map[2][0].hypot(self.map[2][1]));
-        let mut last = self.boundary(polygon, &RULES[0]);
+        let mut last = self.boundary(polygon, &GAUSS_RULES[0]);
         if bend <= 1e-14 * size {
             return last;
         }
-        for rule in &RULES[1..] {
+        for rule in &GAUSS_RULES[1..] {
             let next = self.boundary(polygon, rule);
             let change = last.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             last = next;
@@ -127,15 +127,15 @@ impl PlaneFacet {
         last
     }
 
-    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; MOST_FACE_NODES] {
-        let mut total = [0.0; MOST_FACE_NODES];
+    fn boundary(&self, polygon: &[[f64; 2]], rule: &[[f64; 2]]) -> [f64; MAX_FACE_NODES] {
+        let mut total = [0.0; MAX_FACE_NODES];
         for (i, &start) in polygon.iter().enumerate() {
             let end = polygon[(i + 1) % polygon.len()];
             let along = [end[0] - start[0], end[1] - start[1]];
             for &[t, weight] in rule {
                 let own = self.invert([start[0] + t * along[0], start[1] + t * along[1]]);
                 let [a, b] = self.tangents(own);
-                let d_eta = wedge(a, along) / wedge(a, b);
+                let d_eta = cross_2d(a, along) / cross_2d(a, b);
                 let primitive = self.primitive(own);
                 total.iter_mut().zip(primitive).for_each(|(sum, f)| *sum += weight * f * d_eta);
             }
@@ -156,8 +156,8 @@ impl PlaneFacet {
             let here = at(&self.map, own);
             let miss = [x[0] - here[0], x[1] - here[1]];
             let [a, b] = self.tangents(own);
-            let jacobian = wedge(a, b);
-            let step = [wedge(miss, b) / jacobian, wedge(a, miss) / jacobian];
+            let jacobian = cross_2d(a, b);
+            let step = [cross_2d(miss, b) / jacobian, cross_2d(a, miss) / jacobian];
             // Points of the facet lie in the square; staying near it keeps the Jacobian positive.
             own = [
                 (own[0] + step[0]).clamp(-1.0 - 1e-9, 1.0 + 1e-9),
@@ -172,12 +172,12 @@ impl PlaneFacet {
     }
 
     /// F_j = integral of N_j J over xi from 0.
-    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MOST_FACE_NODES] {
-        let mut total = [0.0; MOST_FACE_NODES];
+    fn primitive(&self, [xi, eta]: [f64; 2]) -> [f64; MAX_FACE_NODES] {
+        let mut total = [0.0; MAX_FACE_NODES];
         for side in [-1.0, 1.0] {
             let own = [0.5 * xi * (1.0 + side / 3f64.sqrt()), eta];
             let [a, b] = self.tangents(own);
-            let weight = 0.5 * xi * wedge(a, b);
+            let weight = 0.5 * xi * cross_2d(a, b);
             let values = self.kind.face_values(at(&self.reference, own));
             total.iter_mut().zip(values).for_each(|(sum, n)| *sum += weight * n);
         }
@@ -186,7 +186,7 @@ impl PlaneFacet {
 }
 
 /// Gauss rules on [0, 1] as pairs (point, weight), of growing order.
-static RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| {
+static GAUSS_RULES: LazyLock<Vec<Vec<[f64; 2]>>> = LazyLock::new(|| {
     let halved = |(x, weight): (f64, f64)| [0.5 * (1.0 + x), 0.5 * weight];
     [3, 6, 12, 24, 48].map(|n| gauss_legendre(n).into_iter().map(halved).collect()).to_vec()
 });
@@ -200,9 +200,9 @@ mod tests {
     const TRIANGLE: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     const ALL: [ElementKind; 5] = [Tri3, Tri6, Quad4, Quad8, Quad9];
 
-    fn whole(kind: ElementKind, corners: &[[f64; 2]]) -> PlaneFacet {
-        let reference: &[[f64; 2]] = if corners.len() == 3 { &TRIANGLE } else { &SIGNS };
-        PlaneFacet::new(kind, corners, reference)
+    fn whole(kind: ElementKind, corners: &[[f64; 2]]) -> ProjectedFacet {
+        let reference: &[[f64; 2]] = if corners.len() == 3 { &TRIANGLE } else { &SQUARE_CORNERS };
+        ProjectedFacet::new(kind, corners, reference)
     }
 
     /// Truth: N_j of a parallelogram is a product of linear functions; over the whole face its integral is A / 4,
@@ -284,14 +284,14 @@ mod tests {
     fn parts_sum_to_the_whole() {
         for kind in [Quad8, Quad9] {
             let x = |[s, t]: [f64; 2]| [2.0 * s + 0.5 * t, 0.3 * s + t];
-            let mut sums = [0.0; MOST_FACE_NODES];
-            for [s, t] in SIGNS {
-                let reference = SIGNS.map(|[a, b]| [0.5 * (s + a), 0.5 * (t + b)]);
-                let facet = PlaneFacet::new(kind, &reference.map(x), &reference);
+            let mut sums = [0.0; MAX_FACE_NODES];
+            for [s, t] in SQUARE_CORNERS {
+                let reference = SQUARE_CORNERS.map(|[a, b]| [0.5 * (s + a), 0.5 * (t + b)]);
+                let facet = ProjectedFacet::new(kind, &reference.map(x), &reference);
                 let part = facet.integrate(&reference.map(x), 7.4);
                 sums.iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
             }
-            let all = whole(kind, &SIGNS.map(x)).integrate(&SIGNS.map(x), 7.4);
+            let all = whole(kind, &SQUARE_CORNERS.map(x)).integrate(&SQUARE_CORNERS.map(x), 7.4);
             for (sum, value) in sums.iter().zip(all) {
                 assert!((sum - value).abs() < 1e-14, "{kind:?} {sum} {value}");
             }

@@ -8,24 +8,24 @@ use super::ContactFrame;
 use crate::geometry::Point;
 
 /// Mesh nodes on planes of symmetry: which of the global axes x, y, z are normal to a plane that the node lies on.
-pub type NodePlanes = HashMap<usize, [bool; 3]>;
+pub type SymmetryNodes = HashMap<usize, [bool; 3]>;
 
 /// Largest distance of a cell's corner from a plane on which it lies, over the size of the cell.
-const ON_PLANE: f64 = 1e-6;
+const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// Smallest part of a plane's normal in the surface of a cell on it.
-const TANGENTIAL: f64 = 1e-6;
+const MIN_TANGENT_COMPONENT: f64 = 1e-6;
 
 /// Components of a unit vector below this are rounding.
-const ROUNDING: f64 = 1e-12;
+const ZERO_COMPONENT: f64 = 1e-12;
 
 impl ContactFrame {
     /// The cells on planes of symmetry, ascending, with the projector P on the components (x, y, n) in these planes: P = 1 - m m^T
     /// with the tangent m of the cell that is normal to its plane, and both tangents where two planes meet.
     ///
     /// Across a plane of symmetry the traction and the relative tangential displacement vanish.
-    pub fn projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
-        let Some(planes) = &self.planes else { return Vec::new() };
+    pub fn symmetry_projectors(&self) -> Vec<(usize, Matrix3<f64>)> {
+        let Some(planes) = &self.symmetry_planes else { return Vec::new() };
         planes
             .iter()
             .enumerate()
@@ -38,7 +38,7 @@ impl ContactFrame {
             let mut m = self.triads[cell].to_local(&Point::ith(c, 1.0));
             m.z = 0.0;
             // On axes the projector is diagonal, so that what it removes vanishes to the last bit.
-            let m = m.try_normalize(TANGENTIAL)?.map(|x| if x.abs() < ROUNDING { 0.0 } else { x });
+            let m = m.try_normalize(MIN_TANGENT_COMPONENT)?.map(|x| if x.abs() < ZERO_COMPONENT { 0.0 } else { x });
             Some(m.normalize())
         };
         let tangents: Vec<Point> = (0..3).filter(|&c| planes[c]).filter_map(tangent).collect();
@@ -50,14 +50,14 @@ impl ContactFrame {
     }
 
     /// Directions normal to planes of symmetry that cells lie on or the frame ends at, orthonormal, in the frame's axes (x, y, n).
-    pub fn plane_normals(&self) -> Vec<Point> {
-        let on = |c: usize| self.bounded[c] || self.planes.iter().flatten().any(|planes| planes[c]);
+    pub fn symmetry_normals(&self) -> Vec<Point> {
+        let on = |c: usize| self.symmetry_bounds[c] || self.symmetry_planes.iter().flatten().any(|planes| planes[c]);
         (0..3).filter(|&c| on(c)).map(|c| self.axes.to_local(&Point::ith(c, 1.0))).collect()
     }
 }
 
 /// The cell around a node, reflected at the planes of symmetry that it lies on.
-pub(super) struct WholeCell {
+pub(super) struct ReflectedCell {
     /// Its corners, in order.
     pub corners: Vec<Point>,
     /// Number of images that it consists of: 1, 2 or 4.
@@ -68,8 +68,8 @@ pub(super) struct WholeCell {
 
 /// The whole cell of the part with `corners`; `open`: it begins with the node itself, at the border of the faces. A plane among `planes`
 /// counts if one of the edges of the part that end in the node lies in it.
-pub(super) fn reflect(corners: &[Point], open: bool, planes: [bool; 3]) -> WholeCell {
-    let mut whole = WholeCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
+pub(super) fn reflect_cell(corners: &[Point], open: bool, planes: [bool; 3]) -> ReflectedCell {
+    let mut whole = ReflectedCell { corners: corners.to_vec(), images: 1.0, planes: [false; 3] };
     if !open {
         return whole;
     }
@@ -78,7 +78,7 @@ pub(super) fn reflect(corners: &[Point], open: bool, planes: [bool; 3]) -> Whole
     let (mut fan, mut closed) = (corners[1..].to_vec(), false);
     for c in (0..3).filter(|&c| planes[c]) {
         let size = corners.iter().map(|x| (x - node).norm()).fold(0.0, f64::max);
-        let on = |x: &Point| (x[c] - node[c]).abs() <= ON_PLANE * size;
+        let on = |x: &Point| (x[c] - node[c]).abs() <= PLANE_TOLERANCE * size;
         let image = |x: &Point| {
             let mut image = *x;
             image[c] = 2.0 * node[c] - x[c];
@@ -129,17 +129,17 @@ mod tests {
             (&quarter[..], [true, false, false], 2.0, 2.0, 6),
         ];
         for (part, planes, images, area, corners) in cases {
-            let whole = reflect(part, true, planes);
+            let whole = reflect_cell(part, true, planes);
             assert_eq!((whole.images, whole.planes), (images, planes));
             assert_eq!(whole.corners.len(), corners);
             assert_eq!(vector_area(&whole.corners), point(0.0, 0.0) + Point::z() * area);
         }
         assert_eq!(
-            reflect(&quarter, true, [false, false, true]).images,
+            reflect_cell(&quarter, true, [false, false, true]).images,
             1.0,
             "the part itself lies in the plane"
         );
         let point_only = [point(0.0, 0.0), point(1.0, 0.5), point(1.0, 1.0), point(0.5, 1.0)];
-        assert_eq!(reflect(&point_only, true, [true, true, false]).images, 1.0);
+        assert_eq!(reflect_cell(&point_only, true, [true, true, false]).images, 1.0);
     }
 }

@@ -44,37 +44,37 @@ impl GridSymmetry {
     }
 
     /// Image of a vector in the surface.
-    pub fn vector(self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn apply(self, [x, y]: [f64; 2]) -> [f64; 2] {
         // A sum of one of them and a zero; not -0.
         self.matrix.map(|[a, b]| f64::from(a) * x + f64::from(b) * y + 0.0)
     }
 
     /// Image of a rotation or a moment (x, y, n), whose sense a reflection turns round.
-    pub fn axial(self, [x, y, n]: [f64; 3]) -> [f64; 3] {
-        let ([x, y], hand) = (self.vector([x, y]), self.handedness());
+    pub fn apply_axial(self, [x, y, n]: [f64; 3]) -> [f64; 3] {
+        let ([x, y], hand) = (self.apply([x, y]), self.handedness());
         [hand * x, hand * y, hand * n].map(|component| component + 0.0)
     }
 
     /// What belongs to the image's x and y of what belongs to x and y without a sense: numbers of cells, sides.
-    pub fn sides<T: Copy>(self, [x, y]: [T; 2]) -> [T; 2] {
+    pub fn swap_axes<T: Copy>(self, [x, y]: [T; 2]) -> [T; 2] {
         if self.matrix[0][0] == 0 { [y, x] } else { [x, y] }
     }
 
     /// Of each cell of a grid of `cells` (place `ix * cells[1] + iy`) the place of its image in the image of the grid.
-    pub fn places(self, cells: [usize; 2]) -> Vec<usize> {
-        let image = self.sides(cells);
+    pub fn cell_permutation(self, cells: [usize; 2]) -> Vec<usize> {
+        let image = self.swap_axes(cells);
         // Twice the distance from the middle, in cells: whole.
         let from_middle = |i: usize, n: usize| 2.0 * i as f64 + 1.0 - n as f64;
         let index = |distance: f64, n: usize| ((distance + n as f64 - 1.0) / 2.0) as usize;
         let place = |ix: usize, iy: usize| {
-            let [x, y] = self.vector([from_middle(ix, cells[0]), from_middle(iy, cells[1])]);
+            let [x, y] = self.apply([from_middle(ix, cells[0]), from_middle(iy, cells[1])]);
             index(x, image[0]) * image[1] + index(y, image[1])
         };
         (0..cells[0]).flat_map(|ix| (0..cells[1]).map(move |iy| place(ix, iy))).collect()
     }
 
     /// What an image is to what it is made of.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self.matrix {
             [[1, 0], [0, 1]] => "the same as",
             [[1, 0], [0, -1]] => "the mirror image (y to -y) of",
@@ -101,11 +101,11 @@ mod tests {
             assert_eq!(a.inverse().after(a), GridSymmetry::IDENTITY);
             for b in GridSymmetry::ALL {
                 assert!(GridSymmetry::ALL.contains(&a.after(b)));
-                assert_eq!(a.after(b).vector(v), a.vector(b.vector(v)));
+                assert_eq!(a.after(b).apply(v), a.apply(b.apply(v)));
                 assert_eq!(a.after(b).handedness(), a.handedness() * b.handedness());
             }
         }
-        let words: std::collections::BTreeSet<_> = GridSymmetry::ALL.map(GridSymmetry::words).into();
+        let words: std::collections::BTreeSet<_> = GridSymmetry::ALL.map(GridSymmetry::description).into();
         assert_eq!(words.len(), 8);
     }
 
@@ -115,11 +115,11 @@ mod tests {
         let (r, f) = (Point::new(0.4, -0.9, 0.3), Point::new(-2.0, 0.7, 1.1));
         for image in GridSymmetry::ALL {
             let of = |v: Point| {
-                let [x, y] = image.vector([v.x, v.y]);
+                let [x, y] = image.apply([v.x, v.y]);
                 Point::new(x, y, v.z)
             };
             let moment = of(r).cross(&of(f));
-            assert!((moment - Point::from(image.axial(r.cross(&f).into()))).norm() < 1e-15);
+            assert!((moment - Point::from(image.apply_axial(r.cross(&f).into()))).norm() < 1e-15);
         }
     }
 
@@ -132,9 +132,9 @@ mod tests {
             [ix as f64 - 0.5 * (cells[0] as f64 - 1.0), iy as f64 - 0.5 * (cells[1] as f64 - 1.0)]
         };
         for image in GridSymmetry::ALL {
-            for (place, moved) in image.places(cells).into_iter().enumerate() {
-                let wanted = image.vector(centre(place, cells));
-                assert_eq!(centre(moved, image.sides(cells)), wanted, "{image:?} {place}");
+            for (place, moved) in image.cell_permutation(cells).into_iter().enumerate() {
+                let wanted = image.apply(centre(place, cells));
+                assert_eq!(centre(moved, image.swap_axes(cells)), wanted, "{image:?} {place}");
             }
         }
     }

@@ -2,19 +2,19 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::balance::{COMPONENTS, Motion, Unresisted};
-use crate::contact::projection::Sliding;
-use crate::contact::{Balance, End, NormalControl, SlipReference, TangentialControl, Wanted};
+use crate::contact::balance::{MOTION_COMPONENTS, RigidMotion, UnresistedLoad};
+use crate::contact::projection::LossOfEquilibrium;
+use crate::contact::{Balance, PathPoint, NormalControl, SlipReference, TangentialControl, BalanceConstraint};
 use crate::error::{Error, Result};
 use crate::geometry::Side;
 
 use super::Run;
-use super::control::Loads;
-use super::model::Prepared;
+use super::control::PrescribedLoads;
+use super::model::PreparedModel;
 use super::step::Step;
 
 /// Below this a direction, whose length is 1, has no part left.
-const NO_PART: f64 = 1e-6;
+const MIN_DIRECTION_NORM: f64 = 1e-6;
 
 /// How it is told that a motion is held.
 const UNRESISTED: &str = "nothing resists the";
@@ -29,29 +29,29 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a load acts along a motion that nothing resists.
-    pub(super) fn end(&mut self, step: &Step, loads: &Loads, reference: SlipReference) -> Result<End> {
-        let mut end = End {
+    pub(super) fn path_point(&mut self, step: &Step, loads: &PrescribedLoads, reference: SlipReference) -> Result<PathPoint> {
+        let mut end = PathPoint {
             normal: loads.normal,
             tangential: loads.tangential,
             balance: None,
             reference,
-            lifted: None,
+            fixed_normal_offset: None,
         };
         let prepared = &self.prepared;
         let inclined = loads.any() && prepared.rigid_axes.is_some();
         // A plane of symmetry bears the part of a force across it.
         let at_plane = matches!(loads.tangential, TangentialControl::Force(_))
-            && !prepared.model.frame.plane_normals().is_empty();
-        if prepared.model.floating.is_empty() && !inclined && !loads.turning() && !at_plane {
+            && !prepared.model.frame.symmetry_normals().is_empty();
+        if prepared.model.floating.is_empty() && !inclined && !loads.prescribes_moment() && !at_plane {
             return Ok(end);
         }
         let friction = if step.friction { prepared.ellipse } else { None };
-        let wanted = prepared.wanted(loads);
+        let wanted = prepared.balance_constraints(loads);
         let gap = |component: usize, cell: usize| prepared.unit_gap(component, cell);
         let areas = &prepared.model.frame.areas;
-        let balance = Balance::on(areas, friction.as_ref(), gap, &wanted)
-            .map_err(|unresisted| prepared.nothing_resists(step, &unresisted))?;
-        for motion in &balance.held {
+        let balance = Balance::for_frame(areas, friction.as_ref(), gap, &wanted)
+            .map_err(|unresisted| prepared.unresisted_load_error(step, &unresisted))?;
+        for motion in &balance.unresisted_motions {
             let note = format!(
                 "step \"{}\": {UNRESISTED} {} of {} and no load drives it: it is held",
                 step.name,
@@ -67,11 +67,11 @@ impl Run<'_> {
     }
 }
 
-impl Prepared<'_> {
+impl PreparedModel<'_> {
     /// Local gap (x, y, n) in a cell per unit of a component of motion.
     fn unit_gap(&self, component: usize, cell: usize) -> [f64; 3] {
         if component >= 3 {
-            let gap = &self.floating_gaps[component - 3];
+            let gap = &self.mode_gaps[component - 3];
             return [0, 1, 2].map(|plane| gap[plane * self.n() + cell]);
         }
         let mut unit = Vector3::zeros();
@@ -80,7 +80,7 @@ impl Prepared<'_> {
     }
 
     /// The motions to be found, with what the tractions on body 2 must do on them.
-    fn wanted(&self, loads: &Loads) -> Vec<Wanted> {
+    fn balance_constraints(&self, loads: &PrescribedLoads) -> Vec<BalanceConstraint> {
         let mut force = Vector3::zeros();
         let mut forced = Vec::new();
         if let NormalControl::Force(p) = loads.normal {
@@ -92,25 +92,25 @@ impl Prepared<'_> {
             forced.extend([Vector3::x(), Vector3::y()]);
         }
         let floating =
-            self.floating_motions.iter().zip(&self.floating_loads).enumerate().map(|(j, (m, load))| {
-                let mut motion = [0.0; COMPONENTS];
+            self.mode_motions.iter().zip(&self.mode_loads).enumerate().map(|(j, (m, load))| {
+                let mut motion = [0.0; MOTION_COMPONENTS];
                 motion[3 + j] = 1.0;
                 // The contact carries what is prescribed, and holds the body against its own loads.
-                Wanted { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
+                BalanceConstraint { motion, work: force.dot(&Vector3::new(m[0], m[1], m[2])) - load }
             });
-        let mut wanted: Vec<Wanted> = floating.collect();
+        let mut wanted: Vec<BalanceConstraint> = floating.collect();
         // A body stays on planes of symmetry, whatever part of a force they bear.
-        let normals = self.model.frame.plane_normals();
+        let normals = self.model.frame.symmetry_normals();
         let mut taken = [&self.free_translations[..], &normals].concat();
         for direction in forced {
             let mut rest = direction;
             taken.iter().for_each(|free| rest -= free * free.dot(&direction));
-            if rest.norm() > NO_PART {
+            if rest.norm() > MIN_DIRECTION_NORM {
                 let rest = rest.normalize();
                 taken.push(rest);
-                let mut motion = [0.0; COMPONENTS];
+                let mut motion = [0.0; MOTION_COMPONENTS];
                 motion[..3].copy_from_slice(rest.as_slice());
-                wanted.push(Wanted { motion, work: force.dot(&rest) });
+                wanted.push(BalanceConstraint { motion, work: force.dot(&rest) });
             }
         }
         let mut turned: Vec<Vector3<f64>> = Vec::new();
@@ -118,21 +118,21 @@ impl Prepared<'_> {
         for axis in (0..3).filter(|&axis| loads.moment[axis].is_some()) {
             let unit = Vector3::ith(axis, 1.0);
             if normals.is_empty() {
-                wanted.push(turning(&unit, moment[axis]));
+                wanted.push(rotation_constraint(&unit, moment[axis]));
                 continue;
             }
             // A plane of symmetry allows rotations about its normal only.
             let mut rest = allowed_rotation(&normals, &unit);
             turned.iter().for_each(|other| rest -= other * other.dot(&rest));
-            if let Some(rest) = rest.try_normalize(NO_PART) {
-                wanted.push(turning(&rest, moment.dot(&rest)));
+            if let Some(rest) = rest.try_normalize(MIN_DIRECTION_NORM) {
+                wanted.push(rotation_constraint(&rest, moment.dot(&rest)));
                 turned.push(rest);
             }
         }
         wanted
     }
 
-    fn nothing_resists(&self, step: &Step, unresisted: &Unresisted) -> Error {
+    fn unresisted_load_error(&self, step: &Step, unresisted: &UnresistedLoad) -> Error {
         let mend = if step.friction && self.ellipse.is_some() {
             "support the body along it, or remove the load"
         } else {
@@ -156,17 +156,17 @@ impl Prepared<'_> {
     }
 
     /// Translation and rotation of body 2 relative to body 1.
-    fn six(&self, motion: &Motion) -> [f64; 6] {
+    fn six(&self, motion: &RigidMotion) -> [f64; 6] {
         let mut six = [0.0; 6];
         six[..3].copy_from_slice(&motion[..3]);
-        for (floating, amount) in self.floating_motions.iter().zip(&motion[3..]) {
+        for (floating, amount) in self.mode_motions.iter().zip(&motion[3..]) {
             six.iter_mut().zip(floating).for_each(|(sum, c)| *sum += amount * c);
         }
         six
     }
 
     /// A motion in words, in the frame's axes.
-    fn motion_name(&self, motion: &Motion) -> String {
+    fn motion_name(&self, motion: &RigidMotion) -> String {
         let six = self.six(motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
         if turn.norm() * self.model.frame.size() > 1e-6 * shift.norm() {
@@ -177,32 +177,32 @@ impl Prepared<'_> {
     }
 
     /// Why no motion balances the prescribed forces.
-    pub(super) fn sliding_note(&self, step: &str, number: usize, sliding: &Sliding) -> String {
+    pub(super) fn loss_of_equilibrium_message(&self, step: &str, number: usize, sliding: &LossOfEquilibrium) -> String {
         let six = self.six(&sliding.motion);
         let (shift, turn) = (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]));
         let body1 = self.who() == "body 1";
         let sign = if body1 { -1.0 } else { 1.0 };
         let who = if body1 { "body 1" } else { "body 2" };
         let turns = turn.norm() * self.model.frame.size() > shift.norm();
-        let how = match (turns, sliding.opens) {
+        let how = match (turns, sliding.separates_bodies) {
             (true, true) => format!("tips off about {}", direction_name(turn * sign)),
             (true, false) => format!("spins about {}", direction_name(turn * sign)),
             (false, true) => format!("moves off along {}", direction_name(shift * sign)),
             (false, false) => format!("slides along {}", direction_name(shift * sign)),
         };
-        if sliding.opens {
+        if sliding.separates_bodies {
             return format!(
                 "step \"{step}\" ({number}): the forces take the bodies apart: {who} {how} (frame's axes)"
             );
         }
-        if sliding.carried == 0.0 {
+        if sliding.carried_load_fraction == 0.0 {
             return format!(
                 "step \"{step}\" ({number}): nothing presses the bodies together, so friction carries nothing of the tangential \
                  load: {who} {how} (frame's axes)"
             );
         }
-        let share = if sliding.carried > 0.0 && sliding.carried < 1.0 {
-            format!("; friction carries {:.4} of the load", sliding.carried)
+        let share = if sliding.carried_load_fraction > 0.0 && sliding.carried_load_fraction < 1.0 {
+            format!("; friction carries {:.4} of the load", sliding.carried_load_fraction)
         } else {
             String::new()
         };
@@ -214,10 +214,10 @@ impl Prepared<'_> {
 }
 
 /// A rotation of body 2 about an axis through the frame's centre, and the work of the tractions on it.
-fn turning(axis: &Vector3<f64>, work: f64) -> Wanted {
-    let mut motion = [0.0; COMPONENTS];
+fn rotation_constraint(axis: &Vector3<f64>, work: f64) -> BalanceConstraint {
+    let mut motion = [0.0; MOTION_COMPONENTS];
     motion[3..6].copy_from_slice(axis.as_slice());
-    Wanted { motion, work }
+    BalanceConstraint { motion, work }
 }
 
 /// The part of a rotation that planes of symmetry with the given normals allow.

@@ -5,19 +5,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{NormalControl, TangentialControl};
 
-use super::model::Prepared;
+use super::model::PreparedModel;
 use super::step::{Normal, Spin, Step, Tangential, Tilt};
 
 /// Controls in force: what a step does not name stays as it was (an approach an approach, a force a force).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Held {
+pub(super) struct ActiveControls {
     pub normal: Normal,
     pub tangential: Tangential,
     pub tilt: Tilt,
     pub spin: Spin,
 }
 
-impl Held {
+impl ActiveControls {
     /// What holds before the first step: no shift, no rotation.
     pub fn at_rest(normal: Normal) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Held {
     }
 
     /// The loads in force at a given tangential position.
-    pub fn loads_at_shift(&self) -> Loads {
+    pub fn loads_at_shift(&self) -> PrescribedLoads {
         let normal = match self.normal {
             Normal::Approach(_) => NormalControl::Approach,
             Normal::Force(force) => NormalControl::Force(force),
@@ -58,46 +58,46 @@ impl Held {
         if let Spin::Moment(n) = self.spin {
             moment[2] = Some(-n);
         }
-        Loads { normal, tangential: TangentialControl::Shift, moment }
+        PrescribedLoads { normal, tangential: TangentialControl::Shift, moment }
     }
 }
 
 /// What is prescribed of forces and moments; where nothing is, the motion is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Loads {
+pub(super) struct PrescribedLoads {
     pub normal: NormalControl,
     pub tangential: TangentialControl,
     /// Moments on body 2 about the frame's x, y, n through its centre.
     pub moment: [Option<f64>; 3],
 }
 
-impl Loads {
+impl PrescribedLoads {
     /// Whether a force or a moment is prescribed.
     pub fn any(&self) -> bool {
         let forced = matches!(self.normal, NormalControl::Force(_))
             || matches!(self.tangential, TangentialControl::Force(_));
-        forced || self.turning()
+        forced || self.prescribes_moment()
     }
 
     /// Whether a moment is prescribed.
-    pub fn turning(&self) -> bool {
+    pub fn prescribes_moment(&self) -> bool {
         self.moment.iter().any(Option::is_some)
     }
 }
 
 /// The controls of one increment and the rigid motion it starts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Controls {
+pub(super) struct IncrementControls {
     /// Along x, y, n.
     pub rigid: [f64; 3],
     /// Rotation about x, y, n.
     pub turn: [f64; 3],
-    pub loads: Loads,
+    pub loads: PrescribedLoads,
 }
 
 /// Rigid motion of body 2 and what body 1 carries, in the frame's axes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Start {
+pub(super) struct LoadPathStart {
     pub rigid: [f64; 3],
     pub turn: [f64; 3],
     pub force: [f64; 3],
@@ -106,26 +106,26 @@ pub(super) struct Start {
 
 /// A step's path from where it starts to what it prescribes.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Path {
+pub(super) struct LoadPath {
     /// Where it starts; the force on body 1 is what the contact carries, and along directions in which the bodies float, where it
     /// carries their own loads too, what was prescribed before.
-    start: Start,
+    start: LoadPathStart,
     /// Approach at which the first cell closes.
     first_touch: f64,
     /// What is prescribed at the end.
-    pub end: Held,
+    pub end: ActiveControls,
 }
 
-impl Path {
+impl LoadPath {
     /// The path of `step` from a start with the force of the contact, with `held` in force before it.
-    pub fn new(step: &Step, held: Held, mut start: Start, prepared: &Prepared) -> Self {
+    pub fn new(step: &Step, held: ActiveControls, mut start: LoadPathStart, prepared: &PreparedModel) -> Self {
         let carried = Vector3::from(start.force);
         start.force = (carried + prepared.free_part(held.force() - carried)).into();
         Self { start, first_touch: prepared.first_touch, end: held.after(step) }
     }
 
     /// The same path where first touch is `by` farther along n.
-    pub fn touching_later(mut self, by: f64) -> Self {
+    pub fn with_later_first_touch(mut self, by: f64) -> Self {
         self.first_touch += by;
         self.start.rigid[2] += by;
         self
@@ -133,7 +133,7 @@ impl Path {
 
     /// Controls at `fraction` of the path; `now` is the present rigid motion (x, y, n; about x, y, n), the guess for what is
     /// free.
-    pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> Controls {
+    pub fn at(&self, fraction: f64, now: ([f64; 3], [f64; 3])) -> IncrementControls {
         // What is prescribed to the last digit.
         let between = |from: f64, to: f64| if fraction == 1.0 { to } else { from + fraction * (to - from) };
         let start = &self.start;
@@ -164,6 +164,6 @@ impl Path {
             Spin::Twist(angle) => turn[2] = between(start.turn[2], angle),
             Spin::Moment(m) => moment[2] = Some(-between(start.moment[2], m)),
         }
-        Controls { rigid, turn, loads: Loads { normal, tangential, moment } }
+        IncrementControls { rigid, turn, loads: PrescribedLoads { normal, tangential, moment } }
     }
 }

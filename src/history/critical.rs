@@ -3,32 +3,32 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::contact::Iterate;
+use crate::contact::ContactState;
 use crate::linalg::operator::Flexibility;
 
 use super::Run;
 
 /// Vectors of the Lanczos process.
-const VECTORS: usize = 60;
+const MAX_LANCZOS_VECTORS: usize = 60;
 
 /// A vector this short has nothing new.
-const NOTHING: f64 = 1e-10;
+const LANCZOS_BREAKDOWN: f64 = 1e-10;
 
 impl Run<'_> {
     /// Longest explicit jump from the ends of a cycle; `None` where nothing wears.
-    pub(super) fn critical_length(&self, it: &Iterate) -> Option<f64> {
-        let (n, ends) = (self.prepared.n(), it.rigid.len());
-        let touching = self.touching(it);
+    pub(super) fn critical_length(&self, it: &ContactState) -> Option<f64> {
+        let (n, ends) = (self.prepared.n(), it.rigid_motion.len());
+        let touching = self.cells_in_contact(it);
         let wear = |cell: usize| (0..ends).map(|end| it.wear_path[end * n + cell]).sum::<f64>();
         let wear: Vec<f64> = (0..n).map(|cell| if touching[cell] { wear(cell) } else { 0.0 }).collect();
         let model = self.prepared.model;
-        least_eigenvalue(model.flexibility.as_ref(), &model.frame.areas, &wear).map(|least| 2.0 * least)
+        smallest_eigenvalue(model.flexibility.as_ref(), &model.frame.areas, &wear).map(|least| 2.0 * least)
     }
 }
 
 /// Least λ with S_nn p = λ D p on the cells where `wear`, the diagonal of D (`[N]`), is positive, by a Lanczos process that begins
 /// with the pressures that change sign from cell to cell; from above, by a few percent at most.
-fn least_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
+fn smallest_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> Option<f64> {
     let n = wear.len();
     let cells: Vec<usize> = (0..n).filter(|&cell| wear[cell] > 0.0).collect();
     if cells.is_empty() {
@@ -42,9 +42,9 @@ fn least_eigenvalue(operator: &dyn Flexibility, areas: &[f64], wear: &[f64]) -> 
     let (mut pressure, mut gap) = (vec![0.0; n], vec![0.0; n]);
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    while basis.len() < VECTORS.min(cells.len()) {
+    while basis.len() < MAX_LANCZOS_VECTORS.min(cells.len()) {
         let length = dot(&next, &next).sqrt();
-        if length <= NOTHING * diagonal.first().copied().unwrap_or(0.0) {
+        if length <= LANCZOS_BREAKDOWN * diagonal.first().copied().unwrap_or(0.0) {
             break;
         }
         if !basis.is_empty() {
@@ -130,8 +130,8 @@ mod tests {
             (areas[i] * areas[j] / (wear[i] * wear[j])).sqrt() * kernel(i, j)
         });
         let wanted = SymmetricEigen::new(dense).eigenvalues.min();
-        let found = least_eigenvalue(&operator, &areas, &wear).unwrap();
+        let found = smallest_eigenvalue(&operator, &areas, &wear).unwrap();
         assert!((found / wanted - 1.0).abs() < 1e-10, "{found} {wanted}");
-        assert_eq!(least_eigenvalue(&operator, &areas, &vec![0.0; n]), None);
+        assert_eq!(smallest_eigenvalue(&operator, &areas, &vec![0.0; n]), None);
     }
 }

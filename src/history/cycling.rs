@@ -5,153 +5,153 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::{End, NormalControl, SlipReference, TangentialControl};
+use crate::contact::{PathPoint, NormalControl, SlipReference, TangentialControl};
 use crate::error::Result;
 
-use super::control::{Held, Loads, Path};
-use super::jump_control::JumpControl;
-use super::record::{Moment, Observer, Outcome};
-use super::resolved::Resolved;
-use super::ring::{Course, Ring};
-use super::snapshot::Within;
-use super::step::{CycleMotion, Cycles, Jumps, Step};
+use super::control::{ActiveControls, PrescribedLoads, LoadPath};
+use super::jump_control::StepController;
+use super::record::{CheckpointEvent, Observer, Outcome};
+use super::resolved::ResolvedCycle;
+use super::ring::{FrettingPath, CycleState};
+use super::snapshot::StepProgress;
+use super::step::{CycleMotion, Cycles, JumpPolicy, Step};
 use super::tried::Tried;
 use super::{Run, state};
 
 /// Worn depth over the approach that the first controlled jump aims at.
-const FIRST: f64 = 0.05;
+const FIRST_JUMP_DEPTH_SHARE: f64 = 0.05;
 
 /// Tolerance of jumps over that of contact solutions below which the latter make the error.
-const SOLVED: f64 = 10.0;
+const MIN_TOLERANCE_RATIO: f64 = 10.0;
 
 /// A step of cycles or steady sliding in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Cycling {
-    pub ring: Ring,
-    pub way: Way,
+pub(super) struct WearStepState {
+    pub cycle: CycleState,
+    pub slip_source: SlipSource,
     /// Cycles of this step, or mm of sliding, that are done.
-    pub done: f64,
+    pub completed: f64,
     /// Wear per cycle or mm at the worn depth of the state, `[N]`.
-    pub rate: Vec<f64>,
+    pub wear_rate: Vec<f64>,
     /// Dissipation per cycle or mm there.
-    pub power: f64,
+    pub dissipation_rate: f64,
     /// A resolved cycle, where strokes are resolved now and then.
-    pub resolved: Option<Resolved>,
+    pub resolved_cycle: Option<ResolvedCycle>,
     /// What is prescribed besides the cycles, from the start of the step to its end.
-    pub path: Path,
-    pub control: JumpControl,
+    pub load_path: LoadPath,
+    pub step_controller: StepController,
     /// Entries of the step.
-    pub entries: usize,
+    pub jumps_done: usize,
     /// Longest stable jump of an explicit integrator.
-    pub critical: Option<f64>,
+    pub critical_length: Option<f64>,
     /// Largest pressure at the start of the step.
-    pub peak: f64,
+    pub initial_peak_pressure: f64,
     /// Contact was at the rim of the frame from the start.
-    pub touched: bool,
+    pub touched_edge_initially: bool,
     /// Cycles and distance before the step.
-    pub before: (u64, f64),
+    pub totals_before: (u64, f64),
     /// Rates and ends are those of other operators.
     #[serde(default)]
-    pub stale: bool,
+    pub rates_outdated: bool,
 }
 
 /// What the slip of a cycle follows from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) enum Way {
+pub(super) enum SlipSource {
     /// The ends of a closed path.
-    Round(Course),
+    ClosedPath(FrettingPath),
     /// Slip per mm of steady sliding, `[2, N]`.
-    Along(Vec<f64>),
+    Sliding(Vec<f64>),
 }
 
 impl Run<'_> {
     /// Runs the jumps of a step of fretting cycles or steady sliding that are left.
-    pub(super) fn cycles(
+    pub(super) fn run_wear_step(
         &mut self,
         step: &Step,
         cycles: &Cycles,
         last: bool,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        if matches!(self.within, Within::Start)
-            && let Some(cycling) = self.begin(step, cycles, observer)?
+        if matches!(self.progress, StepProgress::NotStarted)
+            && let Some(cycling) = self.begin_wear_step(step, cycles, observer)?
         {
             if observer.wants_loops() {
-                self.resolve_loop(step, cycles, &cycling, observer)?;
+                self.record_fretting_loop(step, cycles, &cycling, observer)?;
                 if self.result.outcome != Outcome::Converged {
                     return Ok(());
                 }
             }
-            self.within = Within::Cycles(Box::new(cycling));
+            self.progress = StepProgress::WearStep(Box::new(cycling));
         }
-        while let Within::Cycles(mut cycling) = std::mem::replace(&mut self.within, Within::Start) {
-            if cycling.done >= cycles.count {
-                let ended = self.end_cycles(step, cycles, (&cycling, last), observer);
+        while let StepProgress::WearStep(mut cycling) = std::mem::replace(&mut self.progress, StepProgress::NotStarted) {
+            if cycling.completed >= cycles.count {
+                let ended = self.finish_wear_step(step, cycles, (&cycling, last), observer);
                 // Broken off here, the run is taken up after the last jump.
                 if ended.is_err() || self.result.outcome != Outcome::Converged {
-                    self.within = Within::Cycles(cycling);
+                    self.progress = StepProgress::WearStep(cycling);
                 }
                 return ended;
             }
-            if cycling.entries > 0 && observer.is_outdated(&self.state.worn) {
-                self.within = Within::Cycles(cycling);
-                self.outdated = true;
+            if cycling.jumps_done > 0 && observer.wants_rebuild(&self.state.wear_depth) {
+                self.progress = StepProgress::WearStep(cycling);
+                self.rebuild_requested = true;
                 return Ok(());
             }
-            if cycling.stale {
-                let evaluated = self.evaluate_anew(step, cycles, &mut cycling, observer);
+            if cycling.rates_outdated {
+                let evaluated = self.reevaluate_rates(step, cycles, &mut cycling, observer);
                 if !matches!(evaluated, Ok(true)) {
-                    self.within = Within::Cycles(cycling);
+                    self.progress = StepProgress::WearStep(cycling);
                     return evaluated.map(|_| ());
                 }
             }
-            let (before, control, spent) = (Tried::of(&cycling), cycling.control, cycling.ring.spent);
-            let resolved = cycling.resolved.clone();
-            let jumped = self.next_jump(step, cycles, &mut cycling, observer);
+            let (before, control, spent) = (Tried::of(&cycling), cycling.step_controller, cycling.cycle.uncharged_work);
+            let resolved = cycling.resolved_cycle.clone();
+            let jumped = self.take_jump(step, cycles, &mut cycling, observer);
             // A body may hear of an interrupt itself: the run is taken up from before the jump, too.
             if jumped.is_err() || self.result.outcome != Outcome::Converged {
                 // Before its first entry the step begins anew, from the state before it.
-                if cycling.entries > 0 {
+                if cycling.jumps_done > 0 {
                     before.put(&mut cycling);
-                    (cycling.control, cycling.ring.spent, cycling.resolved) = (control, spent, resolved);
-                    self.within = Within::Cycles(cycling);
+                    (cycling.step_controller, cycling.cycle.uncharged_work, cycling.resolved_cycle) = (control, spent, resolved);
+                    self.progress = StepProgress::WearStep(cycling);
                 }
                 return jumped;
             }
-            self.within = Within::Cycles(cycling);
-            self.keep(Moment::Entry, observer)?;
+            self.progress = StepProgress::WearStep(cycling);
+            self.record_rollback_point(CheckpointEvent::Entry, observer)?;
         }
         Ok(())
     }
 
     /// What follows the last jump: the loop there, if it is wanted, and the way back to the centre for the steps that come.
-    fn end_cycles(
+    fn finish_wear_step(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        (cycling, last): (&Cycling, bool),
+        (cycling, last): (&WearStepState, bool),
         observer: &mut dyn Observer,
     ) -> Result<()> {
         if observer.wants_loops() {
-            self.resolve_loop(step, cycles, cycling, observer)?;
+            self.record_fretting_loop(step, cycles, cycling, observer)?;
         }
-        self.held.normal = cycling.path.end.normal;
-        if let (Way::Round(course), false, Outcome::Converged) = (&cycling.way, last, &self.result.outcome) {
+        self.controls.normal = cycling.load_path.end.normal;
+        if let (SlipSource::ClosedPath(course), false, Outcome::Converged) = (&cycling.slip_source, last, &self.result.outcome) {
             self.return_to_center(step, course, observer)?;
         }
         Ok(())
     }
 
     /// The first strokes and the rates before the first jump; `None` where something does not converge.
-    fn begin(
+    fn begin_wear_step(
         &mut self,
         step: &Step,
         cycles: &Cycles,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Cycling>> {
+    ) -> Result<Option<WearStepState>> {
         let clock = Instant::now();
-        if let Jumps::Tolerance(tolerance) = cycles.jumps
-            && tolerance < SOLVED * self.options.tolerance
+        if let JumpPolicy::Tolerance(tolerance) = cycles.jumps
+            && tolerance < MIN_TOLERANCE_RATIO * self.options.tolerance
         {
             self.result.warnings.push(format!(
                 "step \"{}\": wear.tolerance = {tolerance:e} is finer than contacts are solved (solver.tolerance = {:e}): jumps get shorter \
@@ -159,56 +159,56 @@ impl Run<'_> {
                 step.name, self.options.tolerance
             ));
         }
-        let (center, n) = (self.state.rigid, self.prepared.n());
-        let path = self.path(step);
+        let (center, n) = (self.state.rigid_motion, self.prepared.n());
+        let path = self.load_path(step);
         let ([x, y, _], _) = self.prepared.resultants(&self.state.tractions);
         let shift = [center[0], center[1]];
         let (ring, way) = match &cycles.motion {
-            CycleMotion::Closed(closed) => {
-                let course = Course::new(closed, shift, [x, y]);
-                let ring = Ring::new(n, &course, center);
-                (ring, Way::Round(course))
+            CycleMotion::ClosedPath(closed) => {
+                let course = FrettingPath::new(closed, shift, [x, y]);
+                let ring = CycleState::new(n, &course, center);
+                (ring, SlipSource::ClosedPath(course))
             }
             CycleMotion::Sliding { angle } => {
-                let mut ring = Ring::still(n, center);
-                ring.it.floating.fill(self.state.floating);
-                (ring, Way::Along(self.slip_per_length(*angle)))
+                let mut ring = CycleState::for_sliding(n, center);
+                ring.contact.mode_amplitudes.fill(self.state.mode_amplitudes);
+                (ring, SlipSource::Sliding(self.slip_per_length(*angle)))
             }
         };
-        let mut cycling = Cycling {
-            ring,
-            way,
-            done: 0.0,
-            rate: vec![0.0; n],
-            power: 0.0,
-            resolved: None,
-            path,
-            control: JumpControl::new(cycles.count, cycles.integrator.order()),
-            entries: 0,
-            critical: None,
-            peak: 0.0,
-            touched: false,
-            before: (self.state.cycles_done, self.state.distance_slid),
-            stale: false,
+        let mut cycling = WearStepState {
+            cycle: ring,
+            slip_source: way,
+            completed: 0.0,
+            wear_rate: vec![0.0; n],
+            dissipation_rate: 0.0,
+            resolved_cycle: None,
+            load_path: path,
+            step_controller: StepController::new(cycles.count, cycles.integrator.order()),
+            jumps_done: 0,
+            critical_length: None,
+            initial_peak_pressure: 0.0,
+            touched_edge_initially: false,
+            totals_before: (self.state.cycles_done, self.state.distance_slid),
+            rates_outdated: false,
         };
-        if let Way::Round(course) = &cycling.way {
-            let (loads, _) = self.loads_in_cycles(step, &cycling, 0.0);
-            self.first_strokes(step, (course, loads), &mut cycling.ring, observer)?;
+        if let SlipSource::ClosedPath(course) = &cycling.slip_source {
+            let (loads, _) = self.loads_at(step, &cycling, 0.0);
+            self.find_periodic_cycle(step, (course, loads), &mut cycling.cycle, observer)?;
             if self.result.outcome != Outcome::Converged {
                 return Ok(None);
             }
         }
-        if !self.evaluate(step, cycles, (&mut cycling, clock), observer)? {
+        if !self.evaluate_rates(step, cycles, (&mut cycling, clock), observer)? {
             return Ok(None);
         }
-        self.follow_path(step, cycles, &mut cycling, observer)?;
-        cycling.touched = state::touches_edge(&self.prepared, &cycling.ring.it);
-        cycling.peak = cycling.peak_pressure();
+        self.update_resolved_cycle(step, cycles, &mut cycling, observer)?;
+        cycling.touched_edge_initially = state::touches_edge(&self.prepared, &cycling.cycle.contact);
+        cycling.initial_peak_pressure = cycling.peak_pressure();
         cycling.refuse_unstable(step, cycles)?;
-        let fastest = cycling.rate.iter().copied().fold(0.0, f64::max);
+        let fastest = cycling.wear_rate.iter().copied().fold(0.0, f64::max);
         if fastest > 0.0 {
-            let first = FIRST * self.prepared.approach(&cycling.ring.it, 0).abs() / fastest;
-            cycling.control = JumpControl::new(first.min(cycles.count), cycles.integrator.order());
+            let first = FIRST_JUMP_DEPTH_SHARE * self.prepared.approach(&cycling.cycle.contact, 0).abs() / fastest;
+            cycling.step_controller = StepController::new(first.min(cycles.count), cycles.integrator.order());
         }
         Ok(Some(cycling))
     }
@@ -226,49 +226,49 @@ impl Run<'_> {
     }
 
     /// Loads at the part `at` of a step, and the normal motion of body 2 where that is prescribed.
-    pub(super) fn loads_in_cycles(&self, step: &Step, cycling: &Cycling, at: f64) -> (Loads, Option<f64>) {
-        let turn = self.prepared.turn(&self.state.floating);
-        let controls = cycling.path.at(at, (self.state.rigid, turn));
-        let mut loads = self.carried(step, controls.loads);
+    pub(super) fn loads_at(&self, step: &Step, cycling: &WearStepState, at: f64) -> (PrescribedLoads, Option<f64>) {
+        let turn = self.prepared.rotation(&self.state.mode_amplitudes);
+        let controls = cycling.load_path.at(at, (self.state.rigid_motion, turn));
+        let mut loads = self.effective_loads(step, controls.loads);
         loads.tangential = TangentialControl::Shift;
-        if matches!(cycling.way, Way::Along(_)) {
+        if matches!(cycling.slip_source, SlipSource::Sliding(_)) {
             loads.moment[2] = None;
         }
         (loads, (loads.normal == NormalControl::Approach).then_some(controls.rigid[2]))
     }
 
     /// Brings body 2 back to the centre of the cycles for the steps that follow.
-    fn return_to_center(&mut self, step: &Step, course: &Course, observer: &mut dyn Observer) -> Result<()> {
-        let rigid = [course.center[0], course.center[1], self.state.rigid[2]];
-        let loads = self.carried(step, self.held.loads_at_shift());
-        let (loads, tangential) = course.back(loads);
-        self.held = Held { tangential, ..self.held };
-        self.stroke_to(step, (loads, rigid), observer)?;
+    fn return_to_center(&mut self, step: &Step, course: &FrettingPath, observer: &mut dyn Observer) -> Result<()> {
+        let rigid = [course.center[0], course.center[1], self.state.rigid_motion[2]];
+        let loads = self.effective_loads(step, self.controls.loads_at_shift());
+        let (loads, tangential) = course.return_to_center(loads);
+        self.controls = ActiveControls { tangential, ..self.controls };
+        self.advance_stroke(step, (loads, rigid), observer)?;
         Ok(())
     }
 }
 
-impl Cycling {
-    /// What `done` counts.
-    pub fn unit(&self) -> &'static str {
-        if matches!(self.way, Way::Round(_)) { "cycles" } else { "of the sliding distance" }
+impl WearStepState {
+    /// What `completed` counts.
+    pub fn length_unit(&self) -> &'static str {
+        if matches!(self.slip_source, SlipSource::ClosedPath(_)) { "cycles" } else { "of the sliding distance" }
     }
 
     /// Dissipation of a cycle over that by the slip from end to end.
-    pub fn power_factor(&self) -> f64 {
-        self.resolved.as_ref().map_or(1.0, |resolved| resolved.power_factor)
+    pub fn dissipation_factor(&self) -> f64 {
+        self.resolved_cycle.as_ref().map_or(1.0, |resolved| resolved.dissipation_factor)
     }
 
     /// An end as it is reported: nothing is prescribed any more, and slip is what it was solved with.
-    pub fn reported_end(&self) -> End {
-        End {
+    pub fn reported_path_point(&self) -> PathPoint {
+        PathPoint {
             normal: NormalControl::Approach,
             tangential: TangentialControl::Shift,
             balance: None,
-            lifted: None,
-            reference: match &self.way {
-                Way::Round(_) => self.ring.reference(),
-                Way::Along(slip) => SlipReference::Given(slip.clone()),
+            fixed_normal_offset: None,
+            reference: match &self.slip_source {
+                SlipSource::ClosedPath(_) => self.cycle.slip_reference(),
+                SlipSource::Sliding(slip) => SlipReference::Prescribed(slip.clone()),
             },
         }
     }

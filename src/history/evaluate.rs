@@ -5,50 +5,50 @@ use std::time::Instant;
 use crate::error::Result;
 
 use super::Run;
-use super::cycling::Cycling;
-use super::increments::Stage;
-use super::jump::Jump;
+use super::cycling::WearStepState;
+use super::increments::ProgressSpan;
+use super::jump::WearJump;
 use super::record::Observer;
 use super::step::{Cycles, Integrator, Step};
 
 impl Run<'_> {
     /// Ends and rates at the worn depth of the state; `false` where they do not converge.
-    pub(super) fn evaluate(
+    pub(super) fn evaluate_rates(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        (cycling, clock): (&mut Cycling, Instant),
+        (cycling, clock): (&mut WearStepState, Instant),
         observer: &mut dyn Observer,
     ) -> Result<bool> {
-        let (worn, at) = (self.state.worn.clone(), cycling.done / cycles.count);
-        let mut jump = Jump::new(self.prepared.n());
-        let stage = Stage { name: &step.name, from: at, to: at };
-        self.stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
+        let (worn, at) = (self.state.wear_depth.clone(), cycling.completed / cycles.count);
+        let mut jump = WearJump::new(self.prepared.n());
+        let stage = ProgressSpan { name: &step.name, from: at, to: at };
+        self.solve_stage(step, (at, &worn, 0.0), cycling, &mut jump, (&mut *observer, &stage))?;
         if !jump.converged() {
-            self.record_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
+            self.commit_jump(step, cycles, (cycling, &jump), (0.0, 0, clock), observer)?;
             return Ok(false);
         }
-        cycling.ring.spend(&jump.report);
-        cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-        cycling.power = jump.checks.dissipation * cycling.power_factor();
+        cycling.cycle.charge(&jump.report);
+        cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
+        cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
         if cycles.integrator == Integrator::Explicit {
-            cycling.critical = self.critical_length(&cycling.ring.it);
+            cycling.critical_length = self.critical_length(&cycling.cycle.contact);
         }
         Ok(true)
     }
 
     /// Ends and rates with operators that the step did not begin with; `false` where they do not converge.
-    pub(super) fn evaluate_anew(
+    pub(super) fn reevaluate_rates(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        cycling: &mut Cycling,
+        cycling: &mut WearStepState,
         observer: &mut dyn Observer,
     ) -> Result<bool> {
-        if !self.evaluate(step, cycles, (cycling, Instant::now()), observer)? {
+        if !self.evaluate_rates(step, cycles, (cycling, Instant::now()), observer)? {
             return Ok(false);
         }
-        cycling.stale = false;
+        cycling.rates_outdated = false;
         if let Err(unstable) = cycling.refuse_unstable(step, cycles) {
             self.result.warnings.push(unstable.message().to_owned());
         }

@@ -12,11 +12,11 @@ use nalgebra::{Matrix2, Vector2};
 use super::RunResult;
 use super::balance::names_direction;
 use super::model::Model;
-use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, RollingRecord, StrokeEnd};
+use super::record::{FrameState, FrettingLoop, IncrementRecord, Observer, Outcome, RollingRecord, Resultants};
 use crate::frame::ContactFrame;
 use crate::friction::FrictionEllipse;
 use crate::geometry::GridSymmetry;
-use crate::wear::WearIntensity;
+use crate::wear::SpecificWearRate;
 
 /// Largest difference of what the image has from what its model gives, relative.
 const AGREES: f64 = 1e-9;
@@ -57,7 +57,7 @@ pub struct Recording {
     /// `[3, N]` by planes, mm.
     initial_gap: Vec<f64>,
     ellipse: Option<FrictionEllipse>,
-    intensity: Option<WearIntensity>,
+    intensity: Option<SpecificWearRate>,
     entries: Vec<Arc<(IncrementRecord, FrameState)>>,
     warnings: Vec<String>,
     loops: Vec<FrettingLoop>,
@@ -66,17 +66,17 @@ pub struct Recording {
 impl Recording {
     /// That of a run on `model`; `None` if it did not converge there, its entries did not hold all of it, or what it tells names a direction.
     pub fn new(model: &Model, result: &RunResult, entries: Entries) -> Option<Self> {
-        let ended = result.outgrown.is_none() && result.outdated.is_none();
+        let ended = result.frame_edge_checkpoint.is_none() && result.rebuild_checkpoint.is_none();
         let complete = entries.left.is_some() && entries.list.len() == result.records.len();
         let directed = result.warnings.iter().any(|warning| names_direction(warning));
         (result.outcome == Outcome::Converged && ended && complete && !directed).then(|| Self {
             frame: model.frame.clone(),
             initial_gap: model.initial_gap.clone(),
             ellipse: model.friction.ellipse(),
-            intensity: model.wear.intensity(model.friction.ellipse()),
+            intensity: model.wear.specific_rate(model.friction.ellipse()),
             entries: entries.list,
             warnings: result.warnings.clone(),
-            loops: result.loops.clone(),
+            loops: result.fretting_loops.clone(),
         })
     }
 
@@ -106,15 +106,15 @@ impl Recording {
             skipped: Vec::new(),
             warnings: self.warnings.clone(),
             timings: Vec::new(),
-            loops: self.loops.iter().map(|fretting| image.of_loop(fretting)).collect(),
+            fretting_loops: self.loops.iter().map(|fretting| image.of_loop(fretting)).collect(),
             state: FrameState::default(),
-            outgrown: None,
-            outdated: None,
+            frame_edge_checkpoint: None,
+            rebuild_checkpoint: None,
         };
         let started = Instant::now();
         let mut check = Check::new(model);
         for entry in &self.entries {
-            if observer.interrupted() {
+            if observer.cancelled() {
                 return Ok(Some(RunResult { outcome: Outcome::Interrupted, ..result }));
             }
             if !check.holds(&image.of_state(&entry.1)) {
@@ -123,7 +123,7 @@ impl Recording {
         }
         result.timings.push(("image".to_owned(), started.elapsed().as_secs_f64()));
         for (number, entry) in self.entries.iter().enumerate() {
-            if observer.interrupted() {
+            if observer.cancelled() {
                 return Ok(Some(RunResult { outcome: Outcome::Interrupted, ..result }));
             }
             let clock = Instant::now();
@@ -141,18 +141,18 @@ impl Recording {
     fn cells(&self, model: &Model, symmetry: GridSymmetry) -> Option<Vec<usize>> {
         let (own, theirs) = (self.frame.grid?, model.frame.grid?);
         let near = |(a, b): (f64, f64)| (a - b).abs() <= AGREES * a.abs();
-        let sides = symmetry.sides(own.spacing).into_iter().zip(theirs.spacing).all(near);
+        let sides = symmetry.swap_axes(own.spacing).into_iter().zip(theirs.spacing).all(near);
         let same =
-            symmetry.sides(own.cells) == theirs.cells && symmetry.sides(own.periodic) == theirs.periodic;
+            symmetry.swap_axes(own.cells) == theirs.cells && symmetry.swap_axes(own.periodic) == theirs.periodic;
         if !sides || !same || self.frame.n_cells() != model.frame.n_cells() {
             return None;
         }
-        let places = symmetry.places(own.cells);
-        let number = |place: usize| match &model.frame.places {
+        let places = symmetry.cell_permutation(own.cells);
+        let number = |place: usize| match &model.frame.grid_indices {
             Some(places) => places.binary_search(&place).ok(),
             None => Some(place),
         };
-        let image = |cell: usize| number(places[self.frame.places.as_ref().map_or(cell, |own| own[cell])]);
+        let image = |cell: usize| number(places[self.frame.grid_indices.as_ref().map_or(cell, |own| own[cell])]);
         let cells = (0..self.frame.n_cells()).map(image).collect::<Option<Vec<_>>>()?;
         let image = Image { symmetry, cells };
         let gap = image.of_vectors(&self.initial_gap);
@@ -164,9 +164,9 @@ impl Recording {
     /// Whether the laws of `model` are the images of its own.
     fn has_laws(&self, model: &Model, image: &Image) -> bool {
         let ellipse = |law: FrictionEllipse| (law.mu, law.angle);
-        let intensity = |law: WearIntensity| (law.i, law.angle);
+        let intensity = |law: SpecificWearRate| (law.i, law.angle);
         let friction = model.friction.ellipse();
-        let wear = model.wear.intensity(friction);
+        let wear = model.wear.specific_rate(friction);
         image.is_law(self.ellipse.map(ellipse), friction.map(ellipse))
             && image.is_law(self.intensity.map(intensity), wear.map(intensity))
     }
@@ -184,7 +184,7 @@ impl Image {
     fn is_law(&self, of: Option<([f64; 2], f64)>, law: Option<([f64; 2], f64)>) -> bool {
         let tensor = |([first, second], angle): ([f64; 2], f64), symmetry: GridSymmetry| {
             let (sin, cos) = angle.sin_cos();
-            let axes = [[cos, sin], [-sin, cos]].map(|axis| Vector2::from(symmetry.vector(axis)));
+            let axes = [[cos, sin], [-sin, cos]].map(|axis| Vector2::from(symmetry.apply(axis)));
             axes[0] * axes[0].transpose() * first + axes[1] * axes[1].transpose() * second
         };
         match (of, law) {
@@ -210,7 +210,7 @@ impl Image {
         let n = self.cells.len();
         let mut image = vec![0.0; values.len()];
         for (cell, &to) in self.cells.iter().enumerate().filter(|_| !values.is_empty()) {
-            let [x, y] = self.symmetry.vector([values[cell], values[n + cell]]);
+            let [x, y] = self.symmetry.apply([values[cell], values[n + cell]]);
             (image[to], image[n + to]) = (x, y);
             if values.len() == 3 * n {
                 image[2 * n + to] = values[2 * n + cell];
@@ -231,13 +231,13 @@ impl Image {
     }
 
     fn of_turn(&self, [x, y]: [f64; 2], n: f64) -> ([f64; 2], f64) {
-        let [x, y, n] = self.symmetry.axial([x, y, n]);
+        let [x, y, n] = self.symmetry.apply_axial([x, y, n]);
         ([x, y], n)
     }
 
-    fn of_end(&self, end: &StrokeEnd) -> StrokeEnd {
+    fn of_end(&self, end: &Resultants) -> Resultants {
         let mut image = *end;
-        let StrokeEnd {
+        let Resultants {
             shift,
             rotation,
             twist,
@@ -250,9 +250,9 @@ impl Image {
         } = &mut image;
         (*rotation, *twist) = self.of_turn(*rotation, *twist);
         for vector in [shift, tangential_force] {
-            *vector = self.symmetry.vector(*vector);
+            *vector = self.symmetry.apply(*vector);
         }
-        *moment = self.symmetry.axial(*moment);
+        *moment = self.symmetry.apply_axial(*moment);
         image
     }
 
@@ -299,9 +299,9 @@ impl Image {
         } = &mut image;
         (*rotation, *twist) = self.of_turn(*rotation, *twist);
         for vector in [shift, tangential_force] {
-            *vector = self.symmetry.vector(*vector);
+            *vector = self.symmetry.apply(*vector);
         }
-        *moment = self.symmetry.axial(*moment);
+        *moment = self.symmetry.apply_axial(*moment);
         *stroke_ends = stroke_ends.map(|ends| ends.map(|end| self.of_end(&end)));
         *rolling = rolling.map(|rolling| self.of_rolling(rolling));
         image
@@ -309,7 +309,7 @@ impl Image {
 
     fn of_loop(&self, fretting: &FrettingLoop) -> FrettingLoop {
         let point = |[x, y, fx, fy, force]: &[f64; 5]| {
-            let ([x, y], [fx, fy]) = (self.symmetry.vector([*x, *y]), self.symmetry.vector([*fx, *fy]));
+            let ([x, y], [fx, fy]) = (self.symmetry.apply([*x, *y]), self.symmetry.apply([*fx, *fy]));
             [x, y, fx, fy, *force]
         };
         let FrettingLoop { name, cycles_done, dissipation, points } = fretting.clone();

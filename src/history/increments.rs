@@ -4,43 +4,43 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::certificate::{self, DirectSums, StateChecks, TangentialGap};
-use crate::contact::solver::{self, SolveReport, SolverOptions, Stop};
-use crate::contact::{End, Increment, Iterate, Pressures, SlipReference, TangentialControl};
+use crate::contact::certificate::{self, OperatorCheck, StateChecks, TangentialGap};
+use crate::contact::solver::{self, SolveReport, SolverOptions, StopReason};
+use crate::contact::{PathPoint, Increment, ContactState, Pressures, SlipReference, TangentialControl};
 use crate::error::{Error, Result};
-use crate::skip::Skip;
+use crate::skip::OmittableWork;
 
-use super::control::{Controls, Loads, Path, Start};
-use super::model::Prepared;
+use super::control::{IncrementControls, PrescribedLoads, LoadPath, LoadPathStart};
+use super::model::PreparedModel;
 use super::predictor::Predictor;
-use super::record::{IncrementRecord, Moment, Observer, Outcome, StrokeEnd};
-use super::snapshot::Within;
-use super::step::{Row, Spin, Step, Tangential};
+use super::record::{IncrementRecord, CheckpointEvent, Observer, Outcome, Resultants};
+use super::snapshot::StepProgress;
+use super::step::{HistoryRow, Spin, Step, Tangential};
 use super::{Run, state};
 
 /// A contact of so few cells is told.
-const FEW_CELLS: usize = 3;
+const FEW_CONTACT_CELLS: usize = 3;
 
 /// How that begins.
 const FEW: &str = "the contact is carried by";
 
 /// Which laws act in an increment, and how often its slip happens.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Laws<'f> {
+pub(super) struct ActiveLaws<'f> {
     pub friction: bool,
     pub wear: bool,
-    pub repeats: f64,
+    pub slip_repeats: f64,
     /// On the path that wears, `[N]`.
-    pub factors: Option<&'f [f64]>,
+    pub wear_path_factors: Option<&'f [f64]>,
 }
 
 /// The equations of an increment with worn depth `worn` at its start.
-pub(super) fn problem<'b>(
-    prepared: &'b Prepared,
+pub(super) fn increment_problem<'b>(
+    prepared: &'b PreparedModel,
     options: &SolverOptions,
     worn: &'b [f64],
-    laws: Laws<'b>,
-    ends: Vec<End>,
+    laws: ActiveLaws<'b>,
+    ends: Vec<PathPoint>,
 ) -> Increment<'b> {
     let model = prepared.model;
     Increment {
@@ -48,21 +48,21 @@ pub(super) fn problem<'b>(
         areas: &model.frame.areas,
         initial_gap: &prepared.initial_gap,
         rigid_axes: prepared.rigid_axes.as_deref(),
-        floating: &prepared.floating_gaps,
+        mode_gaps: &prepared.mode_gaps,
         friction: if laws.friction { prepared.ellipse } else { None },
-        wear: if laws.wear { prepared.intensity } else { None },
-        path_factors: laws.factors,
+        wear: if laws.wear { prepared.specific_wear_rate } else { None },
+        wear_path_factors: laws.wear_path_factors,
         scales: prepared.scales(),
-        worn,
-        repeats: laws.repeats,
+        wear_depth: worn,
+        slip_repeats: laws.slip_repeats,
         pressures: Pressures::Unknown,
         skip: options.skip,
-        ends,
+        path_points: ends,
     }
 }
 
 /// A stage of the run as the observer sees it: its name and the part of it that one solve fills.
-pub(super) struct Stage<'s> {
+pub(super) struct ProgressSpan<'s> {
     pub name: &'s str,
     pub from: f64,
     pub to: f64,
@@ -74,10 +74,10 @@ pub(super) struct Stage<'s> {
 /// If a number becomes non-finite.
 fn solve(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
     observer: &mut dyn Observer,
-    stage: &Stage,
+    stage: &ProgressSpan,
 ) -> Result<SolveReport> {
     let mut first = None;
     let report = solver::solve(problem, it, options, &mut |_, residual| {
@@ -85,32 +85,32 @@ fn solve(
         let done = (start / residual).ln() / (start / options.tolerance).ln();
         let done = if done.is_finite() { done.clamp(0.0, 1.0) } else { 0.0 };
         observer.progress(stage.name, stage.from + (stage.to - stage.from) * done, Some(residual));
-        observer.interrupted()
+        observer.cancelled()
     });
-    if report.stop == Stop::NotFinite {
+    if report.stop == StopReason::NotFinite {
         return Err(Error::numerical(format!(
             "step \"{}\": a traction or a gap is not a finite number",
             stage.name
         )));
     }
-    refuse_tiny(problem, it, stage.name)?;
+    reject_underflowing_pressure(problem, it, stage.name)?;
     Ok(report)
 }
 
 /// Below this largest pressure the squares of what is resolved of it vanish in the arithmetic, and with them the law of friction.
-const LEAST_PRESSURE: f64 = 1e-140;
+const MIN_PEAK_PRESSURE_MPA: f64 = 1e-140;
 
 /// Refuses pressures that are too small to be told from none.
 ///
 /// # Errors
-/// If there are any, and the largest is below [`LEAST_PRESSURE`].
-fn refuse_tiny(problem: &Increment, it: &Iterate, step: &str) -> Result<()> {
+/// If there are any, and the largest is below [`MIN_PEAK_PRESSURE_MPA`].
+fn reject_underflowing_pressure(problem: &Increment, it: &ContactState, step: &str) -> Result<()> {
     let n = problem.n();
     let pressures = it.tractions.chunks_exact(3 * n).flat_map(|planes| &planes[2 * n..]);
     let largest = pressures.fold(0.0_f64, |largest, p| largest.max(*p));
-    if largest > 0.0 && largest < LEAST_PRESSURE {
+    if largest > 0.0 && largest < MIN_PEAK_PRESSURE_MPA {
         return Err(Error::input(format!(
-            "step \"{step}\": the largest pressure is {largest:e}, whose square the arithmetic cannot tell from 0 (least: {LEAST_PRESSURE:e}): \
+            "step \"{step}\": the largest pressure is {largest:e}, whose square the arithmetic cannot tell from 0 (least: {MIN_PEAK_PRESSURE_MPA:e}): \
              choose units in which the scene's numbers have ordinary sizes, or load by more"
         )));
     }
@@ -123,17 +123,17 @@ fn refuse_tiny(problem: &Increment, it: &Iterate, step: &str) -> Result<()> {
 /// # Errors
 /// As [`solve`], and if a body cannot be solved.
 pub(super) fn solve_and_check(
-    (prepared, problem): (&Prepared, &mut Increment),
-    it: &mut Iterate,
+    (prepared, problem): (&PreparedModel, &mut Increment),
+    it: &mut ContactState,
     options: &SolverOptions,
     observer: &mut dyn Observer,
-    stage: &Stage,
+    stage: &ProgressSpan,
 ) -> Result<(SolveReport, StateChecks)> {
     let mut spent = [0; 2];
     let mut cells = problem.closed_by_motion(it);
     loop {
         if !cells.is_empty() {
-            problem.scales = prepared.form(&cells)?;
+            problem.scales = prepared.form_flexibility(&cells)?;
         }
         let max_iterations = options.max_iterations.saturating_sub(spent[0]);
         let options = SolverOptions { max_iterations, ..*options };
@@ -141,25 +141,25 @@ pub(super) fn solve_and_check(
         spent = [spent[0] + report.iterations, spent[1] + report.applications];
         [report.iterations, report.applications] = spent;
         let looked_at = prepared.ellipse.is_some() || observer.wants_tangential_gap();
-        let looked_at = looked_at || !options.skip.has(Skip::TangentialGap);
-        let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Leave };
+        let looked_at = looked_at || !options.skip.allows(OmittableWork::TangentialGap);
+        let gap = if looked_at { TangentialGap::Complete } else { TangentialGap::Skip };
         // The operator is the same in all increments of a step.
-        let sums = if stage.to == 1.0 { DirectSums::Some } else { DirectSums::None };
+        let sums = if stage.to == 1.0 { OperatorCheck::SampleCells } else { OperatorCheck::Skip };
         let checks = certificate::check(problem, it, gap, sums);
-        let overlapping = problem.complete(it)?;
-        if overlapping.is_empty() || report.stop == Stop::Interrupted {
+        let overlapping = problem.complete_unformed_cells(it)?;
+        if overlapping.is_empty() || report.stop == StopReason::Interrupted {
             return Ok((report, checks));
         }
         // Cells as near as those come with them.
         let normal = &problem.initial_gap[2 * problem.n()..];
         let reach = overlapping.iter().map(|&cell| normal[cell]).fold(0.0, f64::max);
-        cells = problem.flexibility.unformed();
+        cells = problem.flexibility.unformed_cells();
         cells.retain(|&cell| normal[cell] <= reach);
     }
 }
 
 /// Root of the mean square of a field over the areas of the cells that `counts`; 0 without any.
-pub(super) fn mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
+pub(super) fn root_mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
     let (mut squares, mut sum) = (0.0, 0.0);
     for (_, (value, area)) in field.iter().zip(areas).enumerate().filter(|(i, _)| counts(*i)) {
         squares += area * value * value;
@@ -169,7 +169,7 @@ pub(super) fn mean_square(field: &[f64], areas: &[f64], counts: impl Fn(usize) -
 }
 
 /// The entry of an increment from its resultants.
-pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd) -> IncrementRecord {
+pub(super) fn increment_record(name: &str, number: usize, approach: f64, values: &Resultants) -> IncrementRecord {
     IncrementRecord {
         name: name.to_owned(),
         increment: number,
@@ -189,100 +189,100 @@ pub(super) fn entry(name: &str, number: usize, approach: f64, values: &StrokeEnd
 
 /// A monotone step in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Ramp {
-    path: Path,
+pub(super) struct MonotoneProgress {
+    load_path: LoadPath,
     /// Increments done.
-    done: usize,
+    increments_done: usize,
     predictor: Predictor,
 }
 
 impl Run<'_> {
     /// The path of a step from the present state.
-    pub(super) fn path(&self, step: &Step) -> Path {
+    pub(super) fn load_path(&self, step: &Step) -> LoadPath {
         let (force, moment) = self.prepared.resultants(&self.state.tractions);
-        let turn = self.prepared.turn(&self.state.floating);
-        let start = Start { rigid: self.state.rigid, turn, force, moment };
-        Path::new(step, self.held, start, &self.prepared)
+        let turn = self.prepared.rotation(&self.state.mode_amplitudes);
+        let start = LoadPathStart { rigid: self.state.rigid_motion, turn, force, moment };
+        LoadPath::new(step, self.controls, start, &self.prepared)
     }
 
     /// Runs the increments of a monotone step that are left.
-    pub(super) fn increments(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
-        let mut ramp = match &self.within {
-            Within::Increments(ramp) => ramp.clone(),
-            _ => Box::new(Ramp { path: self.path(step), done: 0, predictor: Predictor::default() }),
+    pub(super) fn run_monotone_step(&mut self, step: &Step, observer: &mut dyn Observer) -> Result<()> {
+        let mut ramp = match &self.progress {
+            StepProgress::Monotone(ramp) => ramp.clone(),
+            _ => Box::new(MonotoneProgress { load_path: self.load_path(step), increments_done: 0, predictor: Predictor::default() }),
         };
-        self.held = ramp.path.end;
-        while ramp.done < step.increments && self.result.outcome == Outcome::Converged {
-            let number = ramp.done + 1;
+        self.controls = ramp.load_path.end;
+        while ramp.increments_done < step.increments && self.result.outcome == Outcome::Converged {
+            let number = ramp.increments_done + 1;
             let (rigid, floating) = ramp.predictor.motions(&self.state);
-            let now = (rigid, self.prepared.turn(&floating));
-            let controls = ramp.path.at(number as f64 / step.increments as f64, now);
-            self.increment(step, number, (&controls, &mut ramp.predictor), observer)?;
+            let now = (rigid, self.prepared.rotation(&floating));
+            let controls = ramp.load_path.at(number as f64 / step.increments as f64, now);
+            self.run_increment(step, number, (&controls, &mut ramp.predictor), observer)?;
             if self.result.outcome == Outcome::Converged {
-                ramp.done = number;
-                self.within = Within::Increments(ramp.clone());
-                self.keep(Moment::Entry, observer)?;
+                ramp.increments_done = number;
+                self.progress = StepProgress::Monotone(ramp.clone());
+                self.record_rollback_point(CheckpointEvent::Entry, observer)?;
             }
         }
         if step.rolling.is_some() {
-            self.held.tangential = Tangential::Shift([self.state.rigid[0], self.state.rigid[1]]);
+            self.controls.tangential = Tangential::Shift([self.state.rigid_motion[0], self.state.rigid_motion[1]]);
         }
         Ok(())
     }
 
-    fn increment(
+    fn run_increment(
         &mut self,
         step: &Step,
         number: usize,
-        (controls, predictor): (&Controls, &mut Predictor),
+        (controls, predictor): (&IncrementControls, &mut Predictor),
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let clock = Instant::now();
         self.check_controls(step)?;
-        let loads = self.carried(step, controls.loads);
+        let loads = self.effective_loads(step, controls.loads);
         let reference = match &step.rolling {
-            None => SlipReference::Previous(self.state.reference.clone()),
+            None => SlipReference::Previous(self.state.slip_reference.clone()),
             Some(rolling) => SlipReference::Upstream(self.upstream(step, rolling, number)?),
         };
-        let end = self.end(step, &loads, reference)?;
-        let worn = self.state.worn.clone();
+        let end = self.path_point(step, &loads, reference)?;
+        let worn = self.state.wear_depth.clone();
         let repeats = if step.rolling.is_some() { 0.0 } else { 1.0 };
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats, factors: None };
-        let mut problem = problem(&self.prepared, &self.options, &worn, laws, vec![end]);
-        let mut it = Iterate::new(self.prepared.n(), vec![controls.rigid]);
+        let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: repeats, wear_path_factors: None };
+        let mut problem = increment_problem(&self.prepared, &self.options, &worn, laws, vec![end]);
+        let mut it = ContactState::new(self.prepared.n(), vec![controls.rigid]);
         let (_, floating) = predictor.motions(&self.state);
-        it.floating = vec![self.prepared.turned(floating, controls.turn)];
-        if self.options.skip.has(Skip::ColdStarts) {
-            predictor.start(&self.state, &problem, &mut it);
+        it.mode_amplitudes = vec![self.prepared.with_rotation(floating, controls.turn)];
+        if self.options.skip.allows(OmittableWork::ColdStarts) {
+            predictor.extrapolate_tractions(&self.state, &problem, &mut it);
             if step.rolling.is_none() {
                 predictor.note(&self.state);
             }
         }
-        let Row { index, count } = step.row.unwrap_or(Row { index: 0, count: 1 });
+        let HistoryRow { index, count } = step.history_row.unwrap_or(HistoryRow { index: 0, count: 1 });
         let (number, count) = (index * step.increments + number, (count * step.increments) as f64);
-        let stage = Stage { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
+        let stage = ProgressSpan { name: &step.name, from: (number - 1) as f64 / count, to: number as f64 / count };
         let (report, checks) =
             solve_and_check((&self.prepared, &mut problem), &mut it, &self.options, observer, &stage)?;
         let balance = state::energy_balance(&self.prepared, &self.state, &it, 0);
-        self.state.worn.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += repeats * rate);
+        self.state.wear_depth.iter_mut().zip(&it.wear_rate).for_each(|(w, rate)| *w += repeats * rate);
         let values = state::resultants(&self.prepared, &problem, &it, 0);
-        let mut fields = state::frame_state(&problem, &it, 0, &self.state.worn);
-        self.state.take(&it, 0);
+        let mut fields = state::frame_state(&problem, &it, 0, &self.state.wear_depth);
+        self.state.set_from(&it, 0);
         let approach = self.prepared.approach(&it, 0);
-        let mut record = entry(&step.name, number, approach, &values);
+        let mut record = increment_record(&step.name, number, approach, &values);
         if let Some(rolling) = &step.rolling {
             self.per_distance(rolling, &mut fields.slip);
-            record.rolling = Some(self.roll(step, (rolling, number), &it)?);
+            record.rolling = Some(self.add_rolling_wear(step, (rolling, number), &it)?);
         } else {
             self.state.dissipation += checks.dissipation;
             if step.wear {
-                self.state.wear_by(checks.dissipation, step.friction);
+                self.state.add_wear_dissipation(checks.dissipation, step.friction);
             }
         }
         record.contact_touches_edge = state::touches_edge(&self.prepared, &it);
         record.certificate = state::certificate(&checks, approach, balance);
         record.seconds = clock.elapsed().as_secs_f64();
-        self.finish(&mut record, &report, (&checks, self.options.tolerance));
+        self.complete_record(&mut record, &report, (&checks, self.options.tolerance));
         self.deliver(record, fields, observer)
     }
 
@@ -293,10 +293,10 @@ impl Run<'_> {
             return Ok(());
         }
         // On the way to zero the load falls to zero at once, since nothing carries it.
-        let pulled = matches!(self.held.tangential, Tangential::Force(force) if force != [0.0; 2]);
+        let pulled = matches!(self.controls.tangential, Tangential::Force(force) if force != [0.0; 2]);
         // Inclined cells carry it by their pressures.
-        let level = self.prepared.model.frame.is_level();
-        let spun = level && matches!(self.held.spin, Spin::Moment(moment) if moment != 0.0);
+        let level = self.prepared.model.frame.has_uniform_axes();
+        let spun = level && matches!(self.controls.spin, Spin::Moment(moment) if moment != 0.0);
         let (what, instead) = match (pulled, spun) {
             (true, _) => ("a tangential force", "shift"),
             (_, true) => ("a spin moment", "twist"),
@@ -322,10 +322,10 @@ impl Run<'_> {
     }
 
     /// Without friction a tangential force and a spin moment of zero hold wherever body 2 is.
-    pub(super) fn carried(&self, step: &Step, mut loads: Loads) -> Loads {
+    pub(super) fn effective_loads(&self, step: &Step, mut loads: PrescribedLoads) -> PrescribedLoads {
         if !self.has_friction(step) {
             loads.tangential = TangentialControl::Shift;
-            if self.prepared.model.frame.is_level() {
+            if self.prepared.model.frame.has_uniform_axes() {
                 loads.moment[2] = None;
             }
         }
@@ -337,22 +337,22 @@ impl Run<'_> {
     }
 
     /// Fills what every record has: wear, counts, convergence; and the outcome of the run that follows.
-    pub(super) fn finish(
+    pub(super) fn complete_record(
         &mut self,
         record: &mut IncrementRecord,
         report: &SolveReport,
         (checks, tolerance): (&StateChecks, f64),
     ) {
         let areas = &self.prepared.model.frame.areas;
-        let worn: f64 = self.state.worn.iter().zip(areas).map(|(w, a)| w * a).sum();
-        let volume = worn + self.state.rolled_off;
+        let worn: f64 = self.state.wear_depth.iter().zip(areas).map(|(w, a)| w * a).sum();
+        let volume = worn + self.state.rolling_wear_volume;
         let share = self.prepared.model.wear_share;
         record.worn_volume = volume;
         record.worn_volume_by_body = [share * volume, (1.0 - share) * volume];
-        record.max_wear_depth = self.state.worn.iter().copied().fold(0.0, f64::max);
+        record.max_wear_depth = self.state.wear_depth.iter().copied().fold(0.0, f64::max);
         record.worn_volume_by_energy =
-            self.prepared.volume_per_energy.zip(self.state.worn_energy).map(|(k, energy)| k * energy);
-        record.wear_depth_error = mean_square(&self.state.depth_errors, areas, |i| self.state.worn[i] > 0.0);
+            self.prepared.volume_per_energy.zip(self.state.wear_dissipation).map(|(k, energy)| k * energy);
+        record.wear_depth_error = root_mean_square(&self.state.depth_errors, areas, |i| self.state.wear_depth[i] > 0.0);
         record.worn_volume_error = self.state.volume_error;
         record.cycles_done = self.state.cycles_done;
         record.distance_slid = self.state.distance_slid;
@@ -360,25 +360,25 @@ impl Run<'_> {
         record.method.clone_from(&report.method);
         record.iterations = report.iterations;
         record.operator_applications = report.applications;
-        record.converged = report.stop == Stop::Converged && checks.natural_residual <= tolerance;
-        if let Some(sliding) = &report.sliding {
-            let note = self.prepared.sliding_note(&record.name, record.increment, sliding);
+        record.converged = report.stop == StopReason::Converged && checks.natural_residual <= tolerance;
+        if let Some(sliding) = &report.loss_of_equilibrium {
+            let note = self.prepared.loss_of_equilibrium_message(&record.name, record.increment, sliding);
             self.result.warnings.push(note);
         }
         self.result.outcome = match report.stop {
-            Stop::Interrupted => Outcome::Interrupted,
-            Stop::GrossSliding => Outcome::NotConverged("gross-sliding"),
-            Stop::ContactLost => Outcome::NotConverged("contact-lost"),
-            Stop::Unsettled => Outcome::NotConverged("stick-zone"),
+            StopReason::Interrupted => Outcome::Interrupted,
+            StopReason::GrossSliding => Outcome::NotConverged("gross-sliding"),
+            StopReason::ContactLost => Outcome::NotConverged("contact-lost"),
+            StopReason::StickZoneNotConverged => Outcome::NotConverged("stick-zone"),
             _ if record.converged => Outcome::Converged,
             _ => Outcome::NotConverged("iterations"),
         };
         if record.contact_area == 0.0 && record.converged {
-            self.result.warnings.extend(self.prepared.open_note(record, self.held.normal, checks.min_gap));
+            self.result.warnings.extend(self.prepared.no_contact_message(record, self.controls.normal, checks.min_gap));
         }
         let n = self.prepared.n();
         let carrying = self.state.tractions[2 * n..].iter().filter(|p| **p > 0.0).count();
-        if (1..=FEW_CELLS).contains(&carrying) && !self.result.warnings.iter().any(|told| told.contains(FEW))
+        if (1..=FEW_CONTACT_CELLS).contains(&carrying) && !self.result.warnings.iter().any(|told| told.contains(FEW))
         {
             self.result.warnings.push(format!(
                 "step \"{}\" ({}): {FEW} {carrying} of {n} cells: load and pressure are rough; take finer cells, and a finer \

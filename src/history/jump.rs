@@ -5,14 +5,14 @@
 //! them. Cells that stick through the whole cycle keep the tangential gap they stuck at.
 
 use crate::contact::certificate::StateChecks;
-use crate::contact::solver::{SolveReport, Stop};
-use crate::contact::{End, Increment, Iterate, SlipReference};
+use crate::contact::solver::{SolveReport, StopReason};
+use crate::contact::{PathPoint, Increment, ContactState, SlipReference};
 use crate::error::Result;
 
-use super::cycling::{Cycling, Way};
-use super::increments::{Laws, Stage, mean_square, problem, solve_and_check};
+use super::cycling::{WearStepState, SlipSource};
+use super::increments::{ActiveLaws, ProgressSpan, root_mean_square, increment_problem, solve_and_check};
 use super::record::Observer;
-use super::ring::settled;
+use super::ring::is_periodic;
 use super::step::{Cycles, Integrator, Step};
 use super::{Run, state};
 
@@ -20,35 +20,35 @@ use super::{Run, state};
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
 /// Solutions of a stage with strokes between them to find the cells that stick, at most.
-const STICK_PASSES: usize = 8;
+const MAX_STICK_PASSES: usize = 8;
 
 /// Share of the contact that a stage of SDIRK2 may lose before its jump counts as too long: wear widens contacts, and
 /// only single cells at the rim come and go.
-const MOST_LOST: f64 = 0.05;
+const MAX_LOST_CONTACT_SHARE: f64 = 0.05;
 
 /// Estimated error of the worn volume over what the companion sees of it: it sees a third of it and more where the whole contact
 /// wears alike (docs/theory-wear.md).
-const VOLUME_SAFETY: f64 = 2.0;
+const VOLUME_ERROR_FACTOR: f64 = 2.0;
 
 /// Part of the error of the Euler methods that goes to cells that come into contact.
-const RINGS: f64 = 0.1;
+const MIN_ERROR_BUDGET_SHARE: f64 = 0.1;
 
 /// A stage of an integrator: its wear is w_explicit + weight ΔN F(w_stage), and that of the jump has `share` ΔN F(w_stage) of it.
 #[derive(Debug, Clone, Copy)]
 struct StageWeights {
-    weight: f64,
-    share: f64,
+    implicit_weight: f64,
+    solution_weight: f64,
     /// Place of the stage in the jump.
-    at: f64,
+    abscissa: f64,
 }
 
 /// An integrator with the companion of one order more that its error is estimated by.
 struct Scheme {
     stages: &'static [StageWeights],
     /// Share of the rate at the start of the jump in its wear.
-    start: f64,
+    start_weight: f64,
     /// The jump less its companion: by the rates at the start and in the stages, over ΔN.
-    error: &'static [f64],
+    error_weights: &'static [f64],
 }
 
 /// Its companion takes the rates at 0, γ, 1 by the quadrature of third order: Σb̃ = 1, Σb̃c = 1/2, Σb̃c² = 1/3. What contacts that
@@ -56,11 +56,11 @@ struct Scheme {
 /// (docs/theory-wear.md).
 const SDIRK2: Scheme = Scheme {
     stages: &[
-        StageWeights { weight: GAMMA, share: 1.0 - GAMMA, at: GAMMA },
-        StageWeights { weight: GAMMA, share: GAMMA, at: 1.0 },
+        StageWeights { implicit_weight: GAMMA, solution_weight: 1.0 - GAMMA, abscissa: GAMMA },
+        StageWeights { implicit_weight: GAMMA, solution_weight: GAMMA, abscissa: 1.0 },
     ],
-    start: 0.0,
-    error: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
+    start_weight: 0.0,
+    error_weights: &[SDIRK2_ERROR[0], SDIRK2_ERROR[1], SDIRK2_ERROR[2]],
 };
 
 /// b - b̃, with b̃1 = (1/6) / (γ - γ²), b̃2 = 1/2 - γ b̃1, b̃0 = 1 - b̃1 - b̃2.
@@ -72,11 +72,11 @@ const SDIRK2_ERROR: [f64; 3] = {
 
 /// Backward Euler, against the trapezoidal rule.
 const BACKWARD_EULER: Scheme =
-    Scheme { stages: &[StageWeights { weight: 1.0, share: 1.0, at: 1.0 }], start: 0.0, error: &[-0.5, 0.5] };
+    Scheme { stages: &[StageWeights { implicit_weight: 1.0, solution_weight: 1.0, abscissa: 1.0 }], start_weight: 0.0, error_weights: &[-0.5, 0.5] };
 
 /// Explicit Euler, against the trapezoidal rule; the rate at the end is that of the jump after it.
 const EXPLICIT: Scheme =
-    Scheme { stages: &[StageWeights { weight: 0.0, share: 0.0, at: 1.0 }], start: 1.0, error: &[0.5, -0.5] };
+    Scheme { stages: &[StageWeights { implicit_weight: 0.0, solution_weight: 0.0, abscissa: 1.0 }], start_weight: 1.0, error_weights: &[0.5, -0.5] };
 
 impl Integrator {
     fn scheme(self) -> &'static Scheme {
@@ -90,8 +90,8 @@ impl Integrator {
     /// Part of the error of a step that a jump may have with a `share` of its wear. Of SDIRK2 most of the error is in cells that come
     /// into contact in the jump, other ones in each, and adds up by squares. That of the Euler methods has one sign in all cells; but no jump
     /// is short enough for cells that come into contact in it, if the part were in proportion to the share.
-    pub(super) fn share_of_error(self, share: f64) -> f64 {
-        if self == Self::Sdirk2 { share.sqrt() } else { share.max(RINGS * share.sqrt()) }
+    pub(super) fn error_budget(self, share: f64) -> f64 {
+        if self == Self::Sdirk2 { share.sqrt() } else { share.max(MIN_ERROR_BUDGET_SHARE * share.sqrt()) }
     }
 
     /// Order of the error per length of a jump.
@@ -101,7 +101,7 @@ impl Integrator {
 }
 
 /// What a jump did.
-pub(super) struct Jump {
+pub(super) struct WearJump {
     /// Iterations and applications of all stages; stop and residual of the last.
     pub report: SolveReport,
     /// The worst checks of the stages.
@@ -111,32 +111,32 @@ pub(super) struct Jump {
     /// Friction dissipation.
     pub dissipation: f64,
     /// Depth worn, `[N]`.
-    pub worn: Vec<f64>,
+    pub wear_depth: Vec<f64>,
     /// Its estimated error, `[N]`.
-    pub error: Vec<f64>,
+    pub error_field: Vec<f64>,
     /// Root mean square of that over the contact at its end, mm.
     pub depth_error: f64,
     /// Estimated error of the worn volume, mm3.
     pub volume_error: f64,
     /// The second stage of SDIRK2 wore past the end of contact.
-    pub overshot: bool,
+    pub lost_contact: bool,
     /// Contact was at the rim of the frame in some stage.
-    pub at_rim: bool,
+    pub reaches_frame_edge: bool,
 }
 
-impl Jump {
+impl WearJump {
     pub fn new(n: usize) -> Self {
         Self {
-            report: SolveReport { stop: Stop::Converged, residual: 0.0, ..SolveReport::default() },
+            report: SolveReport { stop: StopReason::Converged, residual: 0.0, ..SolveReport::default() },
             checks: StateChecks { min_gap: f64::INFINITY, ..StateChecks::default() },
             solves: 0,
             dissipation: 0.0,
-            worn: vec![0.0; n],
-            error: vec![0.0; n],
+            wear_depth: vec![0.0; n],
+            error_field: vec![0.0; n],
             depth_error: 0.0,
             volume_error: 0.0,
-            overshot: false,
-            at_rim: false,
+            lost_contact: false,
+            reaches_frame_edge: false,
         }
     }
 
@@ -150,7 +150,7 @@ impl Jump {
     }
 
     /// Adds the work of tries that were given up.
-    pub fn burden(&mut self, [solves, iterations, applications]: [usize; 3]) {
+    pub fn charge_work(&mut self, [solves, iterations, applications]: [usize; 3]) {
         self.solves += solves;
         self.report.iterations += iterations;
         self.report.applications += applications;
@@ -158,7 +158,7 @@ impl Jump {
 
     /// Whether all that was solved converged.
     pub fn converged(&self) -> bool {
-        self.report.stop == Stop::Converged
+        self.report.stop == StopReason::Converged
     }
 }
 
@@ -176,53 +176,53 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         (cycles, integrator, length): (&Cycles, Integrator, f64),
-        cycling: &mut Cycling,
-        (observer, stage): (&mut dyn Observer, &Stage),
-    ) -> Result<Jump> {
+        cycling: &mut WearStepState,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
+    ) -> Result<WearJump> {
         let scheme = integrator.scheme();
-        let mut jump = Jump::new(self.prepared.n());
-        add(&mut jump.worn, scheme.start * length, &cycling.rate);
-        add(&mut jump.error, scheme.error[0] * length, &cycling.rate);
-        jump.dissipation = scheme.start * length * cycling.power;
+        let mut jump = WearJump::new(self.prepared.n());
+        add(&mut jump.wear_depth, scheme.start_weight * length, &cycling.wear_rate);
+        add(&mut jump.error_field, scheme.error_weights[0] * length, &cycling.wear_rate);
+        jump.dissipation = scheme.start_weight * length * cycling.dissipation_rate;
         for (number, weights) in scheme.stages.iter().enumerate() {
-            let mut worn = self.state.worn.clone();
-            add(&mut worn, 1.0, &jump.worn);
-            let touched = self.touching(&cycling.ring.it);
-            let at = (cycling.done + weights.at * length) / cycles.count;
-            self.stage(step, (at, &worn, weights.weight * length), cycling, &mut jump, (observer, stage))?;
+            let mut worn = self.state.wear_depth.clone();
+            add(&mut worn, 1.0, &jump.wear_depth);
+            let touched = self.cells_in_contact(&cycling.cycle.contact);
+            let at = (cycling.completed + weights.abscissa * length) / cycles.count;
+            self.solve_stage(step, (at, &worn, weights.implicit_weight * length), cycling, &mut jump, (observer, stage))?;
             if !jump.converged() {
                 return Ok(jump);
             }
-            jump.at_rim |= state::touches_edge(&self.prepared, &cycling.ring.it);
-            jump.overshot = number > 0 && self.lost_share(&touched, &cycling.ring.it) > MOST_LOST;
-            if jump.overshot {
+            jump.reaches_frame_edge |= state::touches_edge(&self.prepared, &cycling.cycle.contact);
+            jump.lost_contact = number > 0 && self.lost_contact_share(&touched, &cycling.cycle.contact) > MAX_LOST_CONTACT_SHARE;
+            if jump.lost_contact {
                 return Ok(jump);
             }
-            cycling.rate.copy_from_slice(&cycling.ring.it.wear_rate);
-            cycling.power = jump.checks.dissipation * cycling.power_factor();
-            add(&mut jump.worn, weights.share * length, &cycling.rate);
-            add(&mut jump.error, scheme.error[number + 1] * length, &cycling.rate);
-            jump.dissipation += weights.share * length * cycling.power;
+            cycling.wear_rate.copy_from_slice(&cycling.cycle.contact.wear_rate);
+            cycling.dissipation_rate = jump.checks.dissipation * cycling.dissipation_factor();
+            add(&mut jump.wear_depth, weights.solution_weight * length, &cycling.wear_rate);
+            add(&mut jump.error_field, scheme.error_weights[number + 1] * length, &cycling.wear_rate);
+            jump.dissipation += weights.solution_weight * length * cycling.dissipation_rate;
         }
         let areas = &self.prepared.model.frame.areas;
-        let touching = self.touching(&cycling.ring.it);
-        jump.depth_error = mean_square(&jump.error, areas, |i| touching[i]);
-        let volume: f64 = jump.error.iter().zip(areas).map(|(error, area)| error * area).sum();
-        jump.volume_error = VOLUME_SAFETY * volume.abs();
+        let touching = self.cells_in_contact(&cycling.cycle.contact);
+        jump.depth_error = root_mean_square(&jump.error_field, areas, |i| touching[i]);
+        let volume: f64 = jump.error_field.iter().zip(areas).map(|(error, area)| error * area).sum();
+        jump.volume_error = VOLUME_ERROR_FACTOR * volume.abs();
         Ok(jump)
     }
 
     /// Cells that carry pressure at any end.
-    pub(super) fn touching(&self, it: &Iterate) -> Vec<bool> {
+    pub(super) fn cells_in_contact(&self, it: &ContactState) -> Vec<bool> {
         let n = self.prepared.n();
-        (0..n).map(|i| (0..it.rigid.len()).any(|end| it.hatted[end * 3 * n + 2 * n + i] > 0.0)).collect()
+        (0..n).map(|i| (0..it.rigid_motion.len()).any(|end| it.scaled[end * 3 * n + 2 * n + i] > 0.0)).collect()
     }
 
     /// Share of the area in contact before that carries nothing any more.
-    fn lost_share(&self, before: &[bool], it: &Iterate) -> f64 {
+    fn lost_contact_share(&self, before: &[bool], it: &ContactState) -> f64 {
         let (mut lost, mut all) = (0.0, 0.0);
         let areas = &self.prepared.model.frame.areas;
-        for ((was, is), area) in before.iter().zip(self.touching(it)).zip(areas) {
+        for ((was, is), area) in before.iter().zip(self.cells_in_contact(it)).zip(areas) {
             if *was {
                 all += area;
                 lost += if is { 0.0 } else { *area };
@@ -236,32 +236,32 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(super) fn stage(
+    pub(super) fn solve_stage(
         &mut self,
         step: &Step,
         (at, worn, repeats): (f64, &[f64], f64),
-        cycling: &mut Cycling,
-        jump: &mut Jump,
-        (observer, stage): (&mut dyn Observer, &Stage),
+        cycling: &mut WearStepState,
+        jump: &mut WearJump,
+        (observer, stage): (&mut dyn Observer, &ProgressSpan),
     ) -> Result<()> {
         let before = jump.checks;
-        let (loads, height) = self.loads_in_cycles(step, cycling, at);
+        let (loads, height) = self.loads_at(step, cycling, at);
         if let Some(height) = height {
-            cycling.ring.it.rigid.iter_mut().for_each(|rigid| rigid[2] = height);
+            cycling.cycle.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] = height);
         }
         let mut last: Vec<[f64; 2]> = Vec::new();
-        for _ in 0..STICK_PASSES {
-            let ends = match &cycling.way {
-                Way::Round(course) => self.ends(step, course, loads, &cycling.ring)?,
-                Way::Along(slip) => vec![self.end(step, &loads, SlipReference::Given(slip.clone()))?],
+        for _ in 0..MAX_STICK_PASSES {
+            let ends = match &cycling.slip_source {
+                SlipSource::ClosedPath(course) => self.path_points(step, course, loads, &cycling.cycle)?,
+                SlipSource::Sliding(slip) => vec![self.path_point(step, &loads, SlipReference::Prescribed(slip.clone()))?],
             };
-            let corrected = cycling.resolved.as_ref().filter(|resolved| resolved.corrects);
+            let corrected = cycling.resolved_cycle.as_ref().filter(|resolved| resolved.corrects);
             let factors = corrected.map(|resolved| resolved.factors.as_slice());
-            let laws = Laws { friction: step.friction, wear: step.wear, repeats, factors };
-            let mut problem = problem(&self.prepared, &self.options, worn, laws, ends);
+            let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: repeats, wear_path_factors: factors };
+            let mut problem = increment_problem(&self.prepared, &self.options, worn, laws, ends);
             let (report, checks) = solve_and_check(
                 (&self.prepared, &mut problem),
-                &mut cycling.ring.it,
+                &mut cycling.cycle.contact,
                 &self.options,
                 observer,
                 stage,
@@ -269,43 +269,43 @@ impl Run<'_> {
             jump.add(&report);
             jump.solves += 1;
             jump.checks = before.worst(&checks);
-            let Way::Round(course) = &cycling.way else { return Ok(()) };
-            if report.stop == Stop::Iterations && cycling.ring.release(&problem) {
+            let SlipSource::ClosedPath(course) = &cycling.slip_source else { return Ok(()) };
+            if report.stop == StopReason::Iterations && cycling.cycle.release_slipping_cells(&problem) {
                 continue;
             }
-            if report.stop != Stop::Converged || cycling.ring.consistent(&problem) {
+            if report.stop != StopReason::Converged || cycling.cycle.has_consistent_stick_zone(&problem) {
                 return Ok(());
             }
-            let now = self.found(&cycling.ring, course);
-            if settled(&now, &last) {
+            let now = self.responses_at_path_points(&cycling.cycle, course);
+            if is_periodic(&now, &last) {
                 return Ok(());
             }
             last = now;
             let mut depth = worn.to_vec();
-            add(&mut depth, repeats, &cycling.ring.it.wear_rate);
+            add(&mut depth, repeats, &cycling.cycle.contact.wear_rate);
             let report =
-                self.resettle(step, (course, loads), &depth, &mut cycling.ring, (observer, stage))?;
+                self.recompute_stick_zone(step, (course, loads), &depth, &mut cycling.cycle, (observer, stage))?;
             jump.add(&report);
-            if report.stop != Stop::Converged {
+            if report.stop != StopReason::Converged {
                 return Ok(());
             }
         }
         // The set of cells that stick did not come to rest.
-        jump.report.stop = Stop::Unsettled;
+        jump.report.stop = StopReason::StickZoneNotConverged;
         Ok(())
     }
 
     /// The equations of the ends at the worn depth of the state, for what is reported.
-    pub(super) fn ends_problem<'b>(
+    pub(super) fn reporting_problem<'b>(
         &'b self,
         step: &Step,
-        cycling: &Cycling,
+        cycling: &WearStepState,
         worn: &'b [f64],
-        end: End,
+        end: PathPoint,
     ) -> Increment<'b> {
-        let laws = Laws { friction: step.friction, wear: step.wear, repeats: 0.0, factors: None };
-        let ends = vec![end; cycling.ring.it.rigid.len()];
-        problem(&self.prepared, &self.options, worn, laws, ends)
+        let laws = ActiveLaws { friction: step.friction, wear: step.wear, slip_repeats: 0.0, wear_path_factors: None };
+        let ends = vec![end; cycling.cycle.contact.rigid_motion.len()];
+        increment_problem(&self.prepared, &self.options, worn, laws, ends)
     }
 }
 
@@ -326,14 +326,14 @@ mod tests {
             [(Integrator::Sdirk2, 2), (Integrator::BackwardEuler, 1), (Integrator::Explicit, 1)]
         {
             let scheme = integrator.scheme();
-            let shares: f64 = scheme.start + scheme.stages.iter().map(|stage| stage.share).sum::<f64>();
+            let shares: f64 = scheme.start_weight + scheme.stages.iter().map(|stage| stage.solution_weight).sum::<f64>();
             assert!((shares - 1.0).abs() < 1e-15, "{integrator:?}: shares");
             let error_and_estimate = |z: f64| {
-                let mut worn = 1.0 + scheme.start * z;
-                let mut estimate = scheme.error[0] * z;
-                for (stage, error) in scheme.stages.iter().zip(&scheme.error[1..]) {
-                    let rate = worn / (1.0 - stage.weight * z);
-                    worn += stage.share * z * rate;
+                let mut worn = 1.0 + scheme.start_weight * z;
+                let mut estimate = scheme.error_weights[0] * z;
+                for (stage, error) in scheme.stages.iter().zip(&scheme.error_weights[1..]) {
+                    let rate = worn / (1.0 - stage.implicit_weight * z);
+                    worn += stage.solution_weight * z * rate;
                     estimate += error * z * rate;
                 }
                 (worn - z.exp(), estimate)
@@ -352,9 +352,9 @@ mod tests {
     /// Truth: ∫ N² dN = 1/3 over a jump from 0 to 1: of a rate that depends on the cycle alone, the estimate of SDIRK2 is the error.
     #[test]
     fn estimate_of_a_given_rate() {
-        let worn: f64 = SDIRK2.stages.iter().map(|stage| stage.share * stage.at * stage.at).sum();
-        let estimate = SDIRK2.error[1] * GAMMA * GAMMA + SDIRK2.error[2];
+        let worn: f64 = SDIRK2.stages.iter().map(|stage| stage.solution_weight * stage.abscissa * stage.abscissa).sum();
+        let estimate = SDIRK2.error_weights[1] * GAMMA * GAMMA + SDIRK2.error_weights[2];
         assert!((estimate - (worn - 1.0 / 3.0)).abs() < 1e-15, "{estimate} {worn}");
-        assert!(SDIRK2.error.iter().sum::<f64>().abs() < 1e-15);
+        assert!(SDIRK2.error_weights.iter().sum::<f64>().abs() < 1e-15);
     }
 }

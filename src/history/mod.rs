@@ -33,20 +33,20 @@ mod tried;
 use std::time::Instant;
 
 pub use model::Model;
-pub use onto::Before;
-pub use snapshot::Snapshot;
+pub use onto::PreviousModel;
+pub use snapshot::RunCheckpoint;
 
 use crate::contact::SolverOptions;
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::linalg::operator::Flexibility;
-use crate::skip::Skipped;
-use control::Held;
-use ledger::{OperatorSkips, skipped_by_contact};
-use model::Prepared;
-use record::{FrameState, FrettingLoop, IncrementRecord, Moment, Observer, Outcome};
-use snapshot::Within;
-use state::State;
+use crate::skip::OmittedWork;
+use control::ActiveControls;
+use ledger::{OperatorOmissions, omitted_contact_work};
+use model::PreparedModel;
+use record::{FrameState, FrettingLoop, IncrementRecord, CheckpointEvent, Observer, Outcome};
+use snapshot::StepProgress;
+use state::RunState;
 use step::{Normal, Step};
 
 /// How a run ends before a jump in which wear brings the contact to the edge of the frame.
@@ -60,44 +60,44 @@ pub struct RunResult {
     /// How it ended.
     pub outcome: Outcome,
     /// Work not done because the scene did not need it.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<OmittedWork>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Seconds per stage.
     pub timings: Vec<(String, f64)>,
     /// Fretting cycles at the start and the end of steps of cycles, where the observer wants them.
-    pub loops: Vec<FrettingLoop>,
+    pub fretting_loops: Vec<FrettingLoop>,
     /// Fields at the end.
     pub state: FrameState,
-    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`Snapshot::onto`]).
-    pub outgrown: Option<Box<Snapshot>>,
-    /// Where the run ends because the observer wants it ([`Observer::is_outdated`]): what it can be taken up from with other
+    /// Where the run ends with [`FRAME_EDGE`]: what it can be taken up from on a larger frame ([`RunCheckpoint::onto`]).
+    pub frame_edge_checkpoint: Option<Box<RunCheckpoint>>,
+    /// Where the run ends because the observer wants it ([`Observer::wants_rebuild`]): what it can be taken up from with other
     /// operators.
-    pub outdated: Option<Box<Snapshot>>,
+    pub rebuild_checkpoint: Option<Box<RunCheckpoint>>,
 }
 
 /// A run in progress: the model, the state, and what is collected.
 struct Run<'a> {
-    prepared: Prepared<'a>,
+    prepared: PreparedModel<'a>,
     options: SolverOptions,
     /// The step in progress, and how far it has come.
-    step: usize,
-    within: Within,
-    state: State,
-    held: Held,
+    step_index: usize,
+    progress: StepProgress,
+    state: RunState,
+    controls: ActiveControls,
     result: RunResult,
     /// What the run would be taken up from at the end of the last entry.
-    safe: Safe,
+    rollback_point: RollbackPoint,
     /// Solves, iterations and operator applications of a jump that was not taken since contact outgrew the frame in it.
-    lost: [usize; 3],
+    discarded_work: [usize; 3],
     /// The observer wants the run to end before the next jump.
-    outdated: bool,
+    rebuild_requested: bool,
 }
 
 /// What later increments change of a run, as it was at the end of the last entry.
-struct Safe {
-    state: State,
-    held: Held,
+struct RollbackPoint {
+    state: RunState,
+    held: ActiveControls,
     formed: usize,
     records: usize,
     warnings: usize,
@@ -127,7 +127,7 @@ pub fn run_from(
     model: &Model,
     steps: &[Step],
     options: &SolverOptions,
-    from: Option<Snapshot>,
+    from: Option<RunCheckpoint>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
     // On a thread of the pool: another one would hand over every parallel loop and sleep until it is done.
@@ -138,47 +138,47 @@ fn run_on_this_thread(
     model: &Model,
     steps: &[Step],
     options: &SolverOptions,
-    from: Option<Snapshot>,
+    from: Option<RunCheckpoint>,
     observer: &mut dyn Observer,
 ) -> Result<RunResult> {
     let started = Instant::now();
-    let prepared = Prepared::new(model, steps)?;
-    let state = State::undeformed(&prepared);
+    let prepared = PreparedModel::new(model, steps)?;
+    let state = RunState::undeformed(&prepared);
     let mut result = RunResult {
         records: Vec::new(),
         outcome: Outcome::Converged,
-        skipped: skipped_by_contact(
+        skipped: omitted_contact_work(
             &model.friction,
             &model.wear,
             steps,
-            (options, OperatorSkips::of(model, options)),
+            (options, OperatorOmissions::of(model, options)),
         ),
         warnings: Vec::new(),
         timings: vec![("scales".to_owned(), started.elapsed().as_secs_f64())],
-        loops: Vec::new(),
+        fretting_loops: Vec::new(),
         state: FrameState::default(),
-        outgrown: None,
-        outdated: None,
+        frame_edge_checkpoint: None,
+        rebuild_checkpoint: None,
     };
     if prepared.ellipse.is_some() {
-        result.warnings.extend(path_dependence(&model.friction, steps));
-        result.warnings.extend(large_friction(prepared.ellipse, model.flexibility.as_ref()));
+        result.warnings.extend(path_dependence_warning(&model.friction, steps));
+        result.warnings.extend(large_friction_warning(prepared.ellipse, model.flexibility.as_ref()));
     }
     // A body that floats along n is pressed by its own loads until a force is prescribed.
     let normal = if prepared.normal_is_free() { Normal::Force(0.0) } else { Normal::Approach(0.0) };
-    let held = Held::at_rest(normal);
+    let held = ActiveControls::at_rest(normal);
     let safe =
-        Safe { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
-    let (within, lost, outdated) = (Within::Start, [0; 3], false);
+        RollbackPoint { state: state.clone(), held, formed: 0, records: 0, warnings: result.warnings.len(), loops: 0 };
+    let (within, lost, outdated) = (StepProgress::NotStarted, [0; 3], false);
     let mut run =
-        Run { prepared, options: *options, step: 0, within, state, held, result, safe, lost, outdated };
+        Run { prepared, options: *options, step_index: 0, progress: within, state, controls: held, result, rollback_point: safe, discarded_work: lost, rebuild_requested: outdated };
     if let Some(snapshot) = from {
-        run.take_up(snapshot, steps.len())?;
+        run.restore(snapshot, steps.len())?;
     }
     if let Err(error) = run.steps(steps, observer) {
         // A body may hear of the signal before the solver does.
-        if error.kind() == Kind::Interrupted {
-            observer.keep(Moment::Broken, &|| run.snapshot())?;
+        if error.kind() == ErrorKind::Interrupted {
+            observer.on_checkpoint(CheckpointEvent::Aborted, &|| run.checkpoint())?;
         }
         return Err(error);
     }
@@ -188,19 +188,19 @@ fn run_on_this_thread(
 /// What all of the steps decide from the first increment on: runs on one model whose first steps and outlook are the same are the same up to
 /// the end of these steps, to the last bit, if they do not end there.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct Outlook {
+pub struct PrefixKey {
     friction: bool,
-    turns: bool,
+    controls_rotation: bool,
     path_dependence: Option<String>,
 }
 
-impl Outlook {
+impl PrefixKey {
     /// That of `steps`.
     pub fn of(friction: &FrictionLaw, steps: &[Step]) -> Self {
         Self {
             friction: steps.iter().any(|step| step.friction),
-            turns: steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some()),
-            path_dependence: path_dependence(friction, steps),
+            controls_rotation: steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some()),
+            path_dependence: path_dependence_warning(friction, steps),
         }
     }
 }
@@ -208,68 +208,68 @@ impl Outlook {
 impl Run<'_> {
     /// Runs the steps that are left.
     fn steps(&mut self, steps: &[Step], observer: &mut dyn Observer) -> Result<()> {
-        while let Some(step) = steps.get(self.step) {
+        while let Some(step) = steps.get(self.step_index) {
             let started = Instant::now();
-            if matches!(self.within, Within::Start) && observer.is_outdated(&self.state.worn) {
-                return self.hand_on(observer);
+            if matches!(self.progress, StepProgress::NotStarted) && observer.wants_rebuild(&self.state.wear_depth) {
+                return self.suspend_for_rebuild(observer);
             }
             match &step.cycles {
-                None => self.increments(step, observer)?,
-                Some(cycles) => self.cycles(step, cycles, self.step + 1 == steps.len(), observer)?,
+                None => self.run_monotone_step(step, observer)?,
+                Some(cycles) => self.run_wear_step(step, cycles, self.step_index + 1 == steps.len(), observer)?,
             }
             self.result.timings.push((step.name.clone(), started.elapsed().as_secs_f64()));
-            if self.outdated {
-                return self.hand_on(observer);
+            if self.rebuild_requested {
+                return self.suspend_for_rebuild(observer);
             }
             if self.result.outcome == FRAME_EDGE {
-                observer.keep(Moment::HandedOn, &|| self.snapshot())?;
-                let mut snapshot = self.snapshot();
-                snapshot.burden(self.lost);
-                self.result.outgrown = Some(Box::new(snapshot));
+                observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+                let mut snapshot = self.checkpoint();
+                snapshot.charge_work(self.discarded_work);
+                self.result.frame_edge_checkpoint = Some(Box::new(snapshot));
                 return Ok(());
             }
             if self.result.outcome != Outcome::Converged {
-                return observer.keep(Moment::Broken, &|| self.snapshot());
+                return observer.on_checkpoint(CheckpointEvent::Aborted, &|| self.checkpoint());
             }
-            self.step += 1;
-            self.within = Within::Start;
-            self.keep(Moment::StepEnd, observer)?;
+            self.step_index += 1;
+            self.progress = StepProgress::NotStarted;
+            self.record_rollback_point(CheckpointEvent::StepEnd, observer)?;
         }
         Ok(())
     }
 
     /// Ends the run where it can be taken up with other operators.
-    fn hand_on(&mut self, observer: &mut dyn Observer) -> Result<()> {
-        observer.keep(Moment::HandedOn, &|| self.snapshot())?;
-        self.result.outdated = Some(Box::new(self.snapshot()));
+    fn suspend_for_rebuild(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        observer.on_checkpoint(CheckpointEvent::Suspended, &|| self.checkpoint())?;
+        self.result.rebuild_checkpoint = Some(Box::new(self.checkpoint()));
         Ok(())
     }
 
     /// Notes that the run can be taken up from here, and tells the observer.
-    fn keep(&mut self, moment: Moment, observer: &mut dyn Observer) -> Result<()> {
-        self.safe.state.clone_from(&self.state);
-        self.safe.held = self.held;
-        self.safe.formed = self.prepared.formed().len();
-        self.safe.records = self.result.records.len();
-        self.safe.warnings = self.result.warnings.len();
-        self.safe.loops = self.result.loops.len();
-        observer.keep(moment, &|| self.snapshot())
+    fn record_rollback_point(&mut self, moment: CheckpointEvent, observer: &mut dyn Observer) -> Result<()> {
+        self.rollback_point.state.clone_from(&self.state);
+        self.rollback_point.held = self.controls;
+        self.rollback_point.formed = self.prepared.formed_cells().len();
+        self.rollback_point.records = self.result.records.len();
+        self.rollback_point.warnings = self.result.warnings.len();
+        self.rollback_point.loops = self.result.fretting_loops.len();
+        observer.on_checkpoint(moment, &|| self.checkpoint())
     }
 
     /// What the run can be taken up from.
-    fn snapshot(&self) -> Snapshot {
+    fn checkpoint(&self) -> RunCheckpoint {
         // Every field is named: one that is added does not compile until it is decided whether the run follows from it.
         let Self {
             prepared,
             options: _,
-            step,
-            within,
+            step_index: step,
+            progress: within,
             state: _,
-            held: _,
+            controls: _,
             result,
-            safe,
-            lost: _,
-            outdated: _,
+            rollback_point: safe,
+            discarded_work: _,
+            rebuild_requested: _,
         } = self;
         let RunResult {
             records,
@@ -277,60 +277,60 @@ impl Run<'_> {
             skipped: _,
             warnings,
             timings,
-            loops,
+            fretting_loops: loops,
             state: _,
-            outgrown: _,
-            outdated: _,
+            frame_edge_checkpoint: _,
+            rebuild_checkpoint: _,
         } = result;
-        let mut formed = prepared.formed();
+        let mut formed = prepared.formed_cells();
         formed.truncate(safe.formed);
-        Snapshot {
-            step: *step,
-            within: within.clone(),
+        RunCheckpoint {
+            step_index: *step,
+            progress: within.clone(),
             state: safe.state.clone(),
-            held: safe.held,
-            formed,
+            controls: safe.held,
+            formed_cells: formed,
             records: records[..safe.records].to_vec(),
             warnings: warnings[..safe.warnings].to_vec(),
             timings: timings.clone(),
-            loops: loops[..safe.loops].to_vec(),
+            fretting_loops: loops[..safe.loops].to_vec(),
         }
     }
 
     /// Goes on from where an earlier run was broken off.
-    fn take_up(&mut self, snapshot: Snapshot, steps: usize) -> Result<()> {
+    fn restore(&mut self, snapshot: RunCheckpoint, steps: usize) -> Result<()> {
         let n = self.prepared.n();
-        if snapshot.n_cells() != n || snapshot.step > steps {
+        if snapshot.n_cells() != n || snapshot.step_index > steps {
             return Err(Error::input(format!(
                 "the state to go on from has {} cells and is in step {}, the scene has {n} cells and {steps} steps",
                 snapshot.n_cells(),
-                snapshot.step + 1
+                snapshot.step_index + 1
             )));
         }
-        for cells in &snapshot.formed {
-            self.prepared.form(cells)?;
+        for cells in &snapshot.formed_cells {
+            self.prepared.form_flexibility(cells)?;
         }
-        let Snapshot { step, within, state, held, formed, records, warnings, timings, loops } = snapshot;
-        self.safe.formed = formed.len();
-        (self.safe.records, self.safe.warnings, self.safe.loops) =
+        let RunCheckpoint { step_index: step, progress: within, state, controls: held, formed_cells: formed, records, warnings, timings, fretting_loops: loops } = snapshot;
+        self.rollback_point.formed = formed.len();
+        (self.rollback_point.records, self.rollback_point.warnings, self.rollback_point.loops) =
             (records.len(), warnings.len(), loops.len());
-        (self.safe.state, self.safe.held) = (state.clone(), held);
-        (self.step, self.within, self.state, self.held) = (step, within, state, held);
+        (self.rollback_point.state, self.rollback_point.held) = (state.clone(), held);
+        (self.step_index, self.progress, self.state, self.controls) = (step, within, state, held);
         (self.result.records, self.result.warnings, self.result.timings) = (records, warnings, timings);
-        self.result.loops = loops;
+        self.result.fretting_loops = loops;
         Ok(())
     }
 }
 
 /// Friction coefficient from which a contact is told to be a case of large friction.
-const LARGE_FRICTION: f64 = 1.0;
+const LARGE_FRICTION_COEFFICIENT: f64 = 1.0;
 
 /// A note where friction may be too large for one answer only (Klarbring 1990: "Examples of non-uniqueness and
 /// non-existence of solutions to quasistatic contact problems with friction"): it has to act on the pressures, or there
 /// is one however large it is.
-fn large_friction(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
+fn large_friction_warning(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) -> Option<String> {
     let mu = ellipse.map(|ellipse| ellipse.mu[0].max(ellipse.mu[1]))?;
-    (mu >= LARGE_FRICTION && operator.couples_normal_tangential()).then(|| {
+    (mu >= LARGE_FRICTION_COEFFICIENT && operator.couples_normal_tangential()).then(|| {
         format!(
             "the friction coefficient {mu} is large, and tractions in the surface change the pressures: such a contact may have several \
              answers, of which the start and the load path pick one; see whether more increments, or solver.skip = false, give the same"
@@ -339,9 +339,9 @@ fn large_friction(ellipse: Option<FrictionEllipse>, operator: &dyn Flexibility) 
 }
 
 /// With friction the number of increments is part of the load path.
-fn path_dependence(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
+fn path_dependence_warning(friction: &FrictionLaw, steps: &[Step]) -> Option<String> {
     // A history says its path; a steady state has none.
-    let by_path = |step: &&Step| step.cycles.is_none() && step.row.is_none() && step.rolling.is_none();
+    let by_path = |step: &&Step| step.cycles.is_none() && step.history_row.is_none() && step.rolling.is_none();
     let frictional = steps.iter().filter(|step| step.friction).filter(by_path);
     let single: Vec<&str> =
         frictional.filter(|step| step.increments == 1).map(|step| step.name.as_str()).collect();

@@ -4,16 +4,16 @@ use std::sync::{Arc, Mutex};
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::body::Floating;
-use crate::body::floating::free_translations;
-use crate::contact::balance::FLOATING;
-use crate::contact::{Iterate, Scales};
+use crate::body::UnconstrainedModes;
+use crate::body::rigid_body_modes::unconstrained_translations;
+use crate::contact::balance::MAX_RIGID_MODES;
+use crate::contact::{ContactState, ContactScales};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::friction::{FrictionEllipse, FrictionLaw};
 use crate::geometry::Triad;
 use crate::linalg::operator::Flexibility;
-use crate::wear::{WearIntensity, WearLaw};
+use crate::wear::{SpecificWearRate, WearLaw};
 
 use super::step::Step;
 
@@ -26,7 +26,7 @@ pub struct Model {
     /// Gap at zero tractions and zero rigid motion, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
     /// Motions in which the bodies float; empty if both are held.
-    pub floating: Vec<Floating>,
+    pub floating: Vec<UnconstrainedModes>,
     /// Friction law.
     pub friction: FrictionLaw,
     /// Wear law.
@@ -36,13 +36,13 @@ pub struct Model {
 }
 
 /// A model with its derived quantities.
-pub(super) struct Prepared<'a> {
+pub(super) struct PreparedModel<'a> {
     pub model: &'a Model,
     pub ellipse: Option<FrictionEllipse>,
-    pub intensity: Option<WearIntensity>,
+    pub specific_wear_rate: Option<SpecificWearRate>,
     /// Worn volume per friction energy, where wear follows friction, 1/MPa.
     pub volume_per_energy: Option<f64>,
-    scales: Mutex<Arc<Scales>>,
+    scales: Mutex<Arc<ContactScales>>,
     /// Axes (x, y, n) that resultants are reported in.
     pub axes: Triad,
     pub edge: Vec<bool>,
@@ -54,20 +54,20 @@ pub(super) struct Prepared<'a> {
     pub first_touch: f64,
     /// Gap per unit of each further motion, `[3, N]`: those in which the bodies float, or the rotations of body 2 about the
     /// frame's x, y, n where steps control them.
-    pub floating_gaps: Vec<Vec<f64>>,
+    pub mode_gaps: Vec<Vec<f64>>,
     /// Those motions: translation and rotation of body 2 relative to body 1 in the frame's axes.
-    pub floating_motions: Vec<[f64; 6]>,
+    pub mode_motions: Vec<[f64; 6]>,
     /// Whether they are the rotations.
-    pub turns: bool,
+    pub controls_rotation: bool,
     /// Work of the bodies' own loads on each in which they float.
-    pub floating_loads: Vec<f64>,
+    pub mode_loads: Vec<f64>,
     /// Cells whose flexibility a run has formed, by the times it did.
-    formed: Mutex<Vec<Vec<usize>>>,
+    formed_cells: Mutex<Vec<Vec<usize>>>,
     /// Translations among them, orthonormal.
     pub free_translations: Vec<Vector3<f64>>,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> PreparedModel<'a> {
     /// Checks sizes and values and computes scales for what `steps` need.
     pub fn new(model: &'a Model, steps: &[Step]) -> Result<Self> {
         let n = model.frame.n_cells();
@@ -86,14 +86,14 @@ impl<'a> Prepared<'a> {
         }
         let with_friction = steps.iter().any(|step| step.friction);
         let ellipse = if with_friction { model.friction.ellipse() } else { None };
-        let intensity = model.wear.intensity(model.friction.ellipse());
+        let intensity = model.wear.specific_rate(model.friction.ellipse());
         if let Some(mu) = ellipse.iter().flat_map(|e| e.mu).find(|mu| !(1.0 / mu).is_finite()) {
             return Err(Error::input(format!(
                 "the friction coefficient {mu:e} cannot be inverted: give each coefficient a value above 1e-300, or \
                  no friction at all"
             )));
         }
-        let scales = Scales::new(model.flexibility.as_ref(), ellipse.as_ref());
+        let scales = ContactScales::new(model.flexibility.as_ref(), ellipse.as_ref());
         let bad_scale = |c: &f64| !(c.is_finite() && *c > 0.0);
         if let Some(cell) = scales.c_normal.iter().position(bad_scale) {
             return Err(Error::numerical(format!(
@@ -103,19 +103,19 @@ impl<'a> Prepared<'a> {
         let axes = model.frame.axes;
         let rigid_axes = rigid_axes(&model.frame, &axes);
         let mut initial_gap = model.initial_gap.clone();
-        let first_touch = first_touch(model.frame.is_level(), &initial_gap[2 * n..]);
+        let first_touch = first_touch_approach(model.frame.has_uniform_axes(), &initial_gap[2 * n..]);
         initial_gap[2 * n..].iter_mut().for_each(|g| *g -= first_touch);
-        let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.motions).collect();
-        if motions.len() > FLOATING || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
+        let motions: Vec<_> = model.floating.iter().flat_map(|body| &body.modes).collect();
+        if motions.len() > MAX_RIGID_MODES || motions.iter().any(|motion| motion.gap.len() != 3 * n) {
             return Err(Error::numerical(
                 "the floating motions do not belong to this frame and pair of bodies",
             ));
         }
         let turns = steps.iter().any(|step| step.tilt.is_some() || step.spin.is_some());
-        let mut floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative).collect();
+        let mut floating_motions: Vec<[f64; 6]> = motions.iter().map(|motion| motion.relative_motion).collect();
         let mut floating_gaps: Vec<Vec<f64>> = motions.iter().map(|motion| motion.gap.clone()).collect();
-        let floating_loads = motions.iter().map(|motion| motion.load).collect();
-        let free_translations = free_translations(&floating_motions, model.frame.size());
+        let floating_loads = motions.iter().map(|motion| motion.load_work).collect();
+        let free_translations = unconstrained_translations(&floating_motions, model.frame.size());
         if turns {
             if !motions.is_empty() {
                 return Err(Error::input(
@@ -127,23 +127,23 @@ impl<'a> Prepared<'a> {
                 let mut motion = [0.0; 6];
                 motion[3 + axis] = 1.0;
                 floating_motions.push(motion);
-                floating_gaps.push(turn_gap(&model.frame, axis));
+                floating_gaps.push(rotation_gap(&model.frame, axis));
             }
         }
         Ok(Self {
-            floating_gaps,
-            floating_loads,
+            mode_gaps: floating_gaps,
+            mode_loads: floating_loads,
             free_translations,
-            floating_motions,
-            turns,
+            mode_motions: floating_motions,
+            controls_rotation: turns,
             model,
             ellipse,
-            intensity,
-            volume_per_energy: intensity.zip(ellipse).and_then(|(wear, ellipse)| wear.per_energy(&ellipse)),
+            specific_wear_rate: intensity,
+            volume_per_energy: intensity.zip(ellipse).and_then(|(wear, ellipse)| wear.volume_per_energy(&ellipse)),
             scales: Mutex::new(Arc::new(scales)),
-            formed: Mutex::new(Vec::new()),
+            formed_cells: Mutex::new(Vec::new()),
             axes,
-            edge: model.frame.rim(),
+            edge: model.frame.edge_cells(),
             rigid_axes,
             initial_gap,
             first_touch,
@@ -151,9 +151,9 @@ impl<'a> Prepared<'a> {
     }
 
     /// Motion of body 2 relative to body 1 at the frame's origin along x, y, n, the floating motions included.
-    pub fn motion(&self, rigid: &[f64; 3], floating: &[f64; FLOATING]) -> [f64; 3] {
+    pub fn motion(&self, rigid: &[f64; 3], floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut sum = *rigid;
-        for (motion, amount) in self.floating_motions.iter().zip(floating) {
+        for (motion, amount) in self.mode_motions.iter().zip(floating) {
             (0..3).for_each(|k| sum[k] += amount * motion[k]);
         }
         sum
@@ -168,31 +168,31 @@ impl<'a> Prepared<'a> {
         };
         let n = self.n();
         [0, 1].map(|plane| {
-            let further = self.floating_gaps.iter().zip(floating);
+            let further = self.mode_gaps.iter().zip(floating);
             further.fold(local[plane], |sum, (gap, amount)| sum + amount * gap[plane * n + i])
         })
     }
 
     /// Rotation of body 2 relative to body 1 about x, y, n, radians.
-    pub fn turn(&self, floating: &[f64; FLOATING]) -> [f64; 3] {
+    pub fn rotation(&self, floating: &[f64; MAX_RIGID_MODES]) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for (motion, amount) in self.floating_motions.iter().zip(floating) {
+        for (motion, amount) in self.mode_motions.iter().zip(floating) {
             (0..3).for_each(|k| sum[k] += amount * motion[3 + k]);
         }
         sum
     }
 
     /// The further motions `now` with the rotation about x, y, n that is given; where steps control none, as they are.
-    pub fn turned(&self, mut now: [f64; FLOATING], turn: [f64; 3]) -> [f64; FLOATING] {
-        if self.turns {
+    pub fn with_rotation(&self, mut now: [f64; MAX_RIGID_MODES], turn: [f64; 3]) -> [f64; MAX_RIGID_MODES] {
+        if self.controls_rotation {
             now[..3].copy_from_slice(&turn);
         }
         now
     }
 
     /// The approach of one end of an iterate.
-    pub fn approach(&self, it: &Iterate, end: usize) -> f64 {
-        let approach = self.first_touch - self.motion(&it.rigid[end], &it.floating[end])[2];
+    pub fn approach(&self, it: &ContactState, end: usize) -> f64 {
+        let approach = self.first_touch - self.motion(&it.rigid_motion[end], &it.mode_amplitudes[end])[2];
         // What is left of a difference of two equal numbers is none.
         if approach.abs() <= 2.0 * f64::EPSILON * self.first_touch.abs() { 0.0 } else { approach }
     }
@@ -208,28 +208,28 @@ impl<'a> Prepared<'a> {
     }
 
     /// Scales of the operator as it is.
-    pub fn scales(&self) -> Arc<Scales> {
+    pub fn scales(&self) -> Arc<ContactScales> {
         self.scales.lock().expect("no panic while the scales are held").clone()
     }
 
     /// Cells whose flexibility the run has formed, by the times it did.
-    pub fn formed(&self) -> Vec<Vec<usize>> {
-        self.formed.lock().expect("no panic while the list is held").clone()
+    pub fn formed_cells(&self) -> Vec<Vec<usize>> {
+        self.formed_cells.lock().expect("no panic while the list is held").clone()
     }
 
     /// Forms the flexibility of some more cells; scales of the operator that has grown.
     ///
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.
-    pub fn form(&self, cells: &[usize]) -> Result<Arc<Scales>> {
-        self.model.flexibility.form(cells)?;
-        self.formed.lock().expect("no panic while the list is held").push(cells.to_vec());
-        Ok(self.rescaled())
+    pub fn form_flexibility(&self, cells: &[usize]) -> Result<Arc<ContactScales>> {
+        self.model.flexibility.form_rows(cells)?;
+        self.formed_cells.lock().expect("no panic while the list is held").push(cells.to_vec());
+        Ok(self.update_scales())
     }
 
-    fn rescaled(&self) -> Arc<Scales> {
+    fn update_scales(&self) -> Arc<ContactScales> {
         let model = self.model;
-        let scales = Scales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
+        let scales = ContactScales::new(model.flexibility.as_ref(), self.ellipse.as_ref());
         let scales = Arc::new(scales);
         *self.scales.lock().expect("no panic while the scales are held") = scales.clone();
         scales
@@ -256,16 +256,16 @@ impl<'a> Prepared<'a> {
 }
 
 /// Approach at which the first cell closes by the normal part of the initial gap, `[N]`; 0 on curved frames.
-pub(super) fn first_touch(level: bool, normal_gap: &[f64]) -> f64 {
+pub(super) fn first_touch_approach(level: bool, normal_gap: &[f64]) -> f64 {
     if level { normal_gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 }
 }
 
 /// Local gap per unit (radian) of a rotation of body 2 about an axis of the frame through its origin, `[3, N]` by planes.
-fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
+fn rotation_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
     let n = frame.n_cells();
     let direction: Vector3<f64> = frame.axes.0.column(axis).into();
     let mut gap = vec![0.0; 3 * n];
-    let projectors = frame.projectors();
+    let projectors = frame.symmetry_projectors();
     for (cell, (center, triad)) in frame.centers.iter().zip(frame.triads.iter()).enumerate() {
         let local = triad.to_local(&direction.cross(&(center - frame.origin)));
         let on_plane = projectors.binary_search_by_key(&cell, |projector| projector.0);
@@ -278,12 +278,12 @@ fn turn_gap(frame: &ContactFrame, axis: usize) -> Vec<f64> {
 /// Per cell the matrix from a rigid motion in the frame's axes to the cell's, without components across planes of symmetry; `None`
 /// where all are the identity.
 fn rigid_axes(frame: &ContactFrame, axes: &Triad) -> Option<Vec<Matrix3<f64>>> {
-    let projectors = frame.projectors();
-    if frame.is_level() && projectors.is_empty() {
+    let projectors = frame.symmetry_projectors();
+    if frame.has_uniform_axes() && projectors.is_empty() {
         return None;
     }
     // On level frames they are the identity but for rounding.
-    let mut matrices = if frame.is_level() {
+    let mut matrices = if frame.has_uniform_axes() {
         vec![Matrix3::identity(); frame.n_cells()]
     } else {
         frame.triads.map(|t| t.0.transpose() * axes.0).into_vec()

@@ -1,30 +1,30 @@
 //! A state carried over to other operators: those of a frame with more cells, where contact has outgrown the one that it was found
 //! on, or of bodies that have changed under it.
 
-use super::model::{Model, Prepared, first_touch};
-use super::snapshot::{Snapshot, Within};
-use super::state::State;
+use super::model::{Model, PreparedModel, first_touch_approach};
+use super::snapshot::{RunCheckpoint, StepProgress};
+use super::state::RunState;
 use super::step::Step;
-use crate::contact::Iterate;
-use crate::contact::balance::FLOATING;
+use crate::contact::ContactState;
+use crate::contact::balance::MAX_RIGID_MODES;
 use crate::error::{Error, Result};
-use crate::frame::grid::spread;
+use crate::frame::grid::extend_field;
 
-use super::cycling::{Cycling, Way};
+use super::cycling::{WearStepState, SlipSource};
 
 /// What the gap of a state came from besides its elastic part.
 #[derive(Debug, Clone)]
-pub struct Before {
+pub struct PreviousModel {
     /// Initial gap, `[3, N]` by planes, mm.
     pub initial_gap: Vec<f64>,
     /// Gap per unit of each motion in which the bodies floated, `[3, N]`.
     pub floating: Vec<Vec<f64>>,
 }
 
-impl Before {
+impl PreviousModel {
     /// That of a state on `model`.
     pub fn of(model: &Model) -> Self {
-        let motions = model.floating.iter().flat_map(|body| &body.motions);
+        let motions = model.floating.iter().flat_map(|body| &body.modes);
         Self {
             initial_gap: model.initial_gap.clone(),
             floating: motions.map(|motion| motion.gap.clone()).collect(),
@@ -33,7 +33,7 @@ impl Before {
 
     /// The tangential gap of tractions under which the bodies deform by `elastic`, `[2, N]`, without the motion of body 2 that
     /// does not depend on the bodies.
-    fn tangential_gap(&self, elastic: &[f64], floating: &[f64; FLOATING]) -> Vec<f64> {
+    fn tangential_gap(&self, elastic: &[f64], floating: &[f64; MAX_RIGID_MODES]) -> Vec<f64> {
         let gap = |k: usize| {
             let moved = self.floating.iter().zip(floating).map(|(motion, amount)| amount * motion[k]);
             moved.fold(self.initial_gap[k] + elastic[k], |sum, by| sum + by)
@@ -46,7 +46,7 @@ impl Before {
     }
 }
 
-impl Snapshot {
+impl RunCheckpoint {
     /// The same state with the operators of `model`; `places`: the number of each cell there, `[N]`. `before`: where the
     /// bodies have changed, what the gap of the state came from.
     ///
@@ -56,130 +56,130 @@ impl Snapshot {
     ///
     /// # Errors
     /// If the state is within a step of increments, the frames do not belong together, or a body cannot be solved.
-    pub fn onto(
+    pub fn transfer_to(
         self,
         places: &[usize],
         model: &Model,
         steps: &[Step],
-        before: Option<&Before>,
+        before: Option<&PreviousModel>,
     ) -> Result<Self> {
-        let prepared = Prepared::new(model, steps)?;
+        let prepared = PreparedModel::new(model, steps)?;
         let n = prepared.n();
         let misfit = places.len() != self.n_cells() || places.iter().any(|&place| place >= n);
         let larger = n > places.len();
         if misfit
             || before.is_some_and(|before| !before.fits(places.len()))
-            || (larger && !model.frame.is_level())
+            || (larger && !model.frame.has_uniform_axes())
         {
             return Err(Error::input("the state to go on from does not belong to this frame"));
         }
         let formed: Vec<Vec<usize>> =
-            self.formed.iter().map(|cells| cells.iter().map(|&cell| places[cell]).collect()).collect();
+            self.formed_cells.iter().map(|cells| cells.iter().map(|&cell| places[cell]).collect()).collect();
         for cells in &formed {
-            prepared.form(cells)?;
+            prepared.form_flexibility(cells)?;
         }
-        let onto = Onto { places, prepared: &prepared, before };
-        let (state, change) = onto.state(self.state)?;
-        let within = match self.within {
-            Within::Start => Within::Start,
-            Within::Cycles(cycling) => {
-                Within::Cycles(Box::new(onto.cycling(*cycling, &state.reference, change.as_ref())))
+        let onto = StateTransfer { new_cell_indices: places, prepared: &prepared, previous: before };
+        let (state, change) = onto.transfer_state(self.state)?;
+        let within = match self.progress {
+            StepProgress::NotStarted => StepProgress::NotStarted,
+            StepProgress::WearStep(cycling) => {
+                StepProgress::WearStep(Box::new(onto.transfer_wear_step(*cycling, &state.slip_reference, change.as_ref())))
             }
-            Within::Increments(_) => {
+            StepProgress::Monotone(_) => {
                 return Err(Error::input(
                     "a run within a step of increments does not go on with other operators",
                 ));
             }
         };
-        Ok(Self { within, state, formed, ..self })
+        Ok(Self { progress: within, state, formed_cells: formed, ..self })
     }
 }
 
 /// Where a state goes.
-struct Onto<'a> {
-    places: &'a [usize],
-    prepared: &'a Prepared<'a>,
-    before: Option<&'a Before>,
+struct StateTransfer<'a> {
+    new_cell_indices: &'a [usize],
+    prepared: &'a PreparedModel<'a>,
+    previous: Option<&'a PreviousModel>,
 }
 
 /// What changes with the bodies.
-struct Change {
+struct OperatorChange {
     /// Tangential gap, in the cells so far, `[2, N]`.
     gap: Vec<f64>,
     /// Approach at which the first cell closes.
     touch: f64,
 }
 
-impl Onto<'_> {
-    fn state(&self, state: State) -> Result<(State, Option<Change>)> {
-        let Self { places, prepared, before } = *self;
+impl StateTransfer<'_> {
+    fn transfer_state(&self, state: RunState) -> Result<(RunState, Option<OperatorChange>)> {
+        let Self { new_cell_indices: places, prepared, previous: before } = *self;
         let (n, n_before) = (prepared.n(), places.len());
-        let tractions = spread(&state.tractions, places, n, |_| 0.0);
+        let tractions = extend_field(&state.tractions, places, n, |_| 0.0);
         let mut elastic = vec![0.0; 3 * n];
         let operator = prepared.model.flexibility.as_ref();
         operator.apply(&tractions, &mut elastic);
-        operator.complete(&tractions, &mut elastic)?;
+        operator.complete_gap(&tractions, &mut elastic)?;
         let change = before.map(|before| {
-            let was = before.tangential_gap(&state.elastic, &state.floating);
-            let is = Before::of(prepared.model).tangential_gap(&elastic, &state.floating);
+            let was = before.tangential_gap(&state.elastic, &state.mode_amplitudes);
+            let is = PreviousModel::of(prepared.model).tangential_gap(&elastic, &state.mode_amplitudes);
             let changed = |k: usize| is[(k / n_before) * n + places[k % n_before]] - was[k];
-            Change {
+            OperatorChange {
                 gap: (0..2 * n_before).map(changed).collect(),
                 touch: prepared.first_touch
-                    - first_touch(prepared.model.frame.is_level(), &before.initial_gap[2 * n_before..]),
+                    - first_touch_approach(prepared.model.frame.has_uniform_axes(), &before.initial_gap[2 * n_before..]),
             }
         });
         let gap = |k: usize| {
-            let mut gap = prepared.initial_gap[k] + state.rigid[k / n] + elastic[k];
-            for (motion, amount) in prepared.floating_gaps.iter().zip(&state.floating) {
+            let mut gap = prepared.initial_gap[k] + state.rigid_motion[k / n] + elastic[k];
+            for (motion, amount) in prepared.mode_gaps.iter().zip(&state.mode_amplitudes) {
                 gap += amount * motion[k];
             }
             gap
         };
-        let mut reference = state.reference;
-        let mut rigid = state.rigid;
+        let mut reference = state.slip_reference;
+        let mut rigid = state.rigid_motion;
         if let Some(change) = &change {
             reference.iter_mut().zip(&change.gap).for_each(|(reference, by)| *reference += by);
             rigid[2] += change.touch;
         }
-        let reference = spread(&reference, places, n, gap);
+        let reference = extend_field(&reference, places, n, gap);
         if change.is_none() {
-            elastic = spread(&state.elastic, places, n, |k| elastic[k]);
+            elastic = extend_field(&state.elastic, places, n, |k| elastic[k]);
         }
-        let state = State {
-            reference,
+        let state = RunState {
+            slip_reference: reference,
             elastic,
-            worn: spread(&state.worn, places, n, |_| 0.0),
-            depth_errors: spread(&state.depth_errors, places, n, |_| 0.0),
+            wear_depth: extend_field(&state.wear_depth, places, n, |_| 0.0),
+            depth_errors: extend_field(&state.depth_errors, places, n, |_| 0.0),
             tractions,
-            rigid,
+            rigid_motion: rigid,
             ..state
         };
         Ok((state, change))
     }
 
     /// A step in progress; `reference`: tangential gap with the new operators, `[2, N]`.
-    fn cycling(&self, mut cycling: Cycling, reference: &[f64], change: Option<&Change>) -> Cycling {
-        let (n, places) = (self.prepared.n(), self.places);
-        let ring = &mut cycling.ring;
-        let mut it = Iterate::new(n, ring.it.rigid.clone());
-        it.hatted = spread(&ring.it.hatted, places, n, |_| 0.0);
-        it.floating.clone_from(&ring.it.floating);
-        ring.it = it;
-        ring.stuck = spread(&ring.stuck, places, n, |_| false);
+    fn transfer_wear_step(&self, mut cycling: WearStepState, reference: &[f64], change: Option<&OperatorChange>) -> WearStepState {
+        let (n, places) = (self.prepared.n(), self.new_cell_indices);
+        let ring = &mut cycling.cycle;
+        let mut it = ContactState::new(n, ring.contact.rigid_motion.clone());
+        it.scaled = extend_field(&ring.contact.scaled, places, n, |_| 0.0);
+        it.mode_amplitudes.clone_from(&ring.contact.mode_amplitudes);
+        ring.contact = it;
+        ring.stick_mask = extend_field(&ring.stick_mask, places, n, |_| false);
         if let Some(change) = change {
-            ring.at.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
-            ring.it.rigid.iter_mut().for_each(|rigid| rigid[2] += change.touch);
-            cycling.path = cycling.path.touching_later(change.touch);
-            cycling.stale = true;
+            ring.stick_gap.iter_mut().zip(&change.gap).for_each(|(at, by)| *at += by);
+            ring.contact.rigid_motion.iter_mut().for_each(|rigid| rigid[2] += change.touch);
+            cycling.load_path = cycling.load_path.with_later_first_touch(change.touch);
+            cycling.rates_outdated = true;
         }
-        ring.at = spread(&ring.at, places, n, |k| reference[k]);
-        cycling.rate = spread(&cycling.rate, places, n, |_| 0.0);
-        cycling.resolved = cycling.resolved.map(|resolved| resolved.onto(places, n));
-        if let (Way::Along(slip), true) = (&mut cycling.way, n > places.len()) {
+        ring.stick_gap = extend_field(&ring.stick_gap, places, n, |k| reference[k]);
+        cycling.wear_rate = extend_field(&cycling.wear_rate, places, n, |_| 0.0);
+        cycling.resolved_cycle = cycling.resolved_cycle.map(|resolved| resolved.transfer_to(places, n));
+        if let (SlipSource::Sliding(slip), true) = (&mut cycling.slip_source, n > places.len()) {
             // The same everywhere, for the frame is level.
             let along = [slip[0], slip[places.len()]];
-            *slip = spread(slip, places, n, |k| along[k / n]);
+            *slip = extend_field(slip, places, n, |k| along[k / n]);
         }
         cycling
     }

@@ -1,16 +1,16 @@
 //! What to say of an increment in which nothing is in contact.
 
-use super::model::Prepared;
+use super::model::PreparedModel;
 use super::record::IncrementRecord;
 use super::step::Normal;
-use crate::error::doubtful;
+use crate::error::warning;
 
-impl Prepared<'_> {
+impl PreparedModel<'_> {
     /// Nothing is in contact although `record` converged; `left` is the smallest gap, in the scene's length.
     ///
     /// Cells meet at their mean distance: where the surfaces overlap by less than that, no cell knows of it. `None` under a force
     /// of zero, which asks for that.
-    pub(super) fn open_note(&self, record: &IncrementRecord, held: Normal, left: f64) -> Option<String> {
+    pub(super) fn no_contact_message(&self, record: &IncrementRecord, held: Normal, left: f64) -> Option<String> {
         if held == Normal::Force(0.0) {
             return None;
         }
@@ -22,7 +22,7 @@ impl Prepared<'_> {
         }
         let areas = &self.model.frame.areas;
         let side = (areas.iter().sum::<f64>() / areas.len() as f64).sqrt();
-        Some(doubtful(&format!(
+        Some(warning(&format!(
             "{place}: none of the {} cells of the frame touches, although body 2 was moved {:.4e} past the first touch of \
              the surfaces: the cell that is nearest is still {left:.4e} open. Either the cells (mean side {side:.3e}) are \
              coarser than the contact: take cells of a tenth of its width or less, or approach by more than {:.4e}; or \

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Snapshot;
+use super::RunCheckpoint;
 use crate::frame::ContactFrame;
 
 /// What the steady state of an entry belongs to.
@@ -39,7 +39,7 @@ pub struct Certificate {
 
 /// Resultants at one end of a stroke; forces and moments act on body 1, components along the frame's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
-pub struct StrokeEnd {
+pub struct Resultants {
     /// Displacement of body 2 along x, y, mm.
     pub shift: [f64; 2],
     /// Rotation of body 2 about x, y, degrees.
@@ -124,7 +124,7 @@ pub struct IncrementRecord {
     pub converged: bool,
     /// The two ends of the stroke (+, -) of a cycle jump.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub stroke_ends: Option<[StrokeEnd; 2]>,
+    pub stroke_ends: Option<[Resultants; 2]>,
     /// The jump of an entry of cycles or sliding.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub jump: Option<JumpRecord>,
@@ -198,16 +198,16 @@ pub struct FrameState {
 
 /// Where a run can be taken up again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Moment {
+pub enum CheckpointEvent {
     /// After an entry.
     Entry,
     /// At the end of a step.
     StepEnd,
     /// The run ends here, before its time.
-    Broken,
+    Aborted,
     /// The run ends here, to go on with other operators: contact reaches the edge of the frame in the jump that would follow, or
     /// the observer wants it.
-    HandedOn,
+    Suspended,
 }
 
 /// Watches a run: progress, output of fields, checkpoints hang on it.
@@ -229,18 +229,18 @@ pub trait Observer: Send {
     ///
     /// # Errors
     /// If it cannot be written; the run stops.
-    fn keep(&mut self, _moment: Moment, _snapshot: &dyn Fn() -> Snapshot) -> crate::error::Result<()> {
+    fn on_checkpoint(&mut self, _moment: CheckpointEvent, _snapshot: &dyn Fn() -> RunCheckpoint) -> crate::error::Result<()> {
         Ok(())
     }
 
-    /// Asked before jumps of a step in progress and before steps: whether the run is to end here, for the bodies have lost `worn`
+    /// Asked before jumps of a step in progress and before steps: whether the run is to end here, for the bodies have lost `wear_depth`
     /// (`[N]`, mm, both of them) and it goes on with operators that know it.
-    fn is_outdated(&self, _worn: &[f64]) -> bool {
+    fn wants_rebuild(&self, _worn: &[f64]) -> bool {
         false
     }
 
     /// Asked between iterations: whether to stop (a signal was caught).
-    fn interrupted(&self) -> bool {
+    fn cancelled(&self) -> bool {
         false
     }
 

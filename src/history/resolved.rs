@@ -3,84 +3,84 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::solver::Stop;
-use crate::contact::{Increment, Iterate};
+use crate::contact::solver::StopReason;
+use crate::contact::{Increment, ContactState};
 use crate::error::Result;
-use crate::frame::grid::spread;
+use crate::frame::grid::extend_field;
 
 use super::Run;
-use super::cycling::{Cycling, Way};
-use super::increments::{Stage, mean_square};
-use super::loops::Place;
+use super::cycling::{WearStepState, SlipSource};
+use super::increments::{ProgressSpan, root_mean_square};
+use super::loops::IncrementStart;
 use super::record::Observer;
-use super::ring::Course;
-use super::step::{Closed, Correction, CycleMotion, Cycles, ResolvedCycles, Step};
+use super::ring::FrettingPath;
+use super::step::{ClosedPath, Correction, CycleMotion, Cycles, ResolvedCycleSettings, Step};
 
 /// Increments of a stroke, at most, or four times those between the ends.
-const MOST: usize = 64;
+const MAX_STROKE_INCREMENTS: usize = 64;
 
 /// Remaining change of the wear volume until the tractions have settled, over the last change of half a cycle.
-const DRIFTS: f64 = 4.0;
+const DRIFT_ERROR_FACTOR: f64 = 4.0;
 
 /// Increments of a resolved cycle over those between its reversal points, at least.
-const LEAST_REFINEMENT: usize = 4;
+const MIN_REFINEMENT: usize = 4;
 
 /// Wear of a cell by the slip from end to end over the largest below which it says nothing.
-const NOTHING: f64 = 1e-6;
+const NEGLIGIBLE_WEAR_SHARE: f64 = 1e-6;
 
 /// Wear of a cell over that by the slip from end to end, at most.
-const MOST_FACTOR: f64 = 4.0;
+const MAX_WEAR_FACTOR: f64 = 4.0;
 
 /// Smallest share of a stroke that its first increment takes.
-const LEAST_TRANSITION: f64 = 0.02;
+const MIN_FIRST_INCREMENT_SHARE: f64 = 0.02;
 
 /// Share that factors may change by on the way to the middle of a jump.
-const SWING: f64 = 0.1;
+const MAX_FACTOR_EXTRAPOLATION: f64 = 0.1;
 
 /// Growth of the elastic lag over the slip after which a correction that was not needed is checked again.
-const LAG_GROWTH: f64 = 2.0;
+const RECHECK_LAG_GROWTH: f64 = 2.0;
 
 /// Share of the error that it measures to which a resolved cycle is refined where it corrects nothing.
-const MEASURED_TO: f64 = 0.1;
+const MEASUREMENT_TOLERANCE_SHARE: f64 = 0.1;
 
 /// A resolved cycle, compared with the slip between the reversal points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Resolved {
+pub(super) struct ResolvedCycle {
     /// Whether it corrects the wear. If not, all factors are 1 and it only measures the error.
     pub corrects: bool,
     /// Its wear over that by the slip from end to end, as it is expected in the middle of the next jump, `[N]`.
     pub factors: Vec<f64>,
     /// The same as it was found.
-    found: Vec<f64>,
+    measured_factors: Vec<f64>,
     /// Its change per cycle since the one before, `[N]`.
-    slope: Vec<f64>,
+    factor_rate: Vec<f64>,
     /// Cycles of the step before it.
-    done: f64,
+    at_cycle: f64,
     /// Its dissipation likewise.
-    pub power_factor: f64,
+    pub dissipation_factor: f64,
     /// Increments per stroke.
     pub increments: usize,
     /// Whether no jump has followed yet.
-    pub fresh: bool,
+    pub is_new: bool,
     /// Slip from end to end then, `[E, 2, N]`, mm.
     slip: Vec<f64>,
     /// Elastic lag over the slip then.
-    lag: f64,
+    lag_ratio: f64,
     /// Whether all of the contact slid then.
-    gross: bool,
+    full_slip: bool,
     /// Wear depth then, `[N]`, mm.
-    worn: Vec<f64>,
+    wear_depth: Vec<f64>,
     /// Error of the wear per cycle that remains, `[N]`: over that wear where it corrects, otherwise over the wear volume, 1/mm2.
-    remaining: Vec<f64>,
+    remaining_error: Vec<f64>,
     /// Relative error of the wear volume per cycle that remains, beside those of the cells where it corrects.
-    remaining_volume: f64,
+    remaining_volume_error: f64,
     /// Share of the wear volume that no factor stands for.
-    missed: f64,
+    unresolved_wear_fraction: f64,
 }
 
 /// Wear of a cycle.
 #[derive(Clone)]
-struct Wear {
+struct CycleWear {
     /// Depth, `[N]`, mm.
     rate: Vec<f64>,
     /// Dissipation.
@@ -89,17 +89,17 @@ struct Wear {
     drift: f64,
 }
 
-impl Wear {
+impl CycleWear {
     /// The limit of first order of this one and one in half as many increments.
-    fn beyond(&self, coarser: &Self) -> Self {
+    fn extrapolated(&self, coarser: &Self) -> Self {
         let rate = self.rate.iter().zip(&coarser.rate).map(|(fine, coarse)| (2.0 * fine - coarse).max(0.0));
         Self { rate: rate.collect(), power: 2.0 * self.power - coarser.power, drift: self.drift }
     }
 }
 
 /// Wear of a cycle that more increments change little.
-struct Refined {
-    wear: Wear,
+struct RefinedCycle {
+    wear: CycleWear,
     /// Its change by the last refinement, relative, `[N]`.
     change: Vec<f64>,
     /// Increments per stroke.
@@ -110,42 +110,42 @@ struct Refined {
 #[derive(Clone, Copy)]
 struct CycleSlip {
     /// Whether all cells that carry pressure at a reversal point slip on the stroke to it.
-    gross: bool,
+    full_slip: bool,
     /// Largest elastic lag of a cell over the motion of body 2: the share of a stroke in which slip spreads over the contact.
-    transition: f64,
+    slip_spread_share: f64,
     /// Elastic lag over the slip, means over the contact weighted with pressure.
     lag: f64,
 }
 
-impl Resolved {
+impl ResolvedCycle {
     /// Extrapolates the factors to the middle of a jump after `done` cycles of the step.
-    pub fn aim(&mut self, done: f64, length: f64) {
-        let ahead = done + 0.5 * length - self.done;
-        for ((factor, found), slope) in self.factors.iter_mut().zip(&self.found).zip(&self.slope) {
-            *factor = (found + slope * ahead).clamp((1.0 - SWING) * found, (1.0 + SWING) * found);
+    pub fn extrapolate_factors(&mut self, done: f64, length: f64) {
+        let ahead = done + 0.5 * length - self.at_cycle;
+        for ((factor, found), slope) in self.factors.iter_mut().zip(&self.measured_factors).zip(&self.factor_rate) {
+            *factor = (found + slope * ahead).clamp((1.0 - MAX_FACTOR_EXTRAPOLATION) * found, (1.0 + MAX_FACTOR_EXTRAPOLATION) * found);
         }
     }
 
     /// The same on a larger frame; `places`: the number of each cell there.
-    pub fn onto(self, places: &[usize], n: usize) -> Self {
+    pub fn transfer_to(self, places: &[usize], n: usize) -> Self {
         Self {
-            factors: spread(&self.factors, places, n, |_| 1.0),
-            found: spread(&self.found, places, n, |_| 1.0),
-            slope: spread(&self.slope, places, n, |_| 0.0),
-            slip: spread(&self.slip, places, n, |_| 0.0),
-            worn: spread(&self.worn, places, n, |_| 0.0),
-            remaining: spread(&self.remaining, places, n, |_| 0.0),
+            factors: extend_field(&self.factors, places, n, |_| 1.0),
+            measured_factors: extend_field(&self.measured_factors, places, n, |_| 1.0),
+            factor_rate: extend_field(&self.factor_rate, places, n, |_| 0.0),
+            slip: extend_field(&self.slip, places, n, |_| 0.0),
+            wear_depth: extend_field(&self.wear_depth, places, n, |_| 0.0),
+            remaining_error: extend_field(&self.remaining_error, places, n, |_| 0.0),
             ..self
         }
     }
 
     /// Whether another resolved cycle is needed, which has come to `slip`; `changed` gives the relative change of the slip since this one.
-    fn is_outdated(&self, used: ResolvedCycles, slip: &CycleSlip, changed: impl Fn(&[f64]) -> f64) -> bool {
+    fn is_due(&self, used: ResolvedCycleSettings, slip: &CycleSlip, changed: impl Fn(&[f64]) -> f64) -> bool {
         match used.correction {
             _ if self.corrects => changed(&self.slip) > used.tolerance,
             Correction::Never => false,
-            _ if slip.gross != self.gross => true,
-            _ if slip.gross => slip.lag > LAG_GROWTH * self.lag,
+            _ if slip.full_slip != self.full_slip => true,
+            _ if slip.full_slip => slip.lag > RECHECK_LAG_GROWTH * self.lag_ratio,
             _ => changed(&self.slip) > used.tolerance,
         }
     }
@@ -157,154 +157,154 @@ impl Run<'_> {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    pub(super) fn follow_path(
+    pub(super) fn update_resolved_cycle(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        cycling: &mut Cycling,
+        cycling: &mut WearStepState,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        let (Way::Round(course), CycleMotion::Closed(closed)) = (&cycling.way, &cycles.motion) else {
+        let (SlipSource::ClosedPath(course), CycleMotion::ClosedPath(closed)) = (&cycling.slip_source, &cycles.motion) else {
             return Ok(());
         };
-        let (Some(used), true) = (closed.resolve, step.wear && self.prepared.intensity.is_some()) else {
+        let (Some(used), true) = (closed.resolved_cycles, step.wear && self.prepared.specific_wear_rate.is_some()) else {
             return Ok(());
         };
         if used.correction != Correction::Always && !self.has_friction(step) {
             return Ok(());
         }
         // A restored run has not evaluated its reversal points yet.
-        let worn = self.state.worn.clone();
-        let problem = self.ends_problem(step, cycling, &worn, cycling.reported_end());
-        problem.evaluate(&mut cycling.ring.it);
+        let worn = self.state.wear_depth.clone();
+        let problem = self.reporting_problem(step, cycling, &worn, cycling.reported_path_point());
+        problem.evaluate(&mut cycling.cycle.contact);
         let slip = self.cycle_slip(&problem, cycling);
         drop(problem);
-        let changed = |before: &[f64]| self.slip_change(&cycling.ring.it, before);
-        if cycling.resolved.as_ref().is_some_and(|before| !before.is_outdated(used, &slip, changed)) {
+        let changed = |before: &[f64]| self.slip_change(&cycling.cycle.contact, before);
+        if cycling.resolved_cycle.as_ref().is_some_and(|before| !before.is_due(used, &slip, changed)) {
             return Ok(());
         }
         let course = course.clone();
-        let by_ends = Wear {
-            rate: cycling.ring.it.wear_rate.clone(),
-            power: cycling.power / cycling.power_factor(),
+        let by_ends = CycleWear {
+            rate: cycling.cycle.contact.wear_rate.clone(),
+            power: cycling.dissipation_rate / cycling.dissipation_factor(),
             drift: 0.0,
         };
         let way = (&course, closed, slip);
-        let Some(refined) = self.refine(step, cycles, (way, used), (cycling, &by_ends), observer)? else {
+        let Some(refined) = self.refine_cycle(step, cycles, (way, used), (cycling, &by_ends), observer)? else {
             if used.correction == Correction::Never {
                 // It is not tried again: nothing is known of the error.
-                let unknown = Refined { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
-                cycling.resolved = Some(self.measured(cycling, (unknown, &by_ends), slip));
+                let unknown = RefinedCycle { wear: by_ends.clone(), change: vec![0.0; worn.len()], increments: 0 };
+                cycling.resolved_cycle = Some(self.error_measurement(cycling, (unknown, &by_ends), slip));
             }
             return Ok(());
         };
         let difference = self.volume_difference(&by_ends, &refined.wear);
-        let (factors, missed) = self.factors(&refined.wear.rate, &by_ends.rate);
+        let (factors, missed) = self.wear_factors(&refined.wear.rate, &by_ends.rate);
         let corrects = match used.correction {
             Correction::Always => true,
             // A correction that leaves out more than it corrects is worse than none.
             Correction::WhereNeeded if missed.abs() > difference.max(used.tolerance) => false,
-            Correction::WhereNeeded => !slip.gross || difference > used.tolerance,
+            Correction::WhereNeeded => !slip.full_slip || difference > used.tolerance,
             Correction::Never => false,
         };
         if used.correction != Correction::Never {
-            self.warn_of_missed(step, cycling, (missed, used.tolerance));
-        } else if difference.max(self.apart(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
+            self.warn_of_unresolved_wear(step, cycling, (missed, used.tolerance));
+        } else if difference.max(self.relative_rms_difference(&by_ends.rate, &refined.wear.rate)) > used.tolerance {
             self.warn_of_increments(step, (closed.increments, used.tolerance), (&refined, &by_ends));
         }
-        let before = cycling.resolved.take().filter(|before| before.corrects);
+        let before = cycling.resolved_cycle.take().filter(|before| before.corrects);
         if corrects {
-            self.correct((cycling, &by_ends), refined, (factors, missed), (before, slip));
+            self.apply_correction((cycling, &by_ends), refined, (factors, missed), (before, slip));
             return Ok(());
         }
         if let Some(before) = before {
-            self.note_drift(&vec![1.0; worn.len()], &before);
+            self.add_factor_drift_error(&vec![1.0; worn.len()], &before);
         }
-        cycling.rate.copy_from_slice(&by_ends.rate);
-        cycling.power = by_ends.power;
-        cycling.resolved = Some(Resolved { missed, ..self.measured(cycling, (refined, &by_ends), slip) });
+        cycling.wear_rate.copy_from_slice(&by_ends.rate);
+        cycling.dissipation_rate = by_ends.power;
+        cycling.resolved_cycle = Some(ResolvedCycle { unresolved_wear_fraction: missed, ..self.error_measurement(cycling, (refined, &by_ends), slip) });
         Ok(())
     }
 
     /// Takes factors and rates of `cycling` from a resolved cycle.
-    fn correct(
+    fn apply_correction(
         &mut self,
-        (cycling, by_ends): (&mut Cycling, &Wear),
-        Refined { wear, change, increments }: Refined,
+        (cycling, by_ends): (&mut WearStepState, &CycleWear),
+        RefinedCycle { wear, change, increments }: RefinedCycle,
         (factors, missed): (Vec<f64>, f64),
-        (before, slip): (Option<Resolved>, CycleSlip),
+        (before, slip): (Option<ResolvedCycle>, CycleSlip),
     ) {
         let volume = self.volume(&wear.rate);
-        let drift = if volume > 0.0 { DRIFTS * wear.drift.abs() / volume } else { 0.0 };
-        let done = cycling.done;
+        let drift = if volume > 0.0 { DRIFT_ERROR_FACTOR * wear.drift.abs() / volume } else { 0.0 };
+        let done = cycling.completed;
         let slope = match &before {
-            Some(before) if done > before.done => {
-                self.note_drift(&factors, before);
-                let change = factors.iter().zip(&before.found);
-                change.map(|(now, found)| (now - found) / (done - before.done)).collect()
+            Some(before) if done > before.at_cycle => {
+                self.add_factor_drift_error(&factors, before);
+                let change = factors.iter().zip(&before.measured_factors);
+                change.map(|(now, found)| (now - found) / (done - before.at_cycle)).collect()
             }
             _ => vec![0.0; factors.len()],
         };
         let rates = by_ends.rate.iter().zip(&factors).map(|(rate, factor)| rate * factor);
-        cycling.rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
+        cycling.wear_rate.iter_mut().zip(rates).for_each(|(to, rate)| *to = rate);
         let power_factor = if by_ends.power > 0.0 { wear.power / by_ends.power } else { 1.0 };
-        cycling.power = by_ends.power * power_factor;
-        cycling.resolved = Some(Resolved {
+        cycling.dissipation_rate = by_ends.power * power_factor;
+        cycling.resolved_cycle = Some(ResolvedCycle {
             corrects: true,
-            found: factors.clone(),
+            measured_factors: factors.clone(),
             factors,
-            slope,
-            done,
-            power_factor,
+            factor_rate: slope,
+            at_cycle: done,
+            dissipation_factor: power_factor,
             increments,
-            fresh: true,
-            slip: cycling.ring.it.slip.clone(),
-            lag: slip.lag,
-            worn: self.state.worn.clone(),
-            gross: slip.gross,
-            remaining: change,
+            is_new: true,
+            slip: cycling.cycle.contact.slip.clone(),
+            lag_ratio: slip.lag,
+            wear_depth: self.state.wear_depth.clone(),
+            full_slip: slip.full_slip,
+            remaining_error: change,
             // Over the wear that the factors stand for.
-            remaining_volume: (missed.abs() + drift) / (1.0 - missed).max(f64::EPSILON),
-            missed,
+            remaining_volume_error: (missed.abs() + drift) / (1.0 - missed).max(f64::EPSILON),
+            unresolved_wear_fraction: missed,
         });
     }
 
     /// A resolved cycle that corrects nothing: its distance from the wear by the slip from end to end, and its own last change, are
     /// the errors that remain.
-    fn measured(
+    fn error_measurement(
         &self,
-        cycling: &Cycling,
-        (Refined { wear, change, increments }, by_ends): (Refined, &Wear),
+        cycling: &WearStepState,
+        (RefinedCycle { wear, change, increments }, by_ends): (RefinedCycle, &CycleWear),
         slip: CycleSlip,
-    ) -> Resolved {
+    ) -> ResolvedCycle {
         let n = by_ends.rate.len();
         let last: Vec<f64> = wear.rate.iter().zip(&change).map(|(rate, change)| rate * change).collect();
         let [all, resolved, last_volume] = [&by_ends.rate, &wear.rate, &last].map(|rate| self.volume(rate));
         let over_all = |error: f64| if all > 0.0 { error / all } else { 0.0 };
         let remaining = (0..n).map(|i| over_all((by_ends.rate[i] - wear.rate[i]).abs() + last[i].abs()));
-        let volume = over_all((all - resolved).abs() + last_volume.abs() + DRIFTS * wear.drift.abs());
-        Resolved {
+        let volume = over_all((all - resolved).abs() + last_volume.abs() + DRIFT_ERROR_FACTOR * wear.drift.abs());
+        ResolvedCycle {
             corrects: false,
             factors: vec![1.0; n],
-            found: vec![1.0; n],
-            slope: vec![0.0; n],
-            done: cycling.done,
-            power_factor: 1.0,
+            measured_factors: vec![1.0; n],
+            factor_rate: vec![0.0; n],
+            at_cycle: cycling.completed,
+            dissipation_factor: 1.0,
             increments,
-            fresh: true,
-            slip: cycling.ring.it.slip.clone(),
-            lag: slip.lag,
-            worn: self.state.worn.clone(),
-            gross: slip.gross,
-            remaining: remaining.collect(),
-            remaining_volume: volume,
-            missed: 0.0,
+            is_new: true,
+            slip: cycling.cycle.contact.slip.clone(),
+            lag_ratio: slip.lag,
+            wear_depth: self.state.wear_depth.clone(),
+            full_slip: slip.full_slip,
+            remaining_error: remaining.collect(),
+            remaining_volume_error: volume,
+            unresolved_wear_fraction: 0.0,
         }
     }
 
     /// Warns once of wear that no factor stands for.
-    fn warn_of_missed(&mut self, step: &Step, cycling: &Cycling, (missed, tolerance): (f64, f64)) {
-        if missed <= tolerance || cycling.resolved.as_ref().is_some_and(|before| before.missed > tolerance) {
+    fn warn_of_unresolved_wear(&mut self, step: &Step, cycling: &WearStepState, (missed, tolerance): (f64, f64)) {
+        if missed <= tolerance || cycling.resolved_cycle.as_ref().is_some_and(|before| before.unresolved_wear_fraction > tolerance) {
             return;
         }
         self.result.warnings.push(format!(
@@ -321,12 +321,12 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         (increments, tolerance): (usize, f64),
-        (refined, by_ends): (&Refined, &Wear),
+        (refined, by_ends): (&RefinedCycle, &CycleWear),
     ) {
         let [all, resolved] = [&by_ends.rate, &refined.wear.rate].map(|rate| self.volume(rate));
         let of_strokes = if increments == 1 { "increment" } else { "increments" };
         let by = if resolved > 0.0 {
-            let depth = 100.0 * self.apart(&refined.wear.rate, &by_ends.rate);
+            let depth = 100.0 * self.relative_rms_difference(&refined.wear.rate, &by_ends.rate);
             format!(
                 "{:+.2} % of the wear volume (depth: {depth:.2} %, root mean square over the largest)",
                 100.0 * (all / resolved - 1.0)
@@ -342,16 +342,16 @@ impl Run<'_> {
     }
 
     /// How the cycle of `cycling`, evaluated as `problem`, slips between its reversal points.
-    fn cycle_slip(&self, problem: &Increment, cycling: &Cycling) -> CycleSlip {
-        let (it, n, areas) = (&cycling.ring.it, self.prepared.n(), &self.prepared.model.frame.areas);
-        let ends = it.rigid.len();
-        let mut found = CycleSlip { gross: true, transition: 0.0, lag: 0.0 };
+    fn cycle_slip(&self, problem: &Increment, cycling: &WearStepState) -> CycleSlip {
+        let (it, n, areas) = (&cycling.cycle.contact, self.prepared.n(), &self.prepared.model.frame.areas);
+        let ends = it.rigid_motion.len();
+        let mut found = CycleSlip { full_slip: true, slip_spread_share: 0.0, lag: 0.0 };
         let (mut lags, mut slips) = (0.0, 0.0);
         for end in 0..ends {
             let before = (end + ends - 1) % ends;
-            let moved = [0, 1, 2].map(|k| it.rigid[end][k] - it.rigid[before][k]);
+            let moved = [0, 1, 2].map(|k| it.rigid_motion[end][k] - it.rigid_motion[before][k]);
             let turned: Vec<f64> =
-                it.floating[end].iter().zip(&it.floating[before]).map(|(now, before)| now - before).collect();
+                it.mode_amplitudes[end].iter().zip(&it.mode_amplitudes[before]).map(|(now, before)| now - before).collect();
             let stroke = moved[0].hypot(moved[1]);
             for i in (0..n).filter(|i| it.tractions[end * 3 * n + 2 * n + i] > 0.0) {
                 let motion = self.prepared.tangential_motion(i, moved, &turned);
@@ -360,38 +360,38 @@ impl Run<'_> {
                 let force = areas[i] * it.tractions[end * 3 * n + 2 * n + i];
                 lags += force * lag;
                 slips += force * slip[0].hypot(slip[1]);
-                found.gross &= !cycling.ring.stuck[i] && !problem.sticks(it, end, i);
-                found.transition = f64::max(found.transition, if stroke > 0.0 { lag / stroke } else { 1.0 });
+                found.full_slip &= !cycling.cycle.stick_mask[i] && !problem.sticks(it, end, i);
+                found.slip_spread_share = f64::max(found.slip_spread_share, if stroke > 0.0 { lag / stroke } else { 1.0 });
             }
         }
-        found.transition = found.transition.clamp(LEAST_TRANSITION, 1.0);
+        found.slip_spread_share = found.slip_spread_share.clamp(MIN_FIRST_INCREMENT_SHARE, 1.0);
         found.lag = if slips > 0.0 { lags / slips } else { f64::INFINITY };
         found
     }
 
     /// Cycles in ever more increments until they wear the same within the tolerance; `None` if one is not found.
-    fn refine(
+    fn refine_cycle(
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        ((course, closed, CycleSlip { gross, transition, .. }), used): (
-            (&Course, &Closed, CycleSlip),
-            ResolvedCycles,
+        ((course, closed, CycleSlip { full_slip: gross, slip_spread_share: transition, .. }), used): (
+            (&FrettingPath, &ClosedPath, CycleSlip),
+            ResolvedCycleSettings,
         ),
-        (cycling, by_ends): (&mut Cycling, &Wear),
+        (cycling, by_ends): (&mut WearStepState, &CycleWear),
         observer: &mut dyn Observer,
-    ) -> Result<Option<Refined>> {
+    ) -> Result<Option<RefinedCycle>> {
         let corrects = used.correction != Correction::Never;
         let may_agree = gross && used.correction == Correction::WhereNeeded;
         // Polygons in an ellipse are of first order, all along it.
         let extrapolates = closed.amplitude[1] != 0.0;
         let begin = cycling
-            .resolved
+            .resolved_cycle
             .as_ref()
             .map_or(1, |before| before.increments / if extrapolates { 8 } else { 4 });
         let mut increments = begin.max(closed.increments);
         // Each cycle goes on from the one before, in fewer increments: so tractions settle on the way.
-        let mut place = Place::of(&cycling.ring.it, course.half());
+        let mut place = IncrementStart::at_path_point(&cycling.cycle.contact, course.reversal_index());
         let mut coarser = if increments == closed.increments && !extrapolates {
             by_ends.clone()
         } else {
@@ -401,24 +401,24 @@ impl Run<'_> {
             };
             wear
         };
-        let mut last: Option<Wear> = (!extrapolates).then(|| coarser.clone());
+        let mut last: Option<CycleWear> = (!extrapolates).then(|| coarser.clone());
         loop {
             increments *= 2;
             let way = (course, closed, (increments, transition));
             let cycle =
                 self.resolved_cycle(step, cycles, way, (&mut *cycling, &mut place), &mut *observer)?;
             let Some(wear) = cycle else { return Ok(None) };
-            let limit = if extrapolates { wear.beyond(&coarser) } else { wear.clone() };
+            let limit = if extrapolates { wear.extrapolated(&coarser) } else { wear.clone() };
             if let Some(last) = &last {
-                let (change, most) = (self.apart(&limit.rate, &last.rate), MOST.max(4 * closed.increments));
-                let measured = MEASURED_TO * self.apart(&by_ends.rate, &limit.rate);
+                let (change, most) = (self.relative_rms_difference(&limit.rate, &last.rate), MAX_STROKE_INCREMENTS.max(4 * closed.increments));
+                let measured = MEASUREMENT_TOLERANCE_SHARE * self.relative_rms_difference(&by_ends.rate, &limit.rate);
                 let tolerance = if corrects { used.tolerance } else { used.tolerance.max(measured) };
                 let agrees = may_agree && self.volume_difference(by_ends, &limit) <= used.tolerance;
                 // Two in a row: the first refinement alone may change little by chance.
-                let twice = increments >= LEAST_REFINEMENT * closed.increments;
+                let twice = increments >= MIN_REFINEMENT * closed.increments;
                 if twice && (change <= tolerance || agrees) || increments >= most {
                     // Once, not in every jump.
-                    let known = cycling.resolved.as_ref().is_some_and(|before| before.increments >= most);
+                    let known = cycling.resolved_cycle.as_ref().is_some_and(|before| before.increments >= most);
                     if change > tolerance && corrects && !agrees && !known {
                         self.result.warnings.push(format!(
                             "step \"{}\": after {} cycles the wear of a cycle in {increments} increments per stroke still differs by {:.2} % \
@@ -431,7 +431,7 @@ impl Run<'_> {
                     let both = limit.rate.iter().zip(&last.rate);
                     let change =
                         both.map(|(now, last)| if *now > 0.0 { 1.0 - last / now } else { 0.0 }).collect();
-                    return Ok(Some(Refined { wear: limit, change, increments }));
+                    return Ok(Some(RefinedCycle { wear: limit, change, increments }));
                 }
             }
             (coarser, last) = (wear, Some(limit));
@@ -444,17 +444,17 @@ impl Run<'_> {
         &mut self,
         step: &Step,
         cycles: &Cycles,
-        (coarse, closed, (increments, transition)): (&Course, &Closed, (usize, f64)),
-        (cycling, place): (&mut Cycling, &mut Place),
+        (coarse, closed, (increments, transition)): (&FrettingPath, &ClosedPath, (usize, f64)),
+        (cycling, place): (&mut WearStepState, &mut IncrementStart),
         observer: &mut dyn Observer,
-    ) -> Result<Option<Wear>> {
-        let course = coarse.resolved(&Closed { increments, ..*closed }, transition);
-        let (loads, _) = self.loads_in_cycles(step, cycling, cycling.done / cycles.count);
-        let (worn, options) = (self.state.worn.clone(), self.stroke_options());
-        let part = cycling.done / cycles.count;
-        let stage = Stage { name: &step.name, from: part, to: part };
+    ) -> Result<Option<CycleWear>> {
+        let course = coarse.refined(&ClosedPath { increments, ..*closed }, transition);
+        let (loads, _) = self.loads_at(step, cycling, cycling.completed / cycles.count);
+        let (worn, options) = (self.state.wear_depth.clone(), self.stroke_options());
+        let part = cycling.completed / cycles.count;
+        let stage = ProgressSpan { name: &step.name, from: part, to: part };
         let n = worn.len();
-        let mut wear = Wear { rate: vec![0.0; n], power: 0.0, drift: 0.0 };
+        let mut wear = CycleWear { rate: vec![0.0; n], power: 0.0, drift: 0.0 };
         let mut here = place.clone();
         // What comes before the first stroke back is forgotten but for cells that stick. It is the second half of a cycle, too.
         let up = (increments + 1..=2 * increments).map(|end| (end, false));
@@ -463,10 +463,10 @@ impl Run<'_> {
             let way = (&course, end % (2 * increments), loads);
             let pressures = here.it.tractions[2 * n..].to_vec();
             let (next, report, checks) =
-                self.stroke_at(step, way, (&worn, &options), here, (&mut *observer, &stage))?;
-            cycling.ring.spend(&report);
-            if report.stop != Stop::Converged {
-                if report.stop != Stop::Interrupted {
+                self.solve_stroke(step, way, (&worn, &options), here, (&mut *observer, &stage))?;
+            cycling.cycle.charge(&report);
+            if report.stop != StopReason::Converged {
+                if report.stop != StopReason::Interrupted {
                     self.result.warnings.push(format!(
                         "step \"{}\": after {} cycles an increment of the resolved cycle did not converge. Wear follows from the \
                          reversal points and earlier resolved cycles; the error of the path since then is not estimated",
@@ -493,9 +493,9 @@ impl Run<'_> {
     }
 
     /// Root mean square of the change of the slip from end to end over that of the slip, over the cells in contact at any end.
-    fn slip_change(&self, it: &Iterate, before: &[f64]) -> f64 {
+    fn slip_change(&self, it: &ContactState, before: &[f64]) -> f64 {
         let n = self.prepared.n();
-        let (touching, areas) = (self.touching(it), &self.prepared.model.frame.areas);
+        let (touching, areas) = (self.cells_in_contact(it), &self.prepared.model.frame.areas);
         let (mut change, mut sum) = (0.0, 0.0);
         for (k, (now, before)) in it.slip.iter().zip(before).enumerate().filter(|(k, _)| touching[k % n]) {
             change += areas[k % n] * (now - before).powi(2);
@@ -505,15 +505,15 @@ impl Run<'_> {
     }
 
     /// Root mean square of the difference of two rates over the cells that wear, over the largest of the first.
-    fn apart(&self, rate: &[f64], other: &[f64]) -> f64 {
+    fn relative_rms_difference(&self, rate: &[f64], other: &[f64]) -> f64 {
         let areas = &self.prepared.model.frame.areas;
         let difference: Vec<f64> = rate.iter().zip(other).map(|(rate, other)| rate - other).collect();
         let largest = rate.iter().copied().fold(0.0, f64::max);
-        if largest > 0.0 { mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
+        if largest > 0.0 { root_mean_square(&difference, areas, |i| rate[i] > 0.0) / largest } else { 0.0 }
     }
 
     /// Relative difference of the wear volume of two cycles.
-    fn volume_difference(&self, wear: &Wear, other: &Wear) -> f64 {
+    fn volume_difference(&self, wear: &CycleWear, other: &CycleWear) -> f64 {
         let [volume, others] = [&wear.rate, &other.rate].map(|rate| self.volume(rate));
         let larger = volume.max(others);
         if larger > 0.0 { (volume - others).abs() / larger } else { 0.0 }
@@ -525,17 +525,17 @@ impl Run<'_> {
     }
 
     /// The wear of a cycle over that by the slip from end to end, `[N]`, and the share of the worn volume that they leave out.
-    fn factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
+    fn wear_factors(&self, wear: &[f64], by_ends: &[f64]) -> (Vec<f64>, f64) {
         let [all, all_by_ends] = [wear, by_ends].map(|rate| self.volume(rate));
         if all <= 0.0 || all_by_ends <= 0.0 {
             return (vec![1.0; wear.len()], 0.0);
         }
-        let least = NOTHING * by_ends.iter().copied().fold(0.0, f64::max);
+        let least = NEGLIGIBLE_WEAR_SHARE * by_ends.iter().copied().fold(0.0, f64::max);
         let factor = |(wear, by_ends): (&f64, &f64)| {
             if *by_ends > least {
-                (wear / by_ends).min(MOST_FACTOR)
+                (wear / by_ends).min(MAX_WEAR_FACTOR)
             } else {
-                (all / all_by_ends).min(MOST_FACTOR)
+                (all / all_by_ends).min(MAX_WEAR_FACTOR)
             }
         };
         let factors: Vec<f64> = wear.iter().zip(by_ends).map(factor).collect();
@@ -544,24 +544,24 @@ impl Run<'_> {
     }
 
     /// Adds to the estimated errors what remains of the error of the path that has worn `by` (`[N]`, mm) in a jump.
-    pub(super) fn note_remaining_error(&mut self, resolved: &Resolved, by: &[f64]) {
+    pub(super) fn add_path_error(&mut self, resolved: &ResolvedCycle, by: &[f64]) {
         let volume = self.volume(by).abs();
         let error = |(error, by): (&f64, &f64)| error * if resolved.corrects { *by } else { volume };
-        let errors: Vec<f64> = resolved.remaining.iter().zip(by).map(error).collect();
+        let errors: Vec<f64> = resolved.remaining_error.iter().zip(by).map(error).collect();
         self.state.depth_errors.iter_mut().zip(&errors).for_each(|(sum, error)| *sum += error.abs());
         let of_cells = if resolved.corrects { self.volume(&errors).abs() } else { 0.0 };
-        self.state.volume_error += of_cells + resolved.remaining_volume * volume;
+        self.state.volume_error += of_cells + resolved.remaining_volume_error * volume;
     }
 
     /// Adds to the estimated errors what the factors of the jumps since they were found, less the mean of those then and now, make of
     /// the depth worn meanwhile.
-    fn note_drift(&mut self, factors: &[f64], before: &Resolved) {
+    fn add_factor_drift_error(&mut self, factors: &[f64], before: &ResolvedCycle) {
         let areas = &self.prepared.model.frame.areas;
         let mut volume = 0.0;
         for i in 0..factors.len() {
-            let by = self.state.worn[i] - before.worn[i];
+            let by = self.state.wear_depth[i] - before.wear_depth[i];
             if before.factors[i] > 0.0 {
-                let mean = 0.5 * (factors[i] + before.found[i]);
+                let mean = 0.5 * (factors[i] + before.measured_factors[i]);
                 let error = (mean / before.factors[i] - 1.0) * by;
                 self.state.depth_errors[i] += error.abs();
                 volume += areas[i] * error;

@@ -1,6 +1,6 @@
 //! Steady rolling: the contact stays where it is and the material passes through it.
 
-use crate::contact::{Iterate, Upstream};
+use crate::contact::{ContactState, Upstream};
 use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 
@@ -29,9 +29,9 @@ impl Rolling {
         let (n, passage, last) = (frame.n_cells(), self.passage(frame), grid.cells[axis] - 1);
         let (mut from, mut creep) = (Vec::with_capacity(n), vec![0.0; 2 * n]);
         let mut cells = vec![None; nx * ny];
-        (0..n).for_each(|cell| cells[frame.place(cell)] = Some(cell));
+        (0..n).for_each(|cell| cells[frame.grid_index(cell)] = Some(cell));
         for cell in 0..n {
-            let place = frame.place(cell);
+            let place = frame.grid_index(cell);
             let mut at = [place / ny, place % ny];
             at[axis] = match (sense > 0.0, at[axis]) {
                 (true, i) if i == last => {
@@ -61,7 +61,7 @@ impl Rolling {
                 .map(|slip| share * slip * passage * sense);
             (creep[cell], creep[n + cell]) = if axis == 0 { (slip[0], slip[1]) } else { (-slip[1], slip[0]) };
         }
-        Ok(Upstream { from, creep })
+        Ok(Upstream { source_cell: from, rigid_slip: creep })
     }
 }
 
@@ -75,13 +75,13 @@ impl Run<'_> {
     ///
     /// Over the passage of a cell the tractions are the mean of those at its ends: friction then dissipates just the work of the
     /// creepages. The worn volume lies on a track whose length the model does not know, so the gap stays as it is.
-    pub(super) fn roll(
+    pub(super) fn add_rolling_wear(
         &mut self,
         step: &Step,
         (rolling, number): (&Rolling, usize),
-        it: &Iterate,
+        it: &ContactState,
     ) -> Result<RollingRecord> {
-        let from = self.upstream(step, rolling, number)?.from;
+        let from = self.upstream(step, rolling, number)?.source_cell;
         let frame = &self.prepared.model.frame;
         let (n, count) = (from.len(), step.increments as f64);
         let passages = rolling.distance / count / rolling.passage(frame);
@@ -92,10 +92,10 @@ impl Run<'_> {
             dissipation -= area * (mean(0, i) * it.slip[i] + mean(1, i) * it.slip[n + i]);
             worn += area * mean(2, i) * it.wear_path[i];
         }
-        self.state.rolled_off += worn * passages;
+        self.state.rolling_wear_volume += worn * passages;
         self.state.dissipation += dissipation * passages;
         if step.wear {
-            self.state.wear_by(dissipation * passages, step.friction);
+            self.state.add_wear_dissipation(dissipation * passages, step.friction);
         }
         let share = number as f64 / count;
         Ok(RollingRecord {
@@ -132,9 +132,9 @@ mod tests {
                 let (along, left) = (c * x + s * y + 0.25, c * y - s * x);
                 let (a, b) = ((0.3 - 0.7 * left) * 0.5, (-0.1 + 0.7 * along) * 0.5);
                 let expected = [c * a - s * b, s * a + c * b];
-                let found = [upstream.creep[cell], upstream.creep[16 + cell]];
+                let found = [upstream.rigid_slip[cell], upstream.rigid_slip[16 + cell]];
                 assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-15), "{quarter_turns} {cell}");
-                let [fx, fy] = frame.plane_coordinates(upstream.from[cell]);
+                let [fx, fy] = frame.plane_coordinates(upstream.source_cell[cell]);
                 let ahead = [x + 0.5 * c, y + 0.5 * s];
                 let inside = ahead.iter().all(|a| a.abs() < 1.0);
                 let wanted = if inside { ahead } else { [x, y] };

@@ -2,43 +2,43 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::control::Held;
-use super::cycling::Cycling;
-use super::increments::Ramp;
+use super::control::ActiveControls;
+use super::cycling::WearStepState;
+use super::increments::MonotoneProgress;
 use super::record::{FrettingLoop, IncrementRecord};
-use super::state::State;
+use super::state::RunState;
 
 /// Everything that the rest of a run follows from, between two entries.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Snapshot {
-    pub(super) step: usize,
-    pub(super) within: Within,
-    pub(super) state: State,
-    pub(super) held: Held,
+pub struct RunCheckpoint {
+    pub(super) step_index: usize,
+    pub(super) progress: StepProgress,
+    pub(super) state: RunState,
+    pub(super) controls: ActiveControls,
     /// Cells whose flexibility the run had formed, by the times it did.
-    pub(super) formed: Vec<Vec<usize>>,
+    pub(super) formed_cells: Vec<Vec<usize>>,
     #[serde(with = "as_text")]
     pub(super) records: Vec<IncrementRecord>,
     pub(super) warnings: Vec<String>,
     pub(super) timings: Vec<(String, f64)>,
-    pub(super) loops: Vec<FrettingLoop>,
+    pub(super) fretting_loops: Vec<FrettingLoop>,
 }
 
 /// How far a step has come.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) enum Within {
+pub(super) enum StepProgress {
     /// It has not begun.
-    Start,
+    NotStarted,
     /// Some of its increments are done.
-    Increments(Box<Ramp>),
+    Monotone(Box<MonotoneProgress>),
     /// Some of its cycles are done.
-    Cycles(Box<Cycling>),
+    WearStep(Box<WearStepState>),
 }
 
-impl Snapshot {
+impl RunCheckpoint {
     /// Number of finished steps.
     pub fn n_steps(&self) -> usize {
-        self.step
+        self.step_index
     }
 
     /// Names of the steps so far.
@@ -64,25 +64,25 @@ impl Snapshot {
     }
 
     /// Adds to what the user should know.
-    pub fn tell(&mut self, note: String) {
+    pub fn add_warning(&mut self, note: String) {
         self.warnings.push(note);
     }
 
     /// Adds solves, iterations and operator applications of a jump that was not taken to those of the next one.
-    pub(super) fn burden(&mut self, lost: [usize; 3]) {
-        if let Within::Cycles(cycling) = &mut self.within {
-            cycling.ring.spent.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
+    pub(super) fn charge_work(&mut self, lost: [usize; 3]) {
+        if let StepProgress::WearStep(cycling) = &mut self.progress {
+            cycling.cycle.uncharged_work.iter_mut().zip(lost).for_each(|(sum, lost)| *sum += lost);
         }
     }
 
     /// Depth that the bodies have lost, both of them, `[N]`, mm.
-    pub fn worn(&self) -> &[f64] {
-        &self.state.worn
+    pub fn wear_depth(&self) -> &[f64] {
+        &self.state.wear_depth
     }
 
     /// Number of cells of the frame.
     pub fn n_cells(&self) -> usize {
-        self.state.worn.len()
+        self.state.wear_depth.len()
     }
 }
 

@@ -46,7 +46,7 @@ pub struct Cycles {
     /// What happens in each.
     pub motion: CycleMotion,
     /// How many are taken at once.
-    pub jumps: Jumps,
+    pub jumps: JumpPolicy,
     /// How a jump is integrated.
     pub integrator: Integrator,
     /// Whether explicit jumps may be longer than is stable.
@@ -57,7 +57,7 @@ pub struct Cycles {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CycleMotion {
     /// To and fro, or round an ellipse, about where it is at the start of the step.
-    Closed(Closed),
+    ClosedPath(ClosedPath),
     /// Steady sliding along a direction from the frame's x, radians.
     Sliding {
         /// The direction.
@@ -67,7 +67,7 @@ pub enum CycleMotion {
 
 /// A closed path of displacements or tangential forces about those at the start of the step, begun at its + end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closed {
+pub struct ClosedPath {
     /// What follows the path.
     pub drive: Drive,
     /// Half-axes: along `angle`, and a quarter turn to the left of it (0 for a line), mm or N.
@@ -77,12 +77,12 @@ pub struct Closed {
     /// Increments per stroke, half a cycle, between the ends that are solved together.
     pub increments: usize,
     /// Resolved cycles, which show what wears between the reversal points; `None` if there are none.
-    pub resolve: Option<ResolvedCycles>,
+    pub resolved_cycles: Option<ResolvedCycleSettings>,
 }
 
 /// Cycles whose strokes are taken in many increments, one after the other, beside those whose reversal points are solved together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ResolvedCycles {
+pub struct ResolvedCycleSettings {
     /// Relative tolerance of the wear of a cycle (largest of volume and root-mean-square depth), to which strokes are refined.
     pub tolerance: f64,
     /// What they are used for.
@@ -110,39 +110,39 @@ pub enum Drive {
 }
 
 /// Jumps by the estimated error, usually.
-const CONTROLLED_JUMPS: usize = 6;
+const TYPICAL_CONTROLLED_JUMPS: usize = 6;
 
 impl Cycles {
     /// Farthest that body 2 is moved from where it is at the start of the step, mm; `None` where forces move it.
     pub fn reach(&self) -> Option<f64> {
         match &self.motion {
-            CycleMotion::Closed(closed) if closed.drive == Drive::Force => None,
-            CycleMotion::Closed(closed) => Some(closed.amplitude[0].max(closed.amplitude[1])),
+            CycleMotion::ClosedPath(closed) if closed.drive == Drive::Force => None,
+            CycleMotion::ClosedPath(closed) => Some(closed.amplitude[0].max(closed.amplitude[1])),
             CycleMotion::Sliding { .. } => Some(0.0),
         }
     }
 
     /// Cycles that are usually solved: those of the stages of all jumps, and the first strokes before them.
-    pub fn usual_solves(&self, wear: bool) -> usize {
+    pub fn expected_solves(&self, wear: bool) -> usize {
         let jumps = match self.jumps {
-            Jumps::Number(jumps) => jumps,
-            Jumps::Tolerance(_) if wear => CONTROLLED_JUMPS,
-            Jumps::Tolerance(_) => 1,
+            JumpPolicy::Number(jumps) => jumps,
+            JumpPolicy::Tolerance(_) if wear => TYPICAL_CONTROLLED_JUMPS,
+            JumpPolicy::Tolerance(_) => 1,
         };
         let stages = if self.integrator == Integrator::Sdirk2 { 2 } else { 1 };
         2 + stages * jumps
     }
 
     /// Contact problems that are solved together in a stage: the ends of a cycle.
-    pub fn ends(&self) -> usize {
+    pub fn n_path_points(&self) -> usize {
         match &self.motion {
-            CycleMotion::Closed(closed) => 2 * closed.increments,
+            CycleMotion::ClosedPath(closed) => 2 * closed.increments,
             CycleMotion::Sliding { .. } => 1,
         }
     }
 }
 
-impl Closed {
+impl ClosedPath {
     /// Offsets along x, y from the centre at the ends of the increments of a cycle, the + end first; equal increments.
     pub fn offsets(&self) -> Vec<[f64; 2]> {
         self.offsets_at(|part| part)
@@ -179,7 +179,7 @@ impl Closed {
 
 /// How many cycles are taken at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Jumps {
+pub enum JumpPolicy {
     /// So many jumps of equal length.
     Number(usize),
     /// As many as keep the estimated error of the worn depth below a share of the largest.
@@ -212,7 +212,7 @@ pub enum Integrator {
 
 /// Place of a step among the load points of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Row {
+pub struct HistoryRow {
     /// Its number, from 0.
     pub index: usize,
     /// Number of load points.
@@ -241,7 +241,7 @@ pub struct Step {
     /// Fretting cycles or steady sliding instead of a monotone step.
     pub cycles: Option<Cycles>,
     /// Which load point of a history it is; its increments are numbered on from those before.
-    pub row: Option<Row>,
+    pub history_row: Option<HistoryRow>,
     /// Steady rolling instead of a monotone step.
     pub rolling: Option<Rolling>,
 }
@@ -254,12 +254,12 @@ mod tests {
     /// does, or at a quarter of the stroke.
     #[test]
     fn graded_increments() {
-        let path = |increments: usize| Closed {
+        let path = |increments: usize| ClosedPath {
             drive: Drive::Shift,
             amplitude: [2.0, 0.0],
             angle: 0.0,
             increments,
-            resolve: None,
+            resolved_cycles: None,
         };
         for (transition, first) in [(1.0, 0.25), (0.25, 0.25), (0.05, 0.05)] {
             let offsets = path(2).graded_offsets(transition);

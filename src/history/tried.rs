@@ -2,7 +2,7 @@
 
 use crate::contact::Unknowns;
 
-use super::cycling::Cycling;
+use super::cycling::WearStepState;
 
 /// What a try at a jump changes.
 pub(super) struct Tried {
@@ -14,20 +14,20 @@ pub(super) struct Tried {
 }
 
 impl Tried {
-    pub fn of(cycling: &Cycling) -> Self {
+    pub fn of(cycling: &WearStepState) -> Self {
         Self {
-            unknowns: Unknowns::of(&cycling.ring.it),
-            stuck: cycling.ring.stuck.clone(),
-            at: cycling.ring.at.clone(),
-            rate: cycling.rate.clone(),
-            power: cycling.power,
+            unknowns: Unknowns::from_state(&cycling.cycle.contact),
+            stuck: cycling.cycle.stick_mask.clone(),
+            at: cycling.cycle.stick_gap.clone(),
+            rate: cycling.wear_rate.clone(),
+            power: cycling.dissipation_rate,
         }
     }
 
     /// Puts it back.
-    pub fn put(self, cycling: &mut Cycling) {
-        self.unknowns.put(&mut cycling.ring.it);
-        (cycling.ring.stuck, cycling.ring.at) = (self.stuck, self.at);
-        (cycling.rate, cycling.power) = (self.rate, self.power);
+    pub fn put(self, cycling: &mut WearStepState) {
+        self.unknowns.restore_into(&mut cycling.cycle.contact);
+        (cycling.cycle.stick_mask, cycling.cycle.stick_gap) = (self.stuck, self.at);
+        (cycling.wear_rate, cycling.dissipation_rate) = (self.rate, self.power);
     }
 }

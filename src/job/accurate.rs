@@ -3,36 +3,36 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::compute::{Job, compute, refused};
-use super::fork::Shares;
+use super::compute::{RunOptions, run_simulation, conclude_refused};
+use super::fork::SharedWork;
 use crate::error::exit;
 use crate::history::record::IncrementRecord;
-use crate::results::output::OutputDir;
+use crate::results::output_dir::OutputDir;
 use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
-use crate::scene::keys::solver::Output;
-use crate::study::Failure;
-use crate::study::accuracy::{Levels, Next, Search};
+use crate::scene::spec::solver::Output;
+use crate::study::SceneError;
+use crate::study::accuracy::{Levels, NextRun, AccuracySearch};
 
 /// Why a run of which the estimates stay above the accuracy did not converge.
-pub const REASON: &str = "accuracy";
+pub const ACCURACY_NOT_REACHED: &str = "accuracy";
 
 /// Runs the plan into `output`, if there is one, and completes `summary`, once if it asks for no accuracy; the exit code, or the failure that ended it.
 pub fn run(
     plan: &Plan,
     output: Option<OutputDir>,
     summary: &mut Summary,
-    job: Job<'_>,
-) -> Result<u8, Failure> {
-    match Search::new(plan) {
-        Ok(None) => compute(plan, output, summary, job),
+    job: RunOptions<'_>,
+) -> Result<u8, SceneError> {
+    match AccuracySearch::new(plan) {
+        Ok(None) => run_simulation(plan, output, summary, job),
         Ok(Some(search)) => {
             let directory = output.as_ref().map(|output| output.path().to_owned());
             let base = summary.clone();
-            let mut way = Way { search, base, output, directory, summary, job, written: None };
-            way.go()
+            let mut way = AccuracyRun { search, base, output, directory, summary, job, written: None };
+            way.run_until_met()
         }
-        Err(failure) => refused(output, summary, failure),
+        Err(failure) => conclude_refused(output, summary, failure),
     }
 }
 
@@ -45,40 +45,40 @@ enum Ended {
 }
 
 /// The runs of a search.
-struct Way<'a, 'j, 'p> {
-    search: Search<'p>,
+struct AccuracyRun<'a, 'j, 'p> {
+    search: AccuracySearch<'p>,
     base: Summary,
     output: Option<OutputDir>,
     directory: Option<PathBuf>,
     summary: &'a mut Summary,
-    job: Job<'j>,
+    job: RunOptions<'j>,
     /// Levels of the run whose files are there.
     written: Option<Levels>,
 }
 
-impl Way<'_, '_, '_> {
-    fn go(&mut self) -> Result<u8, Failure> {
+impl AccuracyRun<'_, '_, '_> {
+    fn run_until_met(&mut self) -> Result<u8, SceneError> {
         loop {
-            match self.search.next() {
-                Next::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
+            match self.search.next_run() {
+                NextRun::Done(levels) if self.written == Some(levels) => return Ok(self.code()),
                 // The same once more, with files.
-                Next::Done(levels) => return self.with_files(levels),
-                Next::Run(levels, false) => match self.without_files(levels) {
+                NextRun::Done(levels) => return self.final_run(levels),
+                NextRun::Run(levels, false) => match self.trial_run(levels) {
                     Ended::Converged => {}
-                    Ended::Interrupted => return self.with_files(levels),
+                    Ended::Interrupted => return self.final_run(levels),
                     Ended::Failed(why) => {
-                        if !self.search.stop(why) {
-                            return self.with_files(levels);
+                        if !self.search.stop_refining(why) {
+                            return self.final_run(levels);
                         }
                     }
                 },
-                Next::Run(levels, true) => {
-                    let ended = self.with_files(levels);
+                NextRun::Run(levels, true) => {
+                    let ended = self.final_run(levels);
                     let go_on = match &ended {
                         Ok(exit::INTERRUPTED) => false,
                         _ if self.search.last() == Some(levels) => true,
-                        Ok(_) => self.search.stop(self.summary.reason.clone().unwrap_or_default()),
-                        Err(failure) => self.search.stop(failure.error.to_string()),
+                        Ok(_) => self.search.stop_refining(self.summary.reason.clone().unwrap_or_default()),
+                        Err(failure) => self.search.stop_refining(failure.error.to_string()),
                     };
                     if !go_on {
                         return ended;
@@ -93,32 +93,32 @@ impl Way<'_, '_, '_> {
     }
 
     /// A run of which the estimates alone need something.
-    fn without_files(&mut self, levels: Levels) -> Ended {
+    fn trial_run(&mut self, levels: Levels) -> Ended {
         let mut plan = self.search.plan(&levels);
         plan.output = Output { fields: Vec::new(), inside: Vec::new(), ..plan.output };
-        plan.inside.clear();
+        plan.interior_requests.clear();
         let mut own = self.base.clone();
         let search = &mut self.search;
-        let words = search.words(&levels);
-        let shown = &mut *self.job.show;
+        let words = search.describe(&levels);
+        let shown = &mut *self.job.on_progress;
         let show = &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
         let started = Instant::now();
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             if summary.status == Status::Converged {
-                search.take(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
             }
             true
         };
-        let job = Job {
+        let job = RunOptions {
             frame: None,
-            show,
-            watch: &mut *self.job.watch,
+            on_progress: show,
+            observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,
-            shares: Shares::default(),
-            complete: &mut complete,
+            shared_work: SharedWork::default(),
+            on_end: &mut complete,
         };
-        match compute(&plan, None, &mut own, job) {
+        match run_simulation(&plan, None, &mut own, job) {
             Ok(exit::DONE) => Ended::Converged,
             Ok(exit::INTERRUPTED) => Ended::Interrupted,
             Ok(_) => Ended::Failed(own.reason.unwrap_or_default()),
@@ -127,12 +127,12 @@ impl Way<'_, '_, '_> {
     }
 
     /// A run whose files are the results, unless finer ones follow.
-    fn with_files(&mut self, levels: Levels) -> Result<u8, Failure> {
+    fn final_run(&mut self, levels: Levels) -> Result<u8, SceneError> {
         let plan = self.search.plan(&levels);
         let output = match (self.output.take(), &self.directory) {
             (None, Some(directory)) => {
                 let again = OutputDir::open(directory);
-                Some(again.map_err(|error| Failure { error, key: String::new() })?)
+                Some(again.map_err(|error| SceneError { error, key: String::new() })?)
             }
             (output, _) => output,
         };
@@ -144,34 +144,34 @@ impl Way<'_, '_, '_> {
         // For a run that ends before its own values are there.
         self.summary.accuracy = Some(record);
         let search = &mut self.search;
-        let words = search.words(&levels);
-        let shown = &mut *self.job.show;
+        let words = search.describe(&levels);
+        let shown = &mut *self.job.on_progress;
         let show = &mut |stage: &str, done, residual| shown(&format!("{words}: {stage}"), done, residual);
         let started = Instant::now();
         let mut written = false;
         let mut complete = |records: &[IncrementRecord], summary: &mut Summary| {
             let converged = summary.status == Status::Converged;
             if converged && !again {
-                search.take(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
+                search.add_run(levels, records, (cell_area(summary), started.elapsed().as_secs_f64()));
             }
             let record = search.record();
             if converged && !record.met {
-                (summary.status, summary.reason) = (Status::NotConverged, Some(REASON.to_owned()));
+                (summary.status, summary.reason) = (Status::NotConverged, Some(ACCURACY_NOT_REACHED.to_owned()));
             }
             summary.accuracy = Some(record);
-            written = converged && search.next() == Next::Done(levels);
+            written = converged && search.next_run() == NextRun::Done(levels);
             written || !converged
         };
-        let job = Job {
+        let job = RunOptions {
             frame: None,
-            show,
-            watch: &mut *self.job.watch,
+            on_progress: show,
+            observer: &mut *self.job.observer,
             stop: self.job.stop,
             checkpoints: None,
-            shares: Shares::default(),
-            complete: &mut complete,
+            shared_work: SharedWork::default(),
+            on_end: &mut complete,
         };
-        let code = compute(&plan, output, self.summary, job);
+        let code = run_simulation(&plan, output, self.summary, job);
         self.written = written.then_some(levels);
         code
     }

@@ -6,58 +6,58 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::fork::{Fork, Forks, Shares, TakenUp};
-use super::resume::Checkpoints;
-use super::turn::{Maker, Stage, Way};
-use crate::error::{Error, Kind, Result, exit};
+use super::fork::{SharedPrefix, PrefixRecorder, SharedWork, RestoredPrefix};
+use super::resume::CheckpointSettings;
+use super::turn::{SimulationBuilder, RebuildState, Continuation};
+use crate::error::{Error, ErrorKind, Result, exit};
 use crate::frame::ContactFrame;
 use crate::history::image::Entries;
-use crate::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
-use crate::history::{RunResult, Snapshot};
-use crate::linalg::course::Course;
-use crate::results::fields::{FieldKind, FieldWriter, Written};
-use crate::results::keeper::{Keeper, Kept, Moves, Progress};
-use crate::results::output::OutputDir;
-use crate::results::recorder::{Parts, Recorder};
+use crate::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
+use crate::history::{RunResult, RunCheckpoint};
+use crate::linalg::course::OperatorHistory;
+use crate::results::field_writer::{FieldKind, FieldWriter, WrittenFields};
+use crate::results::checkpoint_writer::{CheckpointWriter, CheckpointData, MeshUpdates, CompletedWork};
+use crate::results::output_dir::OutputDir;
+use crate::results::recorder::{RecorderParts, Recorder};
 use crate::results::summary::{FrameRecord, Status, Summary};
 use crate::scene::Plan;
-use crate::study::moving::Room;
+use crate::study::moving::WearBudget;
 use crate::study::saved::{self, Spent};
-use crate::study::{Failure, Study};
+use crate::study::{SceneError, Simulation};
 
 /// How a plan is run.
-pub struct Job<'a> {
+pub struct RunOptions<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.
-    pub show: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
+    pub on_progress: &'a mut (dyn FnMut(&str, f64, Option<f64>) + Send),
     /// Hears of each increment.
-    pub watch: &'a mut dyn Observer,
+    pub observer: &'a mut dyn Observer,
     /// Whether to stop.
     pub stop: &'a AtomicBool,
     /// Its checkpoints; `None` if it has none.
-    pub checkpoints: Option<Checkpoints>,
+    pub checkpoints: Option<CheckpointSettings>,
     /// What it shares with other runs.
-    pub shares: Shares<'a>,
+    pub shared_work: SharedWork<'a>,
     /// Looks at the entries when the run ends, before its summary is written; whether its files are kept.
-    pub complete: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
+    pub on_end: &'a mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
 }
 
-impl Job<'_> {
-    fn maker(&mut self) -> Maker<'_> {
-        Maker { frame: self.frame, show: &mut *self.show, stop: self.stop }
+impl RunOptions<'_> {
+    fn maker(&mut self) -> SimulationBuilder<'_> {
+        SimulationBuilder { frame: self.frame, show: &mut *self.on_progress, stop: self.stop }
     }
 }
 
 /// Completes nothing.
-pub fn nothing(_: &[IncrementRecord], _: &mut Summary) -> bool {
+pub fn keep_files(_: &[IncrementRecord], _: &mut Summary) -> bool {
     true
 }
 
 /// Hears nothing.
-pub struct Nobody;
+pub struct NullObserver;
 
-impl Observer for Nobody {
+impl Observer for NullObserver {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
     fn increment_done(&mut self, _record: &IncrementRecord, _state: &FrameState) -> Result<()> {
@@ -70,17 +70,17 @@ impl Observer for Nobody {
 }
 
 /// The recorder of a run, and somebody who watches besides.
-struct Watched<'a, 'r, 'p> {
+struct RunObserver<'a, 'r, 'p> {
     recorder: &'a mut Recorder<'r>,
-    watch: &'a mut dyn Observer,
-    room: Option<Room>,
+    user_observer: &'a mut dyn Observer,
+    wear_budget: Option<WearBudget>,
     /// The run, and what others go on from, on its first frame and with unmoved meshes.
-    forks: Option<(&'a Study<'p>, &'a mut Forks)>,
+    forks: Option<(&'a Simulation<'p>, &'a mut PrefixRecorder)>,
     /// Its entries for runs that are its images, and whether they need fretting loops.
     entries: Option<(&'a mut Entries, bool)>,
 }
 
-impl Observer for Watched<'_, '_, '_> {
+impl Observer for RunObserver<'_, '_, '_> {
     fn progress(&mut self, stage: &str, fraction: f64, residual: Option<f64>) {
         self.recorder.progress(stage, fraction, residual);
     }
@@ -90,29 +90,29 @@ impl Observer for Watched<'_, '_, '_> {
         if let Some((entries, _)) = &mut self.entries {
             entries.add(record, state);
         }
-        self.watch.increment_done(record, state)
+        self.user_observer.increment_done(record, state)
     }
 
-    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        self.recorder.keep(moment, snapshot)?;
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        self.recorder.on_checkpoint(moment, snapshot)?;
         let Some((study, forks)) = self.forks.as_mut().filter(|(_, forks)| forks.are_due(moment)) else {
             return Ok(());
         };
         let snapshot = snapshot();
-        if forks.after.contains(&snapshot.n_steps()) {
+        if forks.after_steps.contains(&snapshot.n_steps()) {
             let entries = self.entries.as_ref().map(|(entries, _)| (**entries).clone());
             let (written, folder) = (self.recorder.written(), self.recorder.folder());
-            forks.made.push(Fork::new((study, snapshot), written, folder, entries));
+            forks.recorded.push(SharedPrefix::new((study, snapshot), written, folder, entries));
         }
         Ok(())
     }
 
-    fn interrupted(&self) -> bool {
-        self.recorder.interrupted()
+    fn cancelled(&self) -> bool {
+        self.recorder.cancelled()
     }
 
-    fn is_outdated(&self, worn: &[f64]) -> bool {
-        self.room.as_ref().is_some_and(|room| room.is_exceeded(worn))
+    fn wants_rebuild(&self, worn: &[f64]) -> bool {
+        self.wear_budget.as_ref().is_some_and(|room| room.is_exceeded(worn))
     }
 
     fn wants_loops(&self) -> bool {
@@ -120,88 +120,88 @@ impl Observer for Watched<'_, '_, '_> {
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.recorder.wants_tangential_gap() || self.watch.wants_tangential_gap() || self.entries.is_some()
+        self.recorder.wants_tangential_gap() || self.user_observer.wants_tangential_gap() || self.entries.is_some()
     }
 }
 
 /// What a part of a run, on one frame with bodies of one shape, begins with.
-struct Leg {
-    parts: Parts,
-    from: Option<(Snapshot, Course)>,
-    stage: Stage,
+struct Segment {
+    parts: RecorderParts,
+    from: Option<(RunCheckpoint, OperatorHistory)>,
+    stage: RebuildState,
 }
 
 /// Runs the plan into `output`, if there is one, and completes `summary`; the exit code, or the failure that ended it, which is in the
 /// summary too.
-pub fn compute(
+pub fn run_simulation(
     plan: &Plan,
     mut output: Option<OutputDir>,
     summary: &mut Summary,
-    mut job: Job<'_>,
-) -> std::result::Result<u8, Failure> {
+    mut job: RunOptions<'_>,
+) -> std::result::Result<u8, SceneError> {
     let from = job.checkpoints.as_mut().and_then(|checkpoints| checkpoints.from.take());
-    let stage = from.as_ref().map_or_else(Stage::default, |from| Stage {
-        growths: from.kept.growths,
-        moves: from.kept.moves.clone(),
+    let stage = from.as_ref().map_or_else(RebuildState::default, |from| RebuildState {
+        frame_growths: from.checkpoint_data.frame_growths,
+        mesh_updates: from.checkpoint_data.mesh_updates.clone(),
     });
-    let records = from.as_ref().map_or_else(Vec::new, |from| from.kept.snapshot.records().to_vec());
+    let records = from.as_ref().map_or_else(Vec::new, |from| from.checkpoint_data.snapshot.records().to_vec());
     let early = |output| Recorder::writing_to(output).with_records(records.clone());
-    let study = match safely(plan, || job.maker().ready(plan, &stage)) {
+    let study = match catch_panic(plan, || job.maker().build(plan, &stage)) {
         Ok(Some(study)) => study,
         Ok(None) => {
-            summary.conclude(&Ok(Outcome::Interrupted));
-            return early(output).finish(summary).map(|()| exit::INTERRUPTED).map_err(unkeyed);
+            summary.set_outcome(&Ok(Outcome::Interrupted));
+            return early(output).finish(summary).map(|()| exit::INTERRUPTED).map_err(without_key);
         }
-        Err(failure) => return failed(early(output), summary, failure),
+        Err(failure) => return conclude_unstarted(early(output), summary, failure),
     };
     if from.is_some() {
         // The fields before the checkpoint are not known.
-        job.shares.for_images.iter_mut().for_each(|for_images| for_images.go_on(None));
-        job.shares.original = None;
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(None));
+        job.shared_work.original = None;
     }
-    let fork = job.shares.from;
-    let begun = job.shares.from.take().filter(|_| from.is_none());
-    let begun = match begun.map(|fork| fork.take_up(&study, output.as_mut())).transpose() {
+    let fork = job.shared_work.from;
+    let begun = job.shared_work.from.take().filter(|_| from.is_none());
+    let begun = match begun.map(|fork| fork.restore(&study, output.as_mut())).transpose() {
         Ok(taken) => taken.flatten(),
-        Err(error) => return failed(early(output), summary, unkeyed(error)),
+        Err(error) => return conclude_unstarted(early(output), summary, without_key(error)),
     };
     let keeper =
-        job.checkpoints.take().map(|Checkpoints { origin, interval, .. }| Keeper::new(origin, interval));
+        job.checkpoints.take().map(|CheckpointSettings { origin, interval, .. }| CheckpointWriter::new(origin, interval));
     let keeper = keeper.map(|keeper| from.iter().fold(keeper, |keeper, from| from.keeper(keeper)));
-    if let Some(TakenUp { snapshot, course, written, skipped }) = begun {
+    if let Some(RestoredPrefix { snapshot, course, written, skipped }) = begun {
         summary.skipped.push(skipped);
         let entries = || fork.and_then(|fork| fork.entries.clone());
-        job.shares.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.go_on(entries()));
         let records = snapshot.records().to_vec();
-        let keeper = keeper.map(|keeper| keeper.after(0, Progress::of(&records)));
-        let parts = Parts { output, records, written, keeper };
-        return legs(plan, study, Leg { parts, from: Some((snapshot, course)), stage }, summary, &mut job);
+        let keeper = keeper.map(|keeper| keeper.continuing_from(0, CompletedWork::of(&records)));
+        let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
+        return run_segments(plan, study, Segment { parts, from: Some((snapshot, course)), stage }, summary, &mut job);
     }
-    let (written, from) = match from.map(|from| from.kept) {
-        Some(Kept { snapshot, course, written, .. }) => (written, Some((snapshot, course))),
-        None => (Written::default(), None),
+    let (written, from) = match from.map(|from| from.checkpoint_data) {
+        Some(CheckpointData { snapshot, operator_history: course, written, .. }) => (written, Some((snapshot, course))),
+        None => (WrittenFields::default(), None),
     };
-    let parts = Parts { output, records, written, keeper };
-    legs(plan, study, Leg { parts, from, stage }, summary, &mut job)
+    let parts = RecorderParts { output, records, written, checkpoint_writer: keeper };
+    run_segments(plan, study, Segment { parts, from, stage }, summary, &mut job)
 }
 
 /// Leaves a summary of what stood in the way before anything was computed.
-pub(super) fn refused(
+pub(super) fn conclude_refused(
     output: Option<OutputDir>,
     summary: &mut Summary,
-    failure: Failure,
-) -> std::result::Result<u8, Failure> {
-    failed(Recorder::writing_to(output), summary, failure)
+    failure: SceneError,
+) -> std::result::Result<u8, SceneError> {
+    conclude_unstarted(Recorder::writing_to(output), summary, failure)
 }
 
 /// Writes what there is of a run that a failure ended before anything was computed.
-fn failed(
+fn conclude_unstarted(
     recorder: Recorder<'_>,
     summary: &mut Summary,
-    failure: Failure,
-) -> std::result::Result<u8, Failure> {
-    summary.fail(&failure.error);
-    recorder.finish(summary).map_err(|error| unkeyed(error.besides(&failure.error)))?;
+    failure: SceneError,
+) -> std::result::Result<u8, SceneError> {
+    summary.set_failure(&failure.error);
+    recorder.finish(summary).map_err(|error| without_key(error.followed_by(&failure.error)))?;
     match failure.error.exit_code() {
         exit::INTERRUPTED => Ok(exit::INTERRUPTED),
         _ => Err(failure),
@@ -209,30 +209,30 @@ fn failed(
 }
 
 /// An error that concerns no key of the scene.
-fn unkeyed(error: Error) -> Failure {
-    Failure { error, key: String::new() }
+fn without_key(error: Error) -> SceneError {
+    SceneError { error, key: String::new() }
 }
 
 /// A panic as a failure.
-fn safely<T>(
+fn catch_panic<T>(
     plan: &Plan,
-    work: impl FnOnce() -> std::result::Result<T, Failure>,
-) -> std::result::Result<T, Failure> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(unkeyed(internal(plan, &*panic))))
+    work: impl FnOnce() -> std::result::Result<T, SceneError>,
+) -> std::result::Result<T, SceneError> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(without_key(internal(plan, &*panic))))
 }
 
 /// Runs the plan to its end, from frame to frame.
-fn legs<'p>(
+fn run_segments<'p>(
     plan: &'p Plan,
-    mut study: Study<'p>,
-    mut leg: Leg,
+    mut study: Simulation<'p>,
+    mut leg: Segment,
     summary: &mut Summary,
-    job: &mut Job<'_>,
-) -> std::result::Result<u8, Failure> {
+    job: &mut RunOptions<'_>,
+) -> std::result::Result<u8, SceneError> {
     let told = (summary.warnings.clone(), summary.skipped.clone());
     loop {
         // Of the last frame alone, whether the run was interrupted or not.
-        summary.warnings = told.0.iter().chain(&study.notes).cloned().collect();
+        summary.warnings = told.0.iter().chain(&study.warnings).cloned().collect();
         summary.skipped = told.1.iter().chain(&study.skipped).cloned().collect();
         summary.condensation.clone_from(&study.condensation);
         summary.boundary_elements.clone_from(&study.boundary_elements);
@@ -240,91 +240,91 @@ fn legs<'p>(
         summary.near_fields.clone_from(&study.near_fields);
         summary.frame = study.model().frame.grid.as_ref().map(FrameRecord::from);
         study.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, seconds));
-        let Leg { parts: Parts { output, records, written, keeper }, from, stage } = leg;
-        summary.mesh_moves = plan.move_mesh.map(|_| stage.moves.count);
+        let Segment { parts: RecorderParts { output, records, written, checkpoint_writer: keeper }, from, stage } = leg;
+        summary.mesh_moves = plan.mesh_motion_threshold.map(|_| stage.mesh_updates.count);
         let fields = FieldWriter::new(&study.model().frame, study.outputs(), &plan.output.fields);
-        let fields = fields.on_surface(study.surface()).with_inside(&plan.inside);
-        let fields = fields.every(plan.fields_every).after(written);
+        let fields = fields.with_surface(study.surface()).with_interior_points(&plan.interior_requests);
+        let fields = fields.with_increment_stride(plan.fields_every).continuing_from(written);
         let recorder = Recorder::writing_to(output).with_records(records).with_fields(fields);
-        let recorder = recorder.with_progress(&mut *job.show).with_stop(job.stop);
+        let recorder = recorder.with_progress(&mut *job.on_progress).with_cancel_flag(job.stop);
         let mut recorder = match keeper {
             Some(keeper) => {
-                let keeper = keeper.on_frame(stage.growths, &stage.moves);
+                let keeper = keeper.with_rebuilds(stage.frame_growths, &stage.mesh_updates);
                 recorder.with_checkpoints(keeper, study.model().flexibility.as_ref())
             }
             None => recorder,
         };
         let ledger = (plan, &study.model().frame);
-        let room = match Room::new(plan, &study, &stage.moves) {
+        let room = match WearBudget::new(plan, &study, &stage.mesh_updates) {
             Ok(room) => room,
-            Err(error) => return conclude(recorder, &mut *job.complete, Err(error), (summary, ledger)),
+            Err(error) => return conclude(recorder, &mut *job.on_end, Err(error), (summary, ledger)),
         };
-        job.watch.on_frame(&study.model().frame);
-        let is_first = stage.growths == 0 && stage.moves == Moves::default();
-        let forks = job.shares.forks.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
+        job.observer.on_frame(&study.model().frame);
+        let is_first = stage.frame_growths == 0 && stage.mesh_updates == MeshUpdates::default();
+        let forks = job.shared_work.recorder.as_deref_mut().filter(|_| is_first).map(|forks| (&study, forks));
         let loops = plan.output.fields.contains(&FieldKind::Loops);
-        let entries = job.shares.for_images.as_deref_mut().filter(|_| is_first);
+        let entries = job.shared_work.for_images.as_deref_mut().filter(|_| is_first);
         let entries =
             entries.and_then(|for_images| for_images.entries.as_mut()).map(|entries| (entries, loops));
-        let mut watched = Watched { recorder: &mut recorder, watch: &mut *job.watch, room, forks, entries };
+        let mut watched = RunObserver { recorder: &mut recorder, user_observer: &mut *job.observer, wear_budget: room, forks, entries };
         let (snapshot, course) = from.unzip();
         let from = snapshot.zip(course.as_ref());
-        let original = job.shares.original.take();
+        let original = job.shared_work.original.take();
         let result = catch_unwind(AssertUnwindSafe(|| {
             let image = original.map(|original| original.deliver(&study, &mut watched)).transpose()?;
             image.flatten().map_or_else(|| study.run_from(from, &mut watched), Ok)
         }));
         let mut result = result.unwrap_or_else(|panic| Err(internal(plan, &*panic)));
-        job.shares.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
+        job.shared_work.for_images.iter_mut().for_each(|for_images| for_images.conclude(&study, &result));
         let (shared, clock) = (job.frame.is_some(), Instant::now());
-        let way = safely(plan, || {
-            Ok(result.as_mut().ok().and_then(|result| Way::of(result, (plan, &study), (&stage, shared))))
+        let way = catch_panic(plan, || {
+            Ok(result.as_mut().ok().and_then(|result| Continuation::after(result, (plan, &study), (&stage, shared))))
         });
         let way = match way.unwrap_or_else(|failure| {
             result = Err(failure.error);
             None
         }) {
-            None => return conclude(recorder, &mut *job.complete, result, (summary, ledger)),
-            Some(Way::End(why)) => {
-                return conclude(recorder, &mut *job.complete, tell(result, Some(why)), (summary, ledger));
+            None => return conclude(recorder, &mut *job.on_end, result, (summary, ledger)),
+            Some(Continuation::Stop(why)) => {
+                return conclude(recorder, &mut *job.on_end, with_warning(result, Some(why)), (summary, ledger));
             }
-            Some(Way::Interrupted) => {
-                return conclude(recorder, &mut *job.complete, interrupted(result), (summary, ledger));
+            Some(Continuation::Interrupted) => {
+                return conclude(recorder, &mut *job.on_end, interrupted(result), (summary, ledger));
             }
             Some(way) => way,
         };
-        let grows = matches!(way, Way::Larger(_));
+        let grows = matches!(way, Continuation::GrownFrame(_));
         if !grows {
             summary.timings.add("moving meshes", clock.elapsed().as_secs_f64());
         }
         let (mut parts, surface, frame) =
             (recorder.into_parts(), study.surface(), study.model().frame.clone());
-        match safely(plan, || job.maker().take(plan, (study, way), &stage)) {
+        match catch_panic(plan, || job.maker().build_next(plan, (study, way), &stage)) {
             Ok(Some(next)) => {
-                if let Some(places) = next.places {
-                    parts.written = parts.written.onto(&places, next.study.model().frame.n_cells());
+                if let Some(places) = next.cell_map {
+                    parts.written = parts.written.transfer_to(&places, next.study.model().frame.n_cells());
                 }
-                let course = next.study.model().flexibility.course();
-                leg = Leg { parts, from: Some((next.snapshot, course)), stage: next.stage };
+                let course = next.study.model().flexibility.history();
+                leg = Segment { parts, from: Some((next.snapshot, course)), stage: next.stage };
                 study = next.study;
             }
             ended => {
                 let result = match ended {
-                    Err(failure) if failure.error.kind() == Kind::Interrupted => interrupted(result),
+                    Err(failure) if failure.error.kind() == ErrorKind::Interrupted => interrupted(result),
                     Err(failure) if grows => {
-                        tell(result, Some(format!("the frame is not enlarged: {}", failure.error)))
+                        with_warning(result, Some(format!("the frame is not enlarged: {}", failure.error)))
                     }
                     Err(failure) => Err(failure.error),
                     Ok(_) => interrupted(result),
                 };
                 let fields = FieldWriter::new(&frame, Vec::new(), &plan.output.fields);
-                let fields = fields.on_surface(surface).after(parts.written);
-                let resumes = parts.keeper.is_some_and(|keeper| keeper.has_any());
+                let fields = fields.with_surface(surface).continuing_from(parts.written);
+                let resumes = parts.checkpoint_writer.is_some_and(|keeper| keeper.has_written());
                 let recorder =
                     Recorder::writing_to(parts.output).with_records(parts.records).with_fields(fields);
                 return conclude(
-                    recorder.that_resumes(resumes),
-                    &mut *job.complete,
+                    recorder.with_checkpoint_files(resumes),
+                    &mut *job.on_end,
                     result,
                     (summary, (plan, &frame)),
                 );
@@ -338,7 +338,7 @@ fn interrupted(result: Result<RunResult>) -> Result<RunResult> {
 }
 
 /// The result with one more warning.
-fn tell(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
+fn with_warning(result: Result<RunResult>, warning: Option<String>) -> Result<RunResult> {
     result.map(|mut result| {
         result.warnings.extend(warning);
         result
@@ -351,15 +351,15 @@ fn conclude(
     complete: &mut dyn FnMut(&[IncrementRecord], &mut Summary) -> bool,
     result: Result<RunResult>,
     (summary, (plan, frame)): (&mut Summary, (&Plan, &ContactFrame)),
-) -> std::result::Result<u8, Failure> {
+) -> std::result::Result<u8, SceneError> {
     let outcome = result.map(|result| {
         summary.skipped.extend(result.skipped);
         summary.warnings.extend(result.warnings);
-        summary.loops = result.loops;
+        summary.loops = result.fretting_loops;
         result.timings.iter().for_each(|(stage, seconds)| summary.timings.add(stage, *seconds));
         result.outcome
     });
-    summary.conclude(&outcome);
+    summary.set_outcome(&outcome);
     let making = ["body1", "body2", "flexibility"].map(|stage| summary.timings.of(stage));
     let spent = Spent::of(plan, frame, recorder.records(), [making[0] + making[1], making[2]]);
     saved::estimate(plan, frame, &spent, &mut summary.skipped);
@@ -369,9 +369,9 @@ fn conclude(
     let code = if doubted { exit::NOT_CONVERGED } else { code };
     let ended = if kept { recorder.finish(summary) } else { recorder.discard(summary) };
     match (outcome, ended) {
-        (Err(error), Err(written)) => Err(unkeyed(written.besides(&error))),
-        (_, Err(written)) => Err(unkeyed(written)),
-        (Err(error), Ok(())) if error.kind() != Kind::Interrupted => Err(unkeyed(error)),
+        (Err(error), Err(written)) => Err(without_key(written.followed_by(&error))),
+        (_, Err(written)) => Err(without_key(written)),
+        (Err(error), Ok(())) if error.kind() != ErrorKind::Interrupted => Err(without_key(error)),
         _ => Ok(code),
     }
 }
@@ -456,17 +456,17 @@ checkpoint = { seconds = 1e-9 }
         std::fs::write(&path, SCENE).unwrap();
         assert_eq!(plan.document.sha256, scene::read(&path, &[]).unwrap().document.sha256);
         let (mut frames, stop) = (Frames::default(), AtomicBool::new(false));
-        let job = Job {
+        let job = RunOptions {
             frame: None,
-            show: &mut |_, _, _| {},
-            watch: &mut frames,
+            on_progress: &mut |_, _, _| {},
+            observer: &mut frames,
             stop: &stop,
             checkpoints: None,
-            shares: Shares::default(),
-            complete: &mut nothing,
+            shared_work: SharedWork::default(),
+            on_end: &mut keep_files,
         };
-        let mut summary = super::super::summary(&plan);
-        assert_eq!(compute(&plan, None, &mut summary, job).unwrap(), exit::DONE);
+        let mut summary = super::super::new_summary(&plan);
+        assert_eq!(run_simulation(&plan, None, &mut summary, job).unwrap(), exit::DONE);
         assert_eq!((frames.heard, frames.at_entries), (vec![16], vec![[16, 16]; 4]));
     }
 
@@ -491,18 +491,18 @@ checkpoint = { seconds = 1e-9 }
         std::fs::write(&path, SCENE).unwrap();
         let plan = scene::read(&path, &[]).unwrap();
         let out = folder.path().join("out");
-        let mut summary = super::super::summary(&plan);
-        let (stop, checkpoints) = (AtomicBool::new(false), Checkpoints::of(&plan).unwrap());
-        let job = Job {
+        let mut summary = super::super::new_summary(&plan);
+        let (stop, checkpoints) = (AtomicBool::new(false), CheckpointSettings::for_new_run(&plan).unwrap());
+        let job = RunOptions {
             frame: None,
-            show: &mut |_, _, _| {},
-            watch: &mut Breaks(3),
+            on_progress: &mut |_, _, _| {},
+            observer: &mut Breaks(3),
             stop: &stop,
             checkpoints: Some(checkpoints),
-            shares: Shares::default(),
-            complete: &mut nothing,
+            shared_work: SharedWork::default(),
+            on_end: &mut keep_files,
         };
-        let failure = compute(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
+        let failure = run_simulation(&plan, Some(OutputDir::open(&out).unwrap()), &mut summary, job).err().unwrap();
         let text = failure.error.to_string();
         assert_eq!(failure.error.exit_code(), exit::FAILED);
         for words in ["internal error, please report", &plan.document.sha256, "an invariant is broken"] {
@@ -512,7 +512,7 @@ checkpoint = { seconds = 1e-9 }
             serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
         assert!(summary.status == Status::Failed && written["status"] == "failed", "{written}");
         assert!(written["error"].as_str().is_some_and(|error| error.contains("internal error")), "{written}");
-        let kept: Kept<Snapshot> = checkpoint::read(&out).unwrap().unwrap().state().unwrap();
+        let kept: CheckpointData<RunCheckpoint> = checkpoint::read(&out).unwrap().unwrap().state().unwrap();
         assert_eq!(kept.snapshot.records().len(), 2);
     }
 }

@@ -5,24 +5,24 @@ use std::path::{Path, PathBuf};
 use super::image::{ForImages, Original};
 use crate::error::Result;
 use crate::frame::ContactFrame;
-use crate::history::Snapshot;
+use crate::history::RunCheckpoint;
 use crate::history::image::Entries;
-use crate::history::record::Moment;
-use crate::linalg::course::Course;
-use crate::results::fields::Written;
+use crate::history::record::CheckpointEvent;
+use crate::linalg::course::OperatorHistory;
+use crate::results::field_writer::WrittenFields;
 use crate::results::near_field::NearFieldRecord;
-use crate::results::output::{Gathered, OutputDir};
-use crate::skip::{Basis, Saved, Skipped, Work};
-use crate::study::Study;
+use crate::results::output_dir::{StagedFile, OutputDir};
+use crate::skip::{Basis, Saved, OmittedWork, OmissionKind};
+use crate::study::Simulation;
 
 /// Where a run stood after the steps that others have in common with it.
-pub struct Fork {
+pub struct SharedPrefix {
     /// Number of these steps.
     pub n_steps: usize,
-    snapshot: Snapshot,
-    course: Course,
-    written: Written,
-    files: Vec<Gathered>,
+    snapshot: RunCheckpoint,
+    course: OperatorHistory,
+    written: WrittenFields,
+    files: Vec<StagedFile>,
     /// Where its files are when the run has ended.
     folder: Option<PathBuf>,
     frame: ContactFrame,
@@ -36,11 +36,11 @@ pub struct Fork {
 
 /// What a run shares with others.
 #[derive(Default)]
-pub struct Shares<'a> {
+pub struct SharedWork<'a> {
     /// What it goes on from.
-    pub from: Option<&'a Fork>,
+    pub from: Option<&'a SharedPrefix>,
     /// What others go on from.
-    pub forks: Option<&'a mut Forks>,
+    pub recorder: Option<&'a mut PrefixRecorder>,
     /// What it leaves for its images.
     pub for_images: Option<&'a mut ForImages>,
     /// What it is an image of.
@@ -49,33 +49,33 @@ pub struct Shares<'a> {
 
 /// What others go on from when a run has ended.
 #[derive(Default)]
-pub struct Forks {
+pub struct PrefixRecorder {
     /// Numbers of steps after which they do.
-    pub after: Vec<usize>,
+    pub after_steps: Vec<usize>,
     /// Their states.
-    pub made: Vec<Fork>,
+    pub recorded: Vec<SharedPrefix>,
 }
 
-impl Forks {
-    pub(super) fn are_due(&self, moment: Moment) -> bool {
-        matches!(moment, Moment::StepEnd) && !self.after.is_empty()
+impl PrefixRecorder {
+    pub(super) fn are_due(&self, moment: CheckpointEvent) -> bool {
+        matches!(moment, CheckpointEvent::StepEnd) && !self.after_steps.is_empty()
     }
 }
 
 /// A fork as a run takes it up.
-pub(super) struct TakenUp {
-    pub snapshot: Snapshot,
-    pub course: Course,
-    pub written: Written,
+pub(super) struct RestoredPrefix {
+    pub snapshot: RunCheckpoint,
+    pub course: OperatorHistory,
+    pub written: WrittenFields,
     /// Its entry in the ledger.
-    pub skipped: Skipped,
+    pub skipped: OmittedWork,
 }
 
-impl Fork {
+impl SharedPrefix {
     /// That of a run of `study` into `folder`, with what has been written so far.
     pub(super) fn new(
-        (study, snapshot): (&Study<'_>, Snapshot),
-        (written, files): (Written, Vec<Gathered>),
+        (study, snapshot): (&Simulation<'_>, RunCheckpoint),
+        (written, files): (WrittenFields, Vec<StagedFile>),
         folder: Option<&Path>,
         entries: Option<Entries>,
     ) -> Self {
@@ -83,7 +83,7 @@ impl Fork {
         let seconds = snapshot.timings().iter().map(|(_, seconds)| seconds).sum();
         Self {
             n_steps: snapshot.n_steps(),
-            course: model.flexibility.course(),
+            course: model.flexibility.history(),
             snapshot,
             written,
             files,
@@ -100,11 +100,11 @@ impl Fork {
     ///
     /// # Errors
     /// Resources, if files cannot be copied.
-    pub(super) fn take_up(
+    pub(super) fn restore(
         &self,
-        study: &Study<'_>,
+        study: &Simulation<'_>,
         output: Option<&mut OutputDir>,
-    ) -> Result<Option<TakenUp>> {
+    ) -> Result<Option<RestoredPrefix>> {
         let model = study.model();
         let fits = self.frame == model.frame
             && self.initial_gap == model.initial_gap
@@ -128,9 +128,9 @@ impl Fork {
             ),
         };
         let saved = Some(Saved { seconds: self.seconds, basis: Basis::Measured });
-        let skipped = Skipped { saved, ..Skipped::new(Work::CommonSteps, what, why) };
+        let skipped = OmittedWork { saved, ..OmittedWork::new(OmissionKind::CommonSteps, what, why) };
         let snapshot = self.snapshot.clone().without_timings();
         let (course, written) = (self.course.clone(), self.written.clone());
-        Ok(Some(TakenUp { snapshot, course, written, skipped }))
+        Ok(Some(RestoredPrefix { snapshot, course, written, skipped }))
     }
 }

@@ -6,8 +6,8 @@ use crate::history::RunResult;
 use crate::history::image::{Entries, Recording};
 use crate::history::record::Observer;
 use crate::linalg::memory::MemoryLimit;
-use crate::skip::{Basis, Saved, Skipped, Work};
-use crate::study::Study;
+use crate::skip::{Basis, Saved, OmittedWork, OmissionKind};
+use crate::study::Simulation;
 
 /// Bytes that the entries of a run may take; of a longer one there are no images.
 const MOST_BYTES: u64 = 256 << 20;
@@ -47,7 +47,7 @@ impl ForImages {
     }
 
     /// Makes a whole of the entries, if it has all that the run came to.
-    pub(super) fn conclude(&mut self, study: &Study<'_>, result: &Result<RunResult>) {
+    pub(super) fn conclude(&mut self, study: &Simulation<'_>, result: &Result<RunResult>) {
         let (Some(entries), Ok(result)) = (self.entries.take(), result) else { return };
         self.made = Recording::new(study.model(), result, entries);
     }
@@ -70,18 +70,18 @@ impl Original<'_> {
     /// If the observer cannot write.
     pub(super) fn deliver(
         &self,
-        study: &Study<'_>,
+        study: &Simulation<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<RunResult>> {
         let result = self.recording.deliver_image(study.model(), self.symmetry, observer)?;
         Ok(result.map(|mut result| {
             let why = format!(
                 "they are {} those of another run of the study, {}",
-                self.symmetry.words(),
+                self.symmetry.description(),
                 self.folder
             );
             let saved = Some(Saved { seconds: self.recording.seconds(), basis: Basis::Measured });
-            result.skipped.push(Skipped { saved, ..Skipped::new(Work::Image, "all steps", why) });
+            result.skipped.push(OmittedWork { saved, ..OmittedWork::new(OmissionKind::Image, "all steps", why) });
             result
         }))
     }

@@ -9,21 +9,21 @@ pub mod resume;
 pub mod sweep;
 mod turn;
 
-pub use accurate::{REASON, run};
-pub use compute::{Job, Nobody, compute, nothing};
-pub use fork::{Fork, Forks, Shares};
+pub use accurate::{ACCURACY_NOT_REACHED, run};
+pub use compute::{RunOptions, NullObserver, run_simulation, keep_files};
+pub use fork::{SharedPrefix, PrefixRecorder, SharedWork};
 pub use image::{ForImages, Original};
 
 use crate::results::summary::{Summary, Units};
 use crate::scene::Plan;
 
 /// Bytes of the stack of threads that compute: that of a main thread.
-pub const STACK: usize = 8 << 20;
+pub const THREAD_STACK_BYTES: usize = 8 << 20;
 
 /// What a run of `plan` begins to tell of itself.
-pub fn summary(plan: &Plan) -> Summary {
+pub fn new_summary(plan: &Plan) -> Summary {
     let mut summary = Summary::new(&plan.title, &plan.document.sha256, units(plan));
-    summary.scene = Some(plan.document.json());
+    summary.scene = Some(plan.document.to_display_json());
     summary.warnings.extend(plan.notes.iter().cloned());
     summary
 }

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::history::Snapshot;
+use crate::history::RunCheckpoint;
 use crate::history::record::IncrementRecord;
 use crate::results::checkpoint;
-use crate::results::file::{failure, sha256_of};
-use crate::results::keeper::{Interval, Keeper, Kept, Progress};
-use crate::results::origin::{NamedFile, Origin};
-use crate::results::output::{OutputDir, SUMMARY, read_json};
+use crate::results::atomic_file::{file_error, sha256_of};
+use crate::results::checkpoint_writer::{CheckpointInterval, CheckpointWriter, CheckpointData, CompletedWork};
+use crate::results::provenance::{NamedFile, Provenance};
+use crate::results::output_dir::{OutputDir, SUMMARY_FILE, read_json};
 use crate::results::summary::{Status, Summary};
 use crate::scene::Plan;
 
@@ -20,60 +20,60 @@ use crate::scene::Plan;
 const LISTED: usize = 6;
 
 /// How a run begins.
-pub enum Start {
+pub enum ResumeDecision {
     /// At the start.
-    Anew,
+    FromStart,
     /// With the state of a checkpoint.
-    From(Box<Resumed>),
+    FromCheckpoint(Box<ResumePoint>),
     /// Not at all: it has ended.
-    Done,
+    AlreadyDone,
 }
 
 /// A checkpoint that a run goes on from.
-pub struct Resumed {
+pub struct ResumePoint {
     /// Number of the checkpoint.
     pub number: u64,
     /// What it keeps.
-    pub kept: Kept<Snapshot>,
+    pub checkpoint_data: CheckpointData<RunCheckpoint>,
 }
 
-impl Resumed {
+impl ResumePoint {
     /// The keeper that goes on after this checkpoint.
-    pub fn keeper(&self, keeper: Keeper) -> Keeper {
-        keeper.after(self.number, Progress::of(self.kept.snapshot.records()))
+    pub fn keeper(&self, keeper: CheckpointWriter) -> CheckpointWriter {
+        keeper.continuing_from(self.number, CompletedWork::of(self.checkpoint_data.snapshot.records()))
     }
 }
 
 /// The checkpoints of a run: what they say of its origin, how often, and the one it goes on from.
-pub struct Checkpoints {
+pub struct CheckpointSettings {
     /// Scene and files that the run is of.
-    pub origin: Origin,
+    pub origin: Provenance,
     /// How often they are written.
-    pub interval: Interval,
+    pub interval: CheckpointInterval,
     /// The one that the run goes on from.
-    pub from: Option<Box<Resumed>>,
+    pub from: Option<Box<ResumePoint>>,
 }
 
-impl Checkpoints {
+impl CheckpointSettings {
     /// Those of a run of `plan` that begins at the start.
     ///
     /// # Errors
     /// Resources, if a file that the scene names cannot be read any more.
-    pub fn of(plan: &Plan) -> Result<Self> {
+    pub fn for_new_run(plan: &Plan) -> Result<Self> {
         let mut known: BTreeMap<&PathBuf, String> = BTreeMap::new();
         let mut files = Vec::with_capacity(plan.files.len());
         for (key, path) in &plan.files {
             let sha256 = match known.get(path) {
                 Some(sha256) => sha256.clone(),
-                None => sha256_of(path).map_err(|e| failure("cannot read", path, &e))?,
+                None => sha256_of(path).map_err(|e| file_error("cannot read", path, &e))?,
             };
             known.insert(path, sha256.clone());
             files.push(NamedFile { key: key.clone(), sha256 });
         }
         let interval = &plan.output.checkpoint;
         Ok(Self {
-            origin: Origin::new(plan.document.root.to_json(), files),
-            interval: Interval { seconds: interval.seconds, cycles: interval.cycles },
+            origin: Provenance::new(plan.document.root.to_serde_json(), files),
+            interval: CheckpointInterval { seconds: interval.seconds, cycles: interval.cycles },
             from: None,
         })
     }
@@ -83,21 +83,21 @@ impl Checkpoints {
 ///
 /// # Errors
 /// Input, if the checkpoint there is of another run or damaged; resources, if files cannot be read or moved.
-pub fn start(
+pub fn decide_resume(
     plan: &Plan,
-    origin: &Origin,
+    origin: &Provenance,
     (output, summary): (&mut OutputDir, &mut Summary),
     say: &mut dyn FnMut(&str),
-) -> Result<Start> {
-    if has_ended(plan, output.path()) {
-        return Ok(Start::Done);
+) -> Result<ResumeDecision> {
+    if is_finished(plan, output.path()) {
+        return Ok(ResumeDecision::AlreadyDone);
     }
     let Some(found) = checkpoint::read(output.path())? else {
         say(&format!("no checkpoint in {}: beginning at the start", output.path().display()));
-        return Ok(Start::Anew);
+        return Ok(ResumeDecision::FromStart);
     };
-    found.notes.iter().for_each(|note| say(note));
-    let differences = found.origin.differences(origin);
+    found.warnings.iter().for_each(|note| say(note));
+    let differences = found.provenance.differences(origin);
     if !differences.is_empty() {
         return Err(Error::input(format!(
             "the checkpoint in {} is of another run:\n  {}\nrun with what it was made with, or without --resume to begin anew",
@@ -105,10 +105,10 @@ pub fn start(
             differences.join("\n  ")
         )));
     }
-    let mut kept: Kept<Snapshot> = found.state()?;
-    let mut missing = output.adopt(std::mem::take(&mut kept.files))?;
+    let mut kept: CheckpointData<RunCheckpoint> = found.state()?;
+    let mut missing = output.restage(std::mem::take(&mut kept.files))?;
     if !missing.is_empty() {
-        kept.written.forget(&missing);
+        kept.written.remove_missing_files(&missing);
         let more = missing.len().saturating_sub(LISTED);
         let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
         missing.truncate(LISTED);
@@ -120,13 +120,13 @@ pub fn start(
     if let Some(last) = kept.snapshot.records().last() {
         say(&format!("going on after step \"{}\" ({})", last.name, last.increment));
     }
-    Ok(Start::From(Box::new(Resumed { number: found.number, kept })))
+    Ok(ResumeDecision::FromCheckpoint(Box::new(ResumePoint { number: found.number, checkpoint_data: kept })))
 }
 
 /// Takes over from the summary in `directory` what a table needs, how it ended, entries, warnings and times, where the results there are
 /// those of `plan` and it ended in one of these ways; whether they are.
-pub fn recall(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
-    let Some(mut found) = ended(plan, directory) else { return false };
+pub fn load_finished_run(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summary) -> bool {
+    let Some(mut found) = matching_summary(plan, directory) else { return false };
     let Ok(status) = serde_json::from_value::<Status>(found["status"].take()) else { return false };
     if !ways.contains(&status) {
         return false;
@@ -145,14 +145,14 @@ pub fn recall(plan: &Plan, directory: &Path, ways: &[Status], summary: &mut Summ
 }
 
 /// Whether the results in `directory` are those of `plan`.
-fn has_ended(plan: &Plan, directory: &Path) -> bool {
-    ended(plan, directory).is_some_and(|summary| summary["status"] == "converged")
+fn is_finished(plan: &Plan, directory: &Path) -> bool {
+    matching_summary(plan, directory).is_some_and(|summary| summary["status"] == "converged")
 }
 
 /// The summary in `directory` if it is that of `plan`: of the same scene and version, and not older than the files that
 /// the scene names.
-fn ended(plan: &Plan, directory: &Path) -> Option<Value> {
-    let path = directory.join(SUMMARY);
+fn matching_summary(plan: &Plan, directory: &Path) -> Option<Value> {
+    let path = directory.join(SUMMARY_FILE);
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
     let written = changed(&path)?;
     let summary = read_json(&path)?;

@@ -8,31 +8,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 
-use super::compute::{Job, Nobody, nothing};
-use super::fork::{Forks, Shares};
+use super::compute::{RunOptions, NullObserver, keep_files};
+use super::fork::{PrefixRecorder, SharedWork};
 use super::image::{ForImages, Original, most_bytes};
-use super::queue::{Known, Queue, Taken};
-use super::resume::{Checkpoints, Start, recall, start};
-use super::{STACK, run, summary};
+use super::queue::{Known, Queue, ClaimedRun};
+use super::resume::{CheckpointSettings, ResumeDecision, load_finished_run, decide_resume};
+use super::{THREAD_STACK_BYTES, run, new_summary};
 use crate::error::{Error, Result, exit};
 use crate::fem::FlexibilityCache;
 use crate::history::image::Recording;
-use crate::results::output::{OutputDir, SUMMARY, failure, write_atomically};
-use crate::results::report::forget_report;
+use crate::results::output_dir::{OutputDir, SUMMARY_FILE, file_error, write_atomically};
+use crate::results::report::remove_stale_report;
 use crate::results::summary::{Status, Summary};
 use crate::scene::{self, Plan};
-use crate::skip::Work;
+use crate::skip::OmissionKind;
 use crate::study::sweep::plots::pictures;
-use crate::study::sweep::share::{Share, share};
-use crate::study::sweep::table::{RunResult, StudyResult};
+use crate::study::sweep::share::{Concurrency, plan_concurrency};
+use crate::study::sweep::table::{StudyRun, StudyResult};
 use crate::study::sweep::{ImageOf, RunSpec, Sweep};
-use crate::study::{Failure, forecast};
+use crate::study::{SceneError, forecast};
 
 /// Why a folder does not count.
-const OTHER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
+const STALE_FOLDER: &str = "what is in its folder is of another scene, other values or another version, or older than a file that the scene names";
 
 /// A study and how it is run.
-pub struct StudyJob<'a> {
+pub struct StudyRunner<'a> {
     /// The study.
     pub sweep: &'a Sweep,
     /// Where the folders of the runs are.
@@ -47,13 +47,13 @@ pub struct StudyJob<'a> {
 
 /// What the runs of a study came to.
 #[derive(Debug, Default)]
-pub struct StudyEnded {
+pub struct StudyOutcome {
     /// All of its runs, in its order; those that were not run have no status.
-    pub runs: Vec<RunResult>,
+    pub runs: Vec<StudyRun>,
     /// The gravest exit code.
     pub code: u8,
     /// Number of runs that were left as they were.
-    pub kept: usize,
+    pub reused: usize,
     /// Number of runs that were made of those that they are images of.
     pub images: usize,
     /// Why runs could not be begun.
@@ -61,45 +61,45 @@ pub struct StudyEnded {
 }
 
 /// A run that ended.
-struct RunEnded {
+struct FinishedRun {
     number: usize,
-    result: RunResult,
+    result: StudyRun,
     code: u8,
     kept: bool,
     image: bool,
 }
 
 /// What a worker says.
-enum Said {
-    Ended(Box<RunEnded>),
+enum WorkerMessage {
+    Ended(Box<FinishedRun>),
     Problem(String),
 }
 
-impl StudyJob<'_> {
+impl StudyRunner<'_> {
     /// How the runs of these numbers share `threads` and what memory there is.
-    pub fn share(&self, numbers: &[usize], threads: usize) -> Share {
+    pub fn plan_concurrency(&self, numbers: &[usize], threads: usize) -> Concurrency {
         let runs = &self.sweep.runs;
         // Images are made one after the other from what is computed.
         let computed = numbers.iter().map(|&number| runs[number].image_of.map_or(number, |image| image.run));
         let computed: BTreeSet<usize> = computed.collect();
         let images = numbers.iter().any(|&number| runs[number].image_of.is_some());
         let entries = runs.first().filter(|_| images).map_or(0, |run| most_bytes(&run.memory));
-        let needed = forecast(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes + entries as f64);
+        let needed = estimate(&self.sweep.first).ok().map(|forecast| forecast.memory_bytes + entries as f64);
         let free = runs.first().and_then(|run| run.memory.remaining());
-        share(computed.len(), threads, needed, free)
+        plan_concurrency(computed.len(), threads, needed, free)
     }
 
     /// Runs those of these numbers; `show` hears of each that ends how many have.
-    pub fn run(&self, numbers: &[usize], shared: Share, show: &mut dyn FnMut(usize)) -> StudyEnded {
-        let runs = (0..self.sweep.runs.len()).map(|number| RunResult::new(self.sweep, number)).collect();
-        let mut ended = StudyEnded { runs, ..StudyEnded::default() };
+    pub fn run(&self, numbers: &[usize], shared: Concurrency, show: &mut dyn FnMut(usize)) -> StudyOutcome {
+        let runs = (0..self.sweep.runs.len()).map(|number| StudyRun::new(self.sweep, number)).collect();
+        let mut ended = StudyOutcome { runs, ..StudyOutcome::default() };
         let queue = Queue::new(&self.sweep.runs, numbers);
         let (sender, receiver) = channel();
         std::thread::scope(|scope| {
-            for _ in 0..shared.side_by_side {
+            for _ in 0..shared.parallel_runs {
                 let (sender, queue) = (sender.clone(), &queue);
-                let builder = std::thread::Builder::new().stack_size(STACK);
-                let work = move || self.worker(shared.threads, queue, &sender);
+                let builder = std::thread::Builder::new().stack_size(THREAD_STACK_BYTES);
+                let work = move || self.worker(shared.threads_per_run, queue, &sender);
                 if let Err(error) = builder.spawn_scoped(scope, work) {
                     ended.problems.push(format!("no thread for a run: {error}"));
                 }
@@ -108,12 +108,12 @@ impl StudyJob<'_> {
             let mut done = 0;
             for said in &receiver {
                 match said {
-                    Said::Problem(problem) => ended.problems.push(problem),
-                    Said::Ended(one) => {
-                        let RunEnded { number, result, code, kept, image } = *one;
+                    WorkerMessage::Problem(problem) => ended.problems.push(problem),
+                    WorkerMessage::Ended(one) => {
+                        let FinishedRun { number, result, code, kept, image } = *one;
                         ended.runs[number] = result;
                         ended.code = exit::worse(ended.code, code);
-                        ended.kept += usize::from(kept);
+                        ended.reused += usize::from(kept);
                         ended.images += usize::from(image);
                         done += 1;
                         show(done);
@@ -131,70 +131,70 @@ impl StudyJob<'_> {
     }
 
     /// Takes one run after the other until there is none left.
-    fn worker(&self, threads: usize, queue: &Queue, said: &Sender<Said>) {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
+    fn worker(&self, threads: usize, queue: &Queue, said: &Sender<WorkerMessage>) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(THREAD_STACK_BYTES).build();
         let pool = match pool {
             Ok(pool) => pool,
             Err(error) => {
                 // Whoever listens has gone only with the study.
-                let _ = said.send(Said::Problem(format!("no threads for a run: {error}")));
+                let _ = said.send(WorkerMessage::Problem(format!("no threads for a run: {error}")));
                 return;
             }
         };
-        while let Some(taken) = queue.take(self.stop) {
+        while let Some(taken) = queue.claim(self.stop) {
             let ended = pool.install(|| match taken.hidden {
                 true => {
                     self.hidden(&taken);
                     None
                 }
-                false => Some(self.one(&taken)),
+                false => Some(self.run_one(&taken)),
             });
             drop(taken);
             let Some(ended) = ended else { continue };
-            if said.send(Said::Ended(Box::new(ended))).is_err() {
+            if said.send(WorkerMessage::Ended(Box::new(ended))).is_err() {
                 return;
             }
         }
     }
 
-    fn one(&self, taken: &Taken<'_>) -> RunEnded {
+    fn run_one(&self, taken: &ClaimedRun<'_>) -> FinishedRun {
         let started = Instant::now();
         let number = taken.number;
-        let mut result = RunResult::new(self.sweep, number);
+        let mut result = StudyRun::new(self.sweep, number);
         let mut summary = Summary::new(&self.sweep.title, "", self.sweep.units.clone());
         let mut kept = false;
         let code = self.compute(taken, &mut summary, &mut kept).unwrap_or_else(|failed| {
             if summary.error.is_none() {
-                summary.fail(&failed.error);
+                summary.set_failure(&failed.error);
             }
             failed.error.exit_code()
         });
         let seconds = if kept { summary.timings.sum() } else { started.elapsed().as_secs_f64() };
-        result.take(self.sweep, &summary, seconds);
-        let image = summary.skipped.iter().any(|entry| entry.work == Work::Image);
-        RunEnded { number, result, code, kept, image }
+        result.fill_from(self.sweep, &summary, seconds);
+        let image = summary.skipped.iter().any(|entry| entry.kind == OmissionKind::Image);
+        FinishedRun { number, result, code, kept, image }
     }
 
     fn compute(
         &self,
-        taken: &Taken<'_>,
+        taken: &ClaimedRun<'_>,
         summary: &mut Summary,
         kept: &mut bool,
-    ) -> std::result::Result<u8, Failure> {
+    ) -> std::result::Result<u8, SceneError> {
         let spec = &self.sweep.runs[taken.number];
-        let unkeyed = |error: Error| Failure { error, key: String::new() };
+        let unkeyed = |error: Error| SceneError { error, key: String::new() };
         let plan = self.plan(taken.queue, spec).map_err(unkeyed)?;
-        *summary = super::summary(&plan);
+        *summary = super::new_summary(&plan);
         let directory = self.directory.join(&spec.folder);
-        if self.resume && recall(&plan, &directory, &[Status::Converged], summary) {
+        if self.resume && load_finished_run(&plan, &directory, &[Status::Converged], summary) {
             *kept = true;
             return Ok(exit::DONE);
         }
         let mut output = OutputDir::open(&directory).map_err(unkeyed)?;
-        let mut checkpoints = Checkpoints::of(&plan).map_err(unkeyed)?;
+        let mut checkpoints = CheckpointSettings::for_new_run(&plan).map_err(unkeyed)?;
         if self.resume && plan.accuracy.is_none() {
-            let begun = start(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
-            if let Start::From(resumed) = begun.map_err(unkeyed)? {
+            let begun = decide_resume(&plan, &checkpoints.origin, (&mut output, summary), &mut |_| {});
+            if let ResumeDecision::FromCheckpoint(resumed) = begun.map_err(unkeyed)? {
                 checkpoints.from = Some(resumed);
             }
         }
@@ -204,29 +204,29 @@ impl StudyJob<'_> {
             let folder = self.sweep.runs[image.run].folder.as_str();
             Original { recording, symmetry: image.symmetry, folder }
         });
-        let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
-        let mut for_images = taken.records.then(|| ForImages::within(&plan.memory));
+        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
+        let mut for_images = taken.records.then(|| ForImages::within(&plan.memory_limit));
         let from = taken.from.as_deref();
-        let shares = Shares { from, forks: Some(&mut forks), for_images: for_images.as_mut(), original };
-        let code = self.run_alone(&plan, (Some(output), Some(checkpoints)), summary, shares);
-        taken.leave(forks.made, for_images);
+        let shares = SharedWork { from, recorder: Some(&mut forks), for_images: for_images.as_mut(), original };
+        let code = self.run_silently(&plan, (Some(output), Some(checkpoints)), summary, shares);
+        taken.publish(forks.recorded, for_images);
         code
     }
 
     /// A run that is not wanted but for its images: without files.
-    fn hidden(&self, taken: &Taken<'_>) {
+    fn hidden(&self, taken: &ClaimedRun<'_>) {
         if self.resume && taken.images().all(|number| self.is_done(number)) {
             return;
         }
         let Ok(plan) = self.plan(taken.queue, &self.sweep.runs[taken.number]) else { return };
-        let mut forks = Forks { after: taken.after.clone(), made: Vec::new() };
-        let mut for_images = ForImages::within(&plan.memory);
+        let mut forks = PrefixRecorder { after_steps: taken.after.clone(), recorded: Vec::new() };
+        let mut for_images = ForImages::within(&plan.memory_limit);
         let from = taken.from.as_deref();
         let shares =
-            Shares { from, forks: Some(&mut forks), for_images: Some(&mut for_images), original: None };
+            SharedWork { from, recorder: Some(&mut forks), for_images: Some(&mut for_images), original: None };
         // What is wrong with it is told by its images.
-        let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
-        taken.leave(forks.made, Some(for_images));
+        let _ = self.run_silently(&plan, (None, None), &mut super::new_summary(&plan), shares);
+        taken.publish(forks.recorded, Some(for_images));
     }
 
     /// Whether a run has converged before.
@@ -234,65 +234,65 @@ impl StudyJob<'_> {
         let spec = &self.sweep.runs[number];
         let directory = self.directory.join(&spec.folder);
         plan(self.sweep, spec)
-            .is_ok_and(|plan| recall(&plan, &directory, &[Status::Converged], &mut super::summary(&plan)))
+            .is_ok_and(|plan| load_finished_run(&plan, &directory, &[Status::Converged], &mut super::new_summary(&plan)))
     }
 
     /// Runs a plan of which nobody hears before it ends.
-    fn run_alone(
+    fn run_silently(
         &self,
         plan: &Plan,
-        (output, checkpoints): (Option<OutputDir>, Option<Checkpoints>),
+        (output, checkpoints): (Option<OutputDir>, Option<CheckpointSettings>),
         summary: &mut Summary,
-        shares: Shares<'_>,
-    ) -> std::result::Result<u8, Failure> {
+        shares: SharedWork<'_>,
+    ) -> std::result::Result<u8, SceneError> {
         let show = &mut |_: &str, _: f64, _: Option<f64>| {};
-        let (watch, complete) = (&mut Nobody, &mut nothing);
-        let job = Job { frame: None, show, watch, stop: self.stop, checkpoints, shares, complete };
+        let (watch, complete) = (&mut NullObserver, &mut keep_files);
+        let job = RunOptions { frame: None, on_progress: show, observer: watch, stop: self.stop, checkpoints, shared_work: shares, on_end: complete };
         run(plan, output, summary, job)
     }
 
     /// The plan of a run, with what all runs share.
     fn plan(&self, queue: &Queue, spec: &RunSpec) -> Result<Plan> {
         let mut plan = plan(self.sweep, spec)?;
-        plan.cache = self.cache.cloned();
-        plan.kernels = Some(queue.kernels.clone());
+        plan.flexibility_cache = self.cache.cloned();
+        plan.kernel_cache = Some(queue.kernels.clone());
         Ok(plan)
     }
 
     /// What a run is an image of: that run's results, which are computed once more where it was left as it was or went on from a checkpoint; `None`
     /// where there are none.
-    fn recording(&self, taken: &Taken<'_>, image: ImageOf) -> Option<Arc<Recording>> {
+    fn recording(&self, taken: &ClaimedRun<'_>, image: ImageOf) -> Option<Arc<Recording>> {
         match &taken.original {
             Known::Recording(recording) => return Some(recording.clone()),
             Known::NoImages => return None,
             Known::Nothing => {}
         }
         let plan = self.plan(taken.queue, &self.sweep.runs[image.run]).ok()?;
-        let mut for_images = ForImages::within(&plan.memory);
-        let shares = Shares { for_images: Some(&mut for_images), ..Shares::default() };
+        let mut for_images = ForImages::within(&plan.memory_limit);
+        let shares = SharedWork { for_images: Some(&mut for_images), ..SharedWork::default() };
         // What is wrong with it is told by its own run, and by this one.
-        let _ = self.run_alone(&plan, (None, None), &mut super::summary(&plan), shares);
+        let _ = self.run_silently(&plan, (None, None), &mut super::new_summary(&plan), shares);
         taken.queue.keep(image.run, for_images.made()?)
     }
 
     /// Collects the runs from their folders, whatever made them; none is begun.
-    pub fn collect(&self) -> StudyEnded {
-        let mut ended = StudyEnded::default();
+    pub fn collect(&self) -> StudyOutcome {
+        let mut ended = StudyOutcome::default();
         for (number, spec) in self.sweep.runs.iter().enumerate() {
-            let mut result = RunResult::new(self.sweep, number);
+            let mut result = StudyRun::new(self.sweep, number);
             let folder = self.directory.join(&spec.folder);
             let found = plan(self.sweep, spec).ok().and_then(|plan| {
-                let mut summary = summary(&plan);
-                recall(&plan, &folder, &Status::ALL, &mut summary).then_some(summary)
+                let mut summary = new_summary(&plan);
+                load_finished_run(&plan, &folder, &Status::ALL, &mut summary).then_some(summary)
             });
-            if found.is_none() && folder.join(SUMMARY).exists() {
-                result.reason = Some(OTHER.to_owned());
+            if found.is_none() && folder.join(SUMMARY_FILE).exists() {
+                result.reason = Some(STALE_FOLDER.to_owned());
             }
             let code = match found {
                 None => exit::FAILED,
                 Some(summary) => {
-                    result.take(self.sweep, &summary, summary.timings.sum());
-                    ended.kept += 1;
+                    result.fill_from(self.sweep, &summary, summary.timings.sum());
+                    ended.reused += 1;
                     match summary.status {
                         Status::Converged => exit::DONE,
                         Status::NotConverged => exit::NOT_CONVERGED,
@@ -318,7 +318,7 @@ impl StudyJob<'_> {
         for (name, picture) in pictures(self.sweep, result) {
             write_atomically(&self.directory.join(name), picture.as_bytes())?;
         }
-        forget_report(self.directory);
+        remove_stale_report(self.directory);
         write_atomically(&self.directory.join("study.json"), json.as_bytes())
     }
 
@@ -344,13 +344,13 @@ impl StudyJob<'_> {
                 place.display()
             )));
         }
-        std::fs::create_dir_all(place).map_err(|e| failure("cannot make the output directory", place, &e))
+        std::fs::create_dir_all(place).map_err(|e| file_error("cannot make the output directory", place, &e))
     }
 }
 
 /// The plan of a run. Its scene was right when the study was read; what has changed since then is told.
 fn plan(sweep: &Sweep, spec: &RunSpec) -> Result<Plan> {
     let mut plan = scene::read(&sweep.scene, &spec.overrides).map_err(|mistakes| mistakes.to_error())?;
-    plan.memory = spec.memory;
+    plan.memory_limit = spec.memory;
     Ok(plan)
 }

@@ -2,49 +2,49 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::error::Kind;
+use crate::error::ErrorKind;
 use crate::frame::ContactFrame;
-use crate::history::{RunResult, Snapshot};
-use crate::results::keeper::Moves;
+use crate::history::{RunResult, RunCheckpoint};
+use crate::results::checkpoint_writer::MeshUpdates;
 use crate::scene::Plan;
 use crate::study::grow;
-use crate::study::moving::{self, Meshes};
-use crate::study::{self, Failure, Study};
+use crate::study::moving::{self, WornMeshes};
+use crate::study::{self, SceneError, Simulation};
 
 /// What has become of frame and meshes.
 #[derive(Clone, Default)]
-pub(super) struct Stage {
+pub(super) struct RebuildState {
     /// How often the frame was enlarged.
-    pub growths: usize,
+    pub frame_growths: usize,
     /// How the meshes moved with wear.
-    pub moves: Moves,
+    pub mesh_updates: MeshUpdates,
 }
 
 /// How a run goes on.
-pub(super) enum Way {
+pub(super) enum Continuation {
     /// On a larger frame.
-    Larger(Snapshot),
+    GrownFrame(RunCheckpoint),
     /// With moved meshes.
-    Moved(Snapshot, Meshes),
+    MovedMeshes(RunCheckpoint, WornMeshes),
     /// With the same operators.
-    Same(Snapshot),
+    SameOperators(RunCheckpoint),
     /// Not at all, with what the user should know.
-    End(String),
+    Stop(String),
     /// Not now: a signal came.
     Interrupted,
 }
 
 /// The next part of a run.
-pub(super) struct Next<'p> {
-    pub study: Study<'p>,
-    pub snapshot: Snapshot,
-    pub stage: Stage,
+pub(super) struct NextSegment<'p> {
+    pub study: Simulation<'p>,
+    pub snapshot: RunCheckpoint,
+    pub stage: RebuildState,
     /// Numbers there of the cells so far, where the frame is another one.
-    pub places: Option<Vec<usize>>,
+    pub cell_map: Option<Vec<usize>>,
 }
 
 /// A study on frame and meshes that are given, or the plan's.
-pub(super) struct Maker<'a> {
+pub(super) struct SimulationBuilder<'a> {
     /// The frame, if it was made for another plan.
     pub frame: Option<&'a ContactFrame>,
     /// Shows stage, fraction done, residual.
@@ -53,106 +53,106 @@ pub(super) struct Maker<'a> {
     pub stop: &'a AtomicBool,
 }
 
-impl Maker<'_> {
+impl SimulationBuilder<'_> {
     /// Makes the plan ready on its frame as it has grown, or that of the job, with the meshes as they have moved; `None` if a
     /// signal came meanwhile.
-    pub fn ready<'p>(
+    pub fn build<'p>(
         &mut self,
         plan: &'p Plan,
-        stage: &Stage,
-    ) -> std::result::Result<Option<Study<'p>>, Failure> {
-        let larger = if stage.growths > 0 { Some(grow::frame(plan, stage.growths)?) } else { None };
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<Simulation<'p>>, SceneError> {
+        let larger = if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
         let frame = larger.as_ref().or(self.frame);
-        let meshes = moving::meshes(plan, frame, &stage.moves.worn)?;
+        let meshes = moving::worn_meshes(plan, frame, &stage.mesh_updates.wear_depth_at_last_update)?;
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
-        study::prepare_worn(plan, (frame, meshes), show, self.stop)
+        study::build_with(plan, (frame, meshes), show, self.stop)
     }
 
-    fn larger<'p>(
+    fn grow_frame<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, snapshot): (Study<'p>, Snapshot),
-        stage: &Stage,
-    ) -> std::result::Result<Option<Next<'p>>, Failure> {
-        let outgrown = study.outgrown(snapshot);
-        let growths = stage.growths + 1;
-        let frame = grow::frame(plan, growths)?;
-        outgrown.ensure_places(plan, &frame)?;
-        let moves = stage.moves.clone();
+        (study, snapshot): (Simulation<'p>, RunCheckpoint),
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+        let outgrown = study.into_frame_growth(snapshot);
+        let growths = stage.frame_growths + 1;
+        let frame = grow::grown_frame(plan, growths)?;
+        outgrown.ensure_half_spaces_fit(plan, &frame)?;
+        let moves = stage.mesh_updates.clone();
         let moves = match outgrown.frame.grid.zip(frame.grid) {
-            Some((before, now)) => moves.onto(&before.places_in(&now), frame.n_cells()),
+            Some((before, now)) => moves.transfer_to(&before.indices_in(&now), frame.n_cells()),
             None => moves,
         };
-        let stage = Stage { growths, moves };
-        let Some(study) = self.ready(plan, &stage)? else { return Ok(None) };
-        let onto = outgrown.onto(plan, &study);
-        let (snapshot, places) = onto.map_err(|error| Failure { error, key: "frame.grow".to_owned() })?;
-        Ok(Some(Next { study, snapshot, stage, places: Some(places) }))
+        let stage = RebuildState { frame_growths: growths, mesh_updates: moves };
+        let Some(study) = self.build(plan, &stage)? else { return Ok(None) };
+        let onto = outgrown.transfer_to(plan, &study);
+        let (snapshot, places) = onto.map_err(|error| SceneError { error, key: "frame.grow".to_owned() })?;
+        Ok(Some(NextSegment { study, snapshot, stage, cell_map: Some(places) }))
     }
 
-    fn moved<'p>(
+    fn move_meshes<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, snapshot): (Study<'p>, Snapshot),
-        (stage, meshes): (&Stage, Meshes),
-    ) -> std::result::Result<Option<Next<'p>>, Failure> {
-        let stage = Stage { moves: stage.moves.to(snapshot.worn()), ..*stage };
-        let larger = if stage.growths > 0 { Some(grow::frame(plan, stage.growths)?) } else { None };
-        let outdated = study.outdated(snapshot);
+        (study, snapshot): (Simulation<'p>, RunCheckpoint),
+        (stage, meshes): (&RebuildState, WornMeshes),
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
+        let stage = RebuildState { mesh_updates: stage.mesh_updates.after_update(snapshot.wear_depth()), ..*stage };
+        let larger = if stage.frame_growths > 0 { Some(grow::grown_frame(plan, stage.frame_growths)?) } else { None };
+        let outdated = study.into_stiffness_update(snapshot);
         let frame = larger.as_ref().or(self.frame);
         let show = &mut |stage: &str, done: f64| (self.show)(stage, done, None);
-        let Some(study) = study::prepare_worn(plan, (frame, meshes), show, self.stop)? else {
+        let Some(study) = study::build_with(plan, (frame, meshes), show, self.stop)? else {
             return Ok(None);
         };
-        let onto = outdated.onto(plan, &study);
-        let snapshot = onto.map_err(|error| Failure { error, key: "wear.move_mesh".to_owned() })?;
-        Ok(Some(Next { study, snapshot, stage, places: None }))
+        let onto = outdated.transfer_to(plan, &study);
+        let snapshot = onto.map_err(|error| SceneError { error, key: "wear.move_mesh".to_owned() })?;
+        Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
     }
 
     /// Takes the way of a study that has ended there; `None` if a signal came meanwhile.
     ///
     /// # Errors
     /// If the next study cannot be made.
-    pub fn take<'p>(
+    pub fn build_next<'p>(
         &mut self,
         plan: &'p Plan,
-        (study, way): (Study<'p>, Way),
-        stage: &Stage,
-    ) -> std::result::Result<Option<Next<'p>>, Failure> {
+        (study, way): (Simulation<'p>, Continuation),
+        stage: &RebuildState,
+    ) -> std::result::Result<Option<NextSegment<'p>>, SceneError> {
         match way {
-            Way::Larger(snapshot) => self.larger(plan, (study, snapshot), stage),
-            Way::Moved(snapshot, meshes) => self.moved(plan, (study, snapshot), (stage, meshes)),
-            Way::Same(snapshot) => {
-                let moves = Moves { over: true, ..stage.moves.clone() };
-                let stage = Stage { moves, ..*stage };
-                Ok(Some(Next { study, snapshot, stage, places: None }))
+            Continuation::GrownFrame(snapshot) => self.grow_frame(plan, (study, snapshot), stage),
+            Continuation::MovedMeshes(snapshot, meshes) => self.move_meshes(plan, (study, snapshot), (stage, meshes)),
+            Continuation::SameOperators(snapshot) => {
+                let moves = MeshUpdates { stopped: true, ..stage.mesh_updates.clone() };
+                let stage = RebuildState { mesh_updates: moves, ..*stage };
+                Ok(Some(NextSegment { study, snapshot, stage, cell_map: None }))
             }
-            Way::End(_) | Way::Interrupted => Ok(None),
+            Continuation::Stop(_) | Continuation::Interrupted => Ok(None),
         }
     }
 }
 
-impl Way {
+impl Continuation {
     /// How the run of `study` goes on from its end; `None` if that was the end of all. `shared`: the frame is that of several runs.
-    pub fn of(
+    pub fn after(
         result: &mut RunResult,
-        (plan, study): (&Plan, &Study),
-        (stage, shared): (&Stage, bool),
+        (plan, study): (&Plan, &Simulation),
+        (stage, shared): (&RebuildState, bool),
     ) -> Option<Self> {
-        if let Some(snapshot) = result.outgrown.take() {
+        if let Some(snapshot) = result.frame_edge_checkpoint.take() {
             let refusal = match shared {
                 true => Some("a comparison has one frame for all".to_owned()),
-                false => grow::refusal(plan, stage.growths),
+                false => grow::why_not_growable(plan, stage.frame_growths),
             };
-            return Some(refusal.map_or(Self::Larger(*snapshot), Self::End));
+            return Some(refusal.map_or(Self::GrownFrame(*snapshot), Self::Stop));
         }
-        let mut snapshot = *result.outdated.take()?;
-        Some(match moving::meshes(plan, Some(&study.model().frame), snapshot.worn()) {
-            Ok(meshes) => Self::Moved(snapshot, meshes),
-            Err(failure) if failure.error.kind() == Kind::Interrupted => Self::Interrupted,
+        let mut snapshot = *result.rebuild_checkpoint.take()?;
+        Some(match moving::worn_meshes(plan, Some(&study.model().frame), snapshot.wear_depth()) {
+            Ok(meshes) => Self::MovedMeshes(snapshot, meshes),
+            Err(failure) if failure.error.kind() == ErrorKind::Interrupted => Self::Interrupted,
             Err(failure) => {
-                snapshot.tell(moving::stays(plan, &snapshot, &failure.error));
-                Self::Same(snapshot)
+                snapshot.add_warning(moving::mesh_not_moved_warning(plan, &snapshot, &failure.error));
+                Self::SameOperators(snapshot)
             }
         })
     }

@@ -15,20 +15,20 @@ use std::time::{Duration, SystemTime};
 
 use sha2::{Digest, Sha256};
 
-use super::dense::zeroed;
+use super::dense::try_zeroed;
 use crate::error::{Error, Result};
 
 const MAGIC: &[u8; 8] = b"ORTHOLST";
 /// Raised whenever the layout changes.
 const FORMAT: u64 = 1;
-const HEAD: usize = 24;
-const CHECKSUM: usize = 32;
+const HEADER_BYTES: usize = 24;
+const CHECKSUM_BYTES: usize = 32;
 /// Values converted at a time.
-const CHUNK: usize = 1 << 13;
+const VALUES_PER_CHUNK: usize = 1 << 13;
 /// Unfinished files of runs that were killed are removed after a day.
-const STALE: Duration = Duration::from_secs(86_400);
+const UNFINISHED_FILE_LIFETIME: Duration = Duration::from_secs(86_400);
 /// Default limit of all files together, MiB.
-const LIMIT_MIB: u64 = 2048;
+const DEFAULT_LIMIT_MIB: u64 = 2048;
 
 /// A directory of files, and the limit of their bytes together.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,11 +42,11 @@ pub struct Cache {
 pub struct CacheKey(String);
 
 /// What determines a file, taken in piece by piece.
-pub(crate) struct KeyHash(Sha256);
+pub(crate) struct CacheKeyBuilder(Sha256);
 
 /// What the cache has of a list under a key.
 #[derive(Debug, Clone, PartialEq)]
-pub enum List {
+pub enum CachedList {
     /// The values.
     Hit(Vec<f64>),
     /// Nothing.
@@ -55,28 +55,28 @@ pub enum List {
     Damaged(String),
 }
 
-impl KeyHash {
+impl CacheKeyBuilder {
     /// Begins with what is kept and how, the version of the program, and the instructions that its kernels choose among.
     pub(crate) fn new(kind: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION");
-        Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instructions())))
+        Self(Sha256::new_with_prefix(format!("orthowear {version} {kind} {}", instruction_set())))
     }
 
     /// Takes in a list of numbers.
     pub(crate) fn update<T>(&mut self, list: &[T], bytes: impl Fn(&T) -> [u8; 8]) {
-        for chunk in list.chunks(CHUNK) {
+        for chunk in list.chunks(VALUES_PER_CHUNK) {
             self.0.update(chunk.iter().flat_map(&bytes).collect::<Vec<u8>>());
         }
     }
 
     /// The key of all that was taken in.
-    pub(crate) fn key(self) -> CacheKey {
+    pub(crate) fn finish(self) -> CacheKey {
         CacheKey(self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
     }
 }
 
 /// Kernels for other instructions round differently.
-fn instructions() -> &'static str {
+fn instruction_set() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
         if std::arch::is_x86_feature_detected!("avx512f") {
@@ -101,9 +101,9 @@ impl Cache {
     ///
     /// # Errors
     /// If the limit is no number.
-    pub fn of_user() -> Result<Option<Self>> {
+    pub fn of_environment() -> Result<Option<Self>> {
         let mebibytes = match std::env::var("ORTHOWEAR_CACHE_LIMIT") {
-            Err(_) => LIMIT_MIB,
+            Err(_) => DEFAULT_LIMIT_MIB,
             Ok(text) => text.trim().parse().map_err(|_| {
                 Error::input(format!(
                     "the environment variable ORTHOWEAR_CACHE_LIMIT is \"{text}\"; it must be a whole number of MiB, 0 \
@@ -130,7 +130,7 @@ impl Cache {
     }
 
     /// Whether there is a whole list under a key, judged by head and size.
-    pub fn expects_list(&self, key: &CacheKey, ending: &str) -> bool {
+    pub fn has_list(&self, key: &CacheKey, ending: &str) -> bool {
         let Ok(mut file) = File::open(self.path(key, ending)) else { return false };
         let n = read_head(&mut file).ok().flatten();
         n.is_some_and(|n| file.metadata().is_ok_and(|found| found.len() == list_bytes(n)))
@@ -140,25 +140,25 @@ impl Cache {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn read_list(&self, key: &CacheKey, ending: &str) -> Result<List> {
-        let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(List::Miss) };
+    pub fn read_list(&self, key: &CacheKey, ending: &str) -> Result<CachedList> {
+        let Ok(mut file) = File::open(self.path(key, ending)) else { return Ok(CachedList::Miss) };
         let n = match read_head(&mut file) {
             Ok(Some(n)) => n,
-            Ok(None) => return Ok(List::Damaged("its head is wrong".to_owned())),
-            Err(error) => return Ok(List::Damaged(error.to_string())),
+            Ok(None) => return Ok(CachedList::Damaged("its head is wrong".to_owned())),
+            Err(error) => return Ok(CachedList::Damaged(error.to_string())),
         };
         if file.metadata().map_or(0, |found| found.len()) != list_bytes(n) {
-            return Ok(List::Damaged("its size is wrong".to_owned()));
+            return Ok(CachedList::Damaged("its size is wrong".to_owned()));
         }
-        let mut values = zeroed(n as usize)?;
+        let mut values = try_zeroed(n as usize)?;
         Ok(match read_values(&mut file, &mut values) {
             Ok(true) => {
                 // Only the order of removal depends on it.
                 let _ = file.set_modified(SystemTime::now());
-                List::Hit(values)
+                CachedList::Hit(values)
             }
-            Ok(false) => List::Damaged("its checksum is wrong".to_owned()),
-            Err(error) => List::Damaged(error.to_string()),
+            Ok(false) => CachedList::Damaged("its checksum is wrong".to_owned()),
+            Err(error) => CachedList::Damaged(error.to_string()),
         })
     }
 
@@ -170,14 +170,14 @@ impl Cache {
         if list_bytes(values.len() as u64) > self.limit_bytes {
             return Ok(());
         }
-        self.put(key, ending, |path| write_values(path, values))
+        self.write_atomically(key, ending, |path| write_values(path, values))
     }
 
     /// Makes a file by `write` under another name, renames it, and removes others beyond the limit.
     ///
     /// # Errors
     /// If the directory cannot be made or written.
-    pub(crate) fn put(
+    pub(crate) fn write_atomically(
         &self,
         key: &CacheKey,
         ending: &str,
@@ -207,7 +207,7 @@ impl Cache {
             let Ok(found) = fs::metadata(&path) else { continue };
             let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             if path.extension().is_some_and(|ending| ending == "unfinished") {
-                if used.elapsed().is_ok_and(|age| age > STALE) {
+                if used.elapsed().is_ok_and(|age| age > UNFINISHED_FILE_LIFETIME) {
                     let _ = fs::remove_file(&path);
                 }
             } else if is_named_by_key(&path) {
@@ -235,7 +235,7 @@ fn is_named_by_key(path: &Path) -> bool {
 
 /// Bytes of a list of `n` values; those of a wrong number are no file's.
 pub(crate) fn list_bytes(n: u64) -> u64 {
-    n.saturating_mul(8).saturating_add((HEAD + CHECKSUM) as u64)
+    n.saturating_mul(8).saturating_add((HEADER_BYTES + CHECKSUM_BYTES) as u64)
 }
 
 fn head(n: usize) -> Vec<u8> {
@@ -244,7 +244,7 @@ fn head(n: usize) -> Vec<u8> {
 
 /// The number of values; `None` if it is no head of a list.
 fn read_head(file: &mut File) -> io::Result<Option<u64>> {
-    let mut head = [0; HEAD];
+    let mut head = [0; HEADER_BYTES];
     file.read_exact(&mut head)?;
     let number = |i: usize| u64::from_le_bytes(head[8 * i..8 * i + 8].try_into().expect("eight bytes"));
     Ok((head[..8] == *MAGIC && number(1) == FORMAT).then_some(number(2)))
@@ -253,8 +253,8 @@ fn read_head(file: &mut File) -> io::Result<Option<u64>> {
 /// Whether the checksum fits.
 fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
     let mut hash = Sha256::new_with_prefix(head(values.len()));
-    let mut bytes = vec![0; 8 * CHUNK];
-    for chunk in values.chunks_mut(CHUNK) {
+    let mut bytes = vec![0; 8 * VALUES_PER_CHUNK];
+    for chunk in values.chunks_mut(VALUES_PER_CHUNK) {
         let bytes = &mut bytes[..8 * chunk.len()];
         file.read_exact(bytes)?;
         hash.update(&*bytes);
@@ -262,7 +262,7 @@ fn read_values(file: &mut File, values: &mut [f64]) -> io::Result<bool> {
             *value = f64::from_le_bytes(bytes.try_into().expect("eight bytes"));
         }
     }
-    let mut checksum = [0; CHECKSUM];
+    let mut checksum = [0; CHECKSUM_BYTES];
     file.read_exact(&mut checksum)?;
     Ok(hash.finalize()[..] == checksum)
 }
@@ -275,7 +275,7 @@ fn write_values(path: &Path, values: &[f64]) -> io::Result<()> {
         file.write_all(bytes)
     };
     put(&head(values.len()))?;
-    for chunk in values.chunks(CHUNK) {
+    for chunk in values.chunks(VALUES_PER_CHUNK) {
         put(&chunk.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>())?;
     }
     let checksum = hash.finalize();
@@ -288,9 +288,9 @@ mod tests {
     use super::*;
 
     fn key(number: u64) -> CacheKey {
-        let mut hash = KeyHash::new("numbers");
+        let mut hash = CacheKeyBuilder::new("numbers");
         hash.update(&[number], |number| number.to_le_bytes());
-        hash.key()
+        hash.finish()
     }
 
     /// Truth: what was written is read, to the last bit; another key has none; any changed bit and any missing end is found, and a new
@@ -300,24 +300,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::new(folder.path().join("made/by/it"), 1 << 20);
         let values: Vec<f64> = (0..10_000).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Miss);
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Miss);
         cache.write_list(&key(0), "list", &values).unwrap();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Hit(values.clone()));
-        assert_eq!(cache.read_list(&key(1), "list").unwrap(), List::Miss);
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Hit(values.clone()));
+        assert_eq!(cache.read_list(&key(1), "list").unwrap(), CachedList::Miss);
         let path = cache.path(&key(0), "list");
         let whole = fs::read(&path).unwrap();
         for place in [0, 8, 16, 23, 24, 70_000, whole.len() - 1] {
             let mut bytes = whole.clone();
             bytes[place] ^= 1;
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), List::Damaged(_)), "byte {place}");
+            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)), "byte {place}");
         }
         for length in [0, 23, whole.len() - 1] {
             fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), List::Damaged(_)), "{length} bytes");
+            assert!(matches!(cache.read_list(&key(0), "list").unwrap(), CachedList::Damaged(_)), "{length} bytes");
         }
         cache.write_list(&key(0), "list", &values).unwrap();
-        assert_eq!(cache.read_list(&key(0), "list").unwrap(), List::Hit(values));
+        assert_eq!(cache.read_list(&key(0), "list").unwrap(), CachedList::Hit(values));
     }
 
     /// Truth: lists count for the limit, the one used longest ago goes first; what is not the cache's stays.
@@ -330,7 +330,7 @@ mod tests {
         for number in 0..3 {
             cache.write_list(&key(number), "list", &[1.5; 100]).unwrap();
             let file = File::options().append(true).open(cache.path(&key(number), "list")).unwrap();
-            file.set_modified(SystemTime::now() - STALE.mul_f64(1.0 / (1.0 + number as f64))).unwrap();
+            file.set_modified(SystemTime::now() - UNFINISHED_FILE_LIFETIME.mul_f64(1.0 / (1.0 + number as f64))).unwrap();
         }
         let found = [0, 1, 2].map(|number| cache.path(&key(number), "list").exists());
         assert!(found == [false, true, true] && other.exists());

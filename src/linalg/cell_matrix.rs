@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::dense::zeroed;
+use super::dense::try_zeroed;
 use crate::error::Result;
 
 /// S between m cells. The column of the traction component b on cell k is the column 3 k + b; the gap component a of cell i
@@ -21,7 +21,7 @@ impl CellMatrix {
     /// # Errors
     /// If memory does not suffice.
     pub fn zeros(m: usize) -> Result<Self> {
-        Ok(Self { m, values: zeroed(Self::bytes(m) / size_of::<f64>())? })
+        Ok(Self { m, values: try_zeroed(Self::bytes(m) / size_of::<f64>())? })
     }
 
     /// Bytes of a matrix between `m` cells.

@@ -7,31 +7,31 @@ use std::fs;
 use std::path::Path;
 
 /// Names of the files of one version of the interface.
-struct Names {
+struct InterfaceFiles {
     limit: &'static str,
     usage: &'static str,
     /// Entry of memory.stat with the cache of files that gives way.
     cache: &'static str,
 }
 
-const FIRST: Names =
-    Names { limit: "memory.limit_in_bytes", usage: "memory.usage_in_bytes", cache: "total_inactive_file" };
-const SECOND: Names = Names { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
+const CGROUP_V1: InterfaceFiles =
+    InterfaceFiles { limit: "memory.limit_in_bytes", usage: "memory.usage_in_bytes", cache: "total_inactive_file" };
+const CGROUP_V2: InterfaceFiles = InterfaceFiles { limit: "memory.max", usage: "memory.current", cache: "inactive_file" };
 
 /// Bytes that the groups of this process, mounted at `root`, allow it to take still; `None` without a limit.
-pub(super) fn free(root: &Path) -> Option<u64> {
-    free_of(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
+pub(super) fn available_bytes(root: &Path) -> Option<u64> {
+    available_in_groups(root, &fs::read_to_string("/proc/self/cgroup").ok()?)
 }
 
 /// The same for the groups listed in `groups` (`/proc/self/cgroup`).
-fn free_of(root: &Path, groups: &str) -> Option<u64> {
+fn available_in_groups(root: &Path, groups: &str) -> Option<u64> {
     let rooms = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
         let (controllers, path) = (parts.next()?, parts.next()?);
         if controllers.is_empty() {
-            room(root, path, &SECOND)
+            available_along_path(root, path, &CGROUP_V2)
         } else if controllers.split(',').any(|name| name == "memory") {
-            room(&root.join("memory"), path, &FIRST)
+            available_along_path(&root.join("memory"), path, &CGROUP_V1)
         } else {
             None
         }
@@ -41,13 +41,13 @@ fn free_of(root: &Path, groups: &str) -> Option<u64> {
 
 /// The least room in the group at `path` and those above it. A container may see its own group at `root` and not the
 /// path that the host gave it; groups that are not there are passed over.
-fn room(root: &Path, path: &str, names: &Names) -> Option<u64> {
+fn available_along_path(root: &Path, path: &str, names: &InterfaceFiles) -> Option<u64> {
     let folder = root.join(path.trim_start_matches('/'));
     let folders = folder.ancestors().take_while(|folder| folder.starts_with(root));
-    folders.filter_map(|folder| room_of(folder, names)).min()
+    folders.filter_map(|folder| available_in_group(folder, names)).min()
 }
 
-fn room_of(folder: &Path, names: &Names) -> Option<u64> {
+fn available_in_group(folder: &Path, names: &InterfaceFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
     // "max" is no number; the first version writes a number beyond any memory instead.
     let limit = number(names.limit)?;
@@ -88,9 +88,9 @@ mod tests {
                 ("memory/memory.limit_in_bytes", "9223372036854771712\n"),
             ],
         );
-        assert_eq!(free_of(root, "0::/a/b\n"), Some(500));
-        assert_eq!(free_of(root, "4:memory:/job\n0::/a/b\n"), Some(400));
-        assert_eq!(free_of(root, "5:cpu,memory:/gone/away\n"), Some(9_223_372_036_854_771_712));
-        assert_eq!(free_of(root, "0::/b\n3:cpu:/a\n"), None);
+        assert_eq!(available_in_groups(root, "0::/a/b\n"), Some(500));
+        assert_eq!(available_in_groups(root, "4:memory:/job\n0::/a/b\n"), Some(400));
+        assert_eq!(available_in_groups(root, "5:cpu,memory:/gone/away\n"), Some(9_223_372_036_854_771_712));
+        assert_eq!(available_in_groups(root, "0::/b\n3:cpu:/a\n"), None);
     }
 }

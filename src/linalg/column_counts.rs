@@ -1,6 +1,6 @@
 //! How many entries each column of a Cholesky factor will have, without forming its pattern.
 
-use super::fronts::NONE;
+use super::fronts::NO_PARENT;
 use super::ordering::NodeGraph;
 
 /// Rows of L in the column of each vertex, itself included, counted by weight, `[parent.len()]`.
@@ -14,29 +14,29 @@ use super::ordering::NodeGraph;
 pub(super) fn column_counts(graph: &NodeGraph, parent: &[usize], weights: &[usize]) -> Vec<usize> {
     let n = parent.len();
     let signed = |vertex: usize| weights[vertex] as isize;
-    let mut leaves = RowLeaves::new(parent, graph.n_nodes());
+    let mut leaves = RowSubtreeLeaves::new(parent, graph.n_nodes());
     let mut delta = vec![0isize; n + 1];
     for j in 0..n {
         if leaves.first[j] == j {
             delta[j] += signed(j);
         }
-        if parent[j] != NONE {
+        if parent[j] != NO_PARENT {
             delta[parent[j]] -= signed(j);
         }
         for &i in graph.neighbours(j).iter().filter(|&&i| i > j) {
-            if let Some(above) = leaves.meet(i, j) {
+            if let Some(above) = leaves.common_ancestor_of_leaf(i, j) {
                 delta[j] += signed(i);
-                if above != NONE {
+                if above != NO_PARENT {
                     delta[above] -= signed(i);
                 }
             }
         }
-        if parent[j] != NONE {
+        if parent[j] != NO_PARENT {
             leaves.ancestor[j] = parent[j];
         }
     }
     for j in 0..n {
-        if parent[j] != NONE {
+        if parent[j] != NO_PARENT {
             delta[parent[j]] += delta[j];
         }
     }
@@ -44,38 +44,38 @@ pub(super) fn column_counts(graph: &NodeGraph, parent: &[usize], weights: &[usiz
 }
 
 /// The leaves of the row subtrees, met column by column.
-struct RowLeaves {
+struct RowSubtreeLeaves {
     /// First vertex of each subtree.
     first: Vec<usize>,
     /// Largest first vertex met by each row so far, plus one.
-    met: Vec<usize>,
+    max_first_descendant: Vec<usize>,
     /// Last leaf of each row.
-    previous: Vec<usize>,
+    previous_leaf: Vec<usize>,
     /// Towards the root of what is linked so far.
     ancestor: Vec<usize>,
 }
 
-impl RowLeaves {
+impl RowSubtreeLeaves {
     fn new(parent: &[usize], n_rows: usize) -> Self {
         let n = parent.len();
         let mut first: Vec<usize> = (0..=n).collect();
         for j in 0..n {
-            if parent[j] != NONE {
+            if parent[j] != NO_PARENT {
                 first[parent[j]] = first[parent[j]].min(first[j]);
             }
         }
-        Self { first, met: vec![0; n_rows], previous: vec![NONE; n_rows], ancestor: (0..=n).collect() }
+        Self { first, max_first_descendant: vec![0; n_rows], previous_leaf: vec![NO_PARENT; n_rows], ancestor: (0..=n).collect() }
     }
 
-    /// Whether `j` is a leaf of row `i`'s subtree: then the common ancestor with the leaf before, [`NONE`] for the first.
-    fn meet(&mut self, i: usize, j: usize) -> Option<usize> {
-        if self.first[j] < self.met[i] {
+    /// Whether `j` is a leaf of row `i`'s subtree: then the common ancestor with the leaf before, [`NO_PARENT`] for the first.
+    fn common_ancestor_of_leaf(&mut self, i: usize, j: usize) -> Option<usize> {
+        if self.first[j] < self.max_first_descendant[i] {
             return None;
         }
-        self.met[i] = self.first[j] + 1;
-        let before = std::mem::replace(&mut self.previous[i], j);
-        if before == NONE {
-            return Some(NONE);
+        self.max_first_descendant[i] = self.first[j] + 1;
+        let before = std::mem::replace(&mut self.previous_leaf[i], j);
+        if before == NO_PARENT {
+            return Some(NO_PARENT);
         }
         let mut root = before;
         while self.ancestor[root] != root {
@@ -104,12 +104,12 @@ mod tests {
             .filter(|(i, j)| i != j)
             .collect();
         for n_inner in [n, n - 9] {
-            let graph = NodeGraph::from_pairs(n, &pairs);
+            let graph = NodeGraph::from_edges(n, &pairs);
             let natural: Vec<usize> = (0..n_inner).collect();
-            let mut sequence = postorder(&graph.part(&natural), natural.clone());
+            let mut sequence = postorder(&graph.subgraph(&natural), natural.clone());
             sequence.extend(n_inner..n);
-            let graph = graph.part(&sequence);
-            let mut parent = elimination_tree(&graph.part(&natural), &natural);
+            let graph = graph.subgraph(&sequence);
+            let mut parent = elimination_tree(&graph.subgraph(&natural), &natural);
             if n_inner < n {
                 parent.iter_mut().for_each(|p| *p = (*p).min(n_inner));
             }

@@ -7,8 +7,8 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
-use super::course::Course;
-use super::operator::{Defect, Entries, Flexibility, TangentialFlexibility};
+use super::course::OperatorHistory;
+use super::operator::{Defect, EntryAccess, Flexibility, TangentialFlexibility};
 use crate::error::Result;
 
 /// An operator that is used in several places.
@@ -55,12 +55,12 @@ impl Flexibility for SharedFlexibility {
         self.0.precondition(gap, tractions)
     }
 
-    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
-        self.0.direct(cell, tractions)
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.0.direct_sum(cell, tractions)
     }
 
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        self.0.direct_in(cells, tractions)
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_sums(cells, tractions)
     }
 
     fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
@@ -71,53 +71,53 @@ impl Flexibility for SharedFlexibility {
         self.0.grid()
     }
 
-    fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
-        self.0.on_grid(at_least, factor)
+    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.restrict(at_least, factor)
     }
 
-    fn placed(
+    fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
         origin: [usize; 2],
         factor: usize,
     ) -> Arc<dyn Flexibility> {
-        self.0.placed(smaller, origin, factor)
+        self.0.restriction_at(smaller, origin, factor)
     }
 
-    fn mirrors(&self, across: usize) -> bool {
-        self.0.mirrors(across)
+    fn is_mirror_symmetric(&self, across: usize) -> bool {
+        self.0.is_mirror_symmetric(across)
     }
 
-    fn mirrored(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
-        self.0.mirrored(across)
+    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
+        self.0.mirror_half(across)
     }
 
-    fn entries(&self) -> Entries {
-        self.0.entries()
+    fn entry_access(&self) -> EntryAccess {
+        self.0.entry_access()
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
         self.0.add_entries(cells, matrix);
     }
 
-    fn unformed(&self) -> Vec<usize> {
-        self.0.unformed()
+    fn unformed_cells(&self) -> Vec<usize> {
+        self.0.unformed_cells()
     }
 
-    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
-        self.0.complete(tractions, gap)
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.0.complete_gap(tractions, gap)
     }
 
-    fn form(&self, cells: &[usize]) -> Result<()> {
-        self.0.form(cells)
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        self.0.form_rows(cells)
     }
 
-    fn course(&self) -> Course {
-        self.0.course()
+    fn history(&self) -> OperatorHistory {
+        self.0.history()
     }
 
-    fn repeat(&self, course: &Course) -> Result<()> {
-        self.0.repeat(course)
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.0.replay(course)
     }
 }
 
@@ -198,8 +198,8 @@ impl Flexibility for SumFlexibility {
 
     /// Parts that have no such sum count by their products, which are then compared with nothing; `None` if all are like
     /// that.
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        let direct: Vec<_> = self.parts.iter().map(|part| part.direct_in(cells, tractions)).collect();
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let direct: Vec<_> = self.parts.iter().map(|part| part.direct_sums(cells, tractions)).collect();
         if direct.iter().all(Option::is_none) {
             return None;
         }
@@ -216,34 +216,34 @@ impl Flexibility for SumFlexibility {
         Some(sum)
     }
 
-    fn entries(&self) -> Entries {
-        self.parts.iter().map(|part| part.entries()).min().unwrap_or(Entries::None)
+    fn entry_access(&self) -> EntryAccess {
+        self.parts.iter().map(|part| part.entry_access()).min().unwrap_or(EntryAccess::Unavailable)
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
         self.parts.iter().for_each(|part| part.add_entries(cells, matrix));
     }
 
-    fn unformed(&self) -> Vec<usize> {
-        let mut cells: Vec<usize> = self.parts.iter().flat_map(|part| part.unformed()).collect();
+    fn unformed_cells(&self) -> Vec<usize> {
+        let mut cells: Vec<usize> = self.parts.iter().flat_map(|part| part.unformed_cells()).collect();
         cells.sort_unstable();
         cells.dedup();
         cells
     }
 
-    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
-        self.parts.iter().try_for_each(|part| part.complete(tractions, gap))
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.complete_gap(tractions, gap))
     }
 
-    fn form(&self, cells: &[usize]) -> Result<()> {
-        self.parts.iter().try_for_each(|part| part.form(cells))
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.form_rows(cells))
     }
 
-    fn course(&self) -> Course {
-        Course { parts: self.parts.iter().map(|part| part.course()).collect(), ..Course::default() }
+    fn history(&self) -> OperatorHistory {
+        OperatorHistory { parts: self.parts.iter().map(|part| part.history()).collect(), ..OperatorHistory::default() }
     }
 
-    fn repeat(&self, course: &Course) -> Result<()> {
-        self.parts.iter().zip(&course.parts).try_for_each(|(part, course)| part.repeat(course))
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.parts.iter().zip(&course.parts).try_for_each(|(part, course)| part.replay(course))
     }
 }

@@ -6,8 +6,8 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
-use super::course::Course;
-use super::operator::{Entries, Flexibility};
+use super::course::OperatorHistory;
+use super::operator::{EntryAccess, Flexibility};
 use crate::error::Result;
 
 /// A cell on one or two planes of symmetry.
@@ -141,8 +141,8 @@ impl Flexibility for ConstrainedFlexibility {
         found
     }
 
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        let mut gaps = self.inner.direct_in(cells, &self.projected(tractions))?;
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let mut gaps = self.inner.direct_sums(cells, &self.projected(tractions))?;
         for (cell, gap) in cells.iter().zip(&mut gaps) {
             if let Ok(index) = self.cells.binary_search_by_key(cell, |held| held.cell) {
                 let held = &self.cells[index];
@@ -153,12 +153,12 @@ impl Flexibility for ConstrainedFlexibility {
         Some(gaps)
     }
 
-    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
-        self.direct_in(&[cell], tractions)?.pop()
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        self.direct_sums(&[cell], tractions)?.pop()
     }
 
-    fn entries(&self) -> Entries {
-        self.inner.entries()
+    fn entry_access(&self) -> EntryAccess {
+        self.inner.entry_access()
     }
 
     /// What `matrix` holds already stays as it is: only the operator's own part is projected.
@@ -197,26 +197,26 @@ impl Flexibility for ConstrainedFlexibility {
         });
     }
 
-    fn unformed(&self) -> Vec<usize> {
-        self.inner.unformed()
+    fn unformed_cells(&self) -> Vec<usize> {
+        self.inner.unformed_cells()
     }
 
-    fn complete(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
-        self.inner.complete(&self.projected(tractions), gap)?;
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        self.inner.complete_gap(&self.projected(tractions), gap)?;
         self.replace_across(tractions, gap, |c| c);
         Ok(())
     }
 
-    fn form(&self, cells: &[usize]) -> Result<()> {
-        self.inner.form(cells)
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        self.inner.form_rows(cells)
     }
 
-    fn course(&self) -> Course {
-        self.inner.course()
+    fn history(&self) -> OperatorHistory {
+        self.inner.history()
     }
 
-    fn repeat(&self, course: &Course) -> Result<()> {
-        self.inner.repeat(course)
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.inner.replay(course)
     }
 }
 
@@ -270,8 +270,8 @@ mod tests {
             true
         }
 
-        fn entries(&self) -> Entries {
-            Entries::Stored
+        fn entry_access(&self) -> EntryAccess {
+            EntryAccess::Stored
         }
 
         fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
@@ -359,7 +359,7 @@ mod tests {
         let mut gap = vec![0.0; 12];
         operator.apply(&tractions, &mut gap);
         let before = gap.clone();
-        operator.complete(&tractions, &mut gap).expect("nothing to solve");
+        operator.complete_gap(&tractions, &mut gap).expect("nothing to solve");
         assert!(gap.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-15));
     }
 }

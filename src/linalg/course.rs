@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// An operator made afresh that repeats the course of another gives the same products, bit by bit.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Course {
+pub struct OperatorHistory {
     /// Cells that rows were formed for, call by call.
     pub formed: Vec<Vec<usize>>,
     /// Whether the rows that are formed were compared with the body solved afresh.
-    pub compared: bool,
+    pub formed_rows_checked: bool,
     /// Operators kept on parts of the grid and on coarser ones, the last used last: their cells, and how many of the grid's
     /// cells are one of theirs along a side.
-    pub smaller: Vec<([usize; 2], usize)>,
+    pub restricted_grids: Vec<([usize; 2], usize)>,
     /// Of the operators that it is the sum of, or of the smaller ones.
-    pub parts: Vec<Course>,
+    pub parts: Vec<OperatorHistory>,
 }

@@ -1,6 +1,6 @@
 //! Dense symmetric matrices.
 
-use super::memory::may_fail;
+use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
 /// A dense symmetric matrix `[n, n]`, both triangles stored.
@@ -16,7 +16,7 @@ impl SymmetricDense {
     /// # Errors
     /// If memory does not suffice.
     pub fn zeros(n: usize) -> Result<Self> {
-        Ok(Self { n, values: zeroed(n.saturating_mul(n))? })
+        Ok(Self { n, values: try_zeroed(n.saturating_mul(n))? })
     }
 
     /// Number of rows.
@@ -49,7 +49,7 @@ impl SymmetricDense {
 ///
 /// # Errors
 /// If memory does not suffice (kind `Resources`).
-pub(crate) fn zeroed(len: usize) -> Result<Vec<f64>> {
+pub(crate) fn try_zeroed(len: usize) -> Result<Vec<f64>> {
     let error = || {
         Error::resources(format!(
             "not enough memory for a matrix of {:.2} GiB; use a coarser mesh, or fewer nodes in the contact group",
@@ -61,7 +61,7 @@ pub(crate) fn zeroed(len: usize) -> Result<Vec<f64>> {
     }
     let layout = std::alloc::Layout::array::<f64>(len).map_err(|_| error())?;
     // SAFETY: the layout is not empty. Fresh pages of the system are zero already, which `resize` could not use.
-    let start = may_fail(|| unsafe { std::alloc::alloc_zeroed(layout) });
+    let start = handling_allocation_failure(|| unsafe { std::alloc::alloc_zeroed(layout) });
     if start.is_null() {
         return Err(error());
     }

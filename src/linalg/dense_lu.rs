@@ -6,19 +6,19 @@ use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_s
 use faer::perm::PermRef;
 use faer::{MatMut, MatRef, Par};
 
-use super::columns::Columns;
+use super::dense_matrix::DenseMatrix;
 use crate::error::{Error, Result};
 
 /// P A = L U of a square matrix.
 pub struct DenseLu {
     /// L below the diagonal, U on and above it.
-    factors: Columns,
+    factors: DenseMatrix,
     forward: Vec<usize>,
     backward: Vec<usize>,
 }
 
 /// Bytes of the buffers of dense products that a factorisation of `bytes` touches: up to 17 MB were found of the 67 MB that are asked for.
-pub(crate) fn products(bytes: u128) -> u128 {
+pub(crate) fn product_buffer_bytes(bytes: u128) -> u128 {
     (bytes / 4).min(16_000_000)
 }
 
@@ -31,7 +31,7 @@ impl DenseLu {
     ///
     /// # Errors
     /// If memory does not suffice, or the matrix is singular.
-    pub fn new(mut matrix: Columns, par: Par) -> Result<Self> {
+    pub fn new(mut matrix: DenseMatrix, par: Par) -> Result<Self> {
         let n = matrix.n_rows();
         let (mut forward, mut backward) = (vec![0; n], vec![0; n]);
         let request = lu_in_place_scratch::<usize, f64>(n, n, par, Default::default());
@@ -56,7 +56,7 @@ impl DenseLu {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn solve_in_place(&self, columns: &mut Columns, par: Par) -> Result<()> {
+    pub fn solve_in_place(&self, columns: &mut DenseMatrix, par: Par) -> Result<()> {
         let n = self.factors.n_rows();
         let count = columns.n_columns();
         let request = solve_in_place_scratch::<usize, f64>(n, count, par);
@@ -85,9 +85,9 @@ mod tests {
         let entry =
             |i: usize, j: usize| ((i * 7 + j * 13) % 11) as f64 - 5.0 + if i == j { 9.0 } else { 0.0 };
         let values = (0..n * n).map(|k| entry(k % n, k / n)).collect();
-        let matrix = Columns::from_values(n, n, values);
+        let matrix = DenseMatrix::from_values(n, n, values);
         let known = |k: usize| (k as f64 * 0.37).sin();
-        let mut columns = Columns::zeros(n, 2).unwrap();
+        let mut columns = DenseMatrix::zeros(n, 2).unwrap();
         for c in 0..2 {
             for i in 0..n {
                 columns.values_mut()[c * n + i] = (0..n).map(|j| entry(i, j) * known(j + 100 * c)).sum();
@@ -98,8 +98,8 @@ mod tests {
         for (k, value) in columns.values().iter().enumerate() {
             assert!((value - known(k % n + 100 * (k / n))).abs() < 1e-11, "{k}");
         }
-        let single = Columns::from_values(n, n, (0..n * n).map(|k| (1 + k % n) as f64).collect());
+        let single = DenseMatrix::from_values(n, n, (0..n * n).map(|k| (1 + k % n) as f64).collect());
         assert!(DenseLu::new(single, Par::Seq).is_err());
-        assert!(DenseLu::new(Columns::from_values(n, n, vec![f64::NAN; n * n]), Par::Seq).is_err());
+        assert!(DenseLu::new(DenseMatrix::from_values(n, n, vec![f64::NAN; n * n]), Par::Seq).is_err());
     }
 }

@@ -8,12 +8,12 @@ use std::ops::Range;
 
 use super::column_counts::column_counts;
 use super::lower_blocks;
-use super::merging::{Merging, trapezoid};
+use super::amalgamation::{Amalgamation, trapezoid};
 use super::ordering::{NodeGraph, elimination_tree, postorder};
 use super::sparse::SymmetricSparse;
 
 /// No parent.
-pub(super) const NONE: usize = usize::MAX;
+pub(super) const NO_PARENT: usize = usize::MAX;
 
 /// Unknowns eliminated together in one dense matrix.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub(super) struct Front {
     pub n_pivots: usize,
     /// Places after the pivots that their elimination touches, ascending.
     pub rows: Vec<usize>,
-    /// The front that takes what remains; [`NONE`] at a root.
+    /// The front that takes what remains; [`NO_PARENT`] at a root.
     pub parent: usize,
     /// Where its columns of L begin among the stored values.
     pub offset: usize,
@@ -42,7 +42,7 @@ impl Front {
     }
 
     /// Values of what it leaves to its parent.
-    pub fn n_remainder(&self) -> usize {
+    pub fn contribution_len(&self) -> usize {
         lower_blocks::n_values(self.rows.len())
     }
 
@@ -61,24 +61,24 @@ pub(super) struct FrontTree {
     /// Row at each place of the final order.
     pub order: Vec<usize>,
     /// Place of each row.
-    pub place: Vec<usize>,
+    pub place_of_row: Vec<usize>,
     /// First front of each front's subtree.
-    pub first: Vec<usize>,
+    pub first_in_subtree: Vec<usize>,
     children: Vec<Vec<usize>>,
 }
 
 /// Rows that have the same pattern and stand side by side in the order.
-struct Groups {
+struct Supervariables {
     /// First place of each group, and the number of rows at the end, `[n_groups + 1]`.
     start: Vec<usize>,
     /// Group of each row.
     of_row: Vec<usize>,
 }
 
-impl Groups {
+impl Supervariables {
     fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Self {
         let n = order.len();
-        let pattern = pattern_sums(matrix);
+        let pattern = pattern_hashes(matrix);
         let (mut start, mut of_row) = (Vec::new(), vec![0; n]);
         for (place, &row) in order.iter().enumerate() {
             let new = place == 0 || place == n - n_trailing || pattern[row] != pattern[order[place - 1]];
@@ -95,14 +95,14 @@ impl Groups {
         self.start.len() - 1
     }
 
-    fn weight(&self, group: usize) -> usize {
+    fn n_rows(&self, group: usize) -> usize {
         self.start[group + 1] - self.start[group]
     }
 
     /// The groups that share an entry of the matrix.
     fn graph(&self, matrix: &SymmetricSparse, order: &[usize]) -> NodeGraph {
         let (offsets, rows, _) = matrix.lower();
-        let mut seen_from = vec![NONE; self.n()];
+        let mut seen_from = vec![NO_PARENT; self.n()];
         let mut pairs = Vec::new();
         for group in 0..self.n() {
             seen_from[group] = group;
@@ -116,13 +116,13 @@ impl Groups {
                 }
             }
         }
-        NodeGraph::from_pairs(self.n(), &pairs)
+        NodeGraph::from_edges(self.n(), &pairs)
     }
 }
 
 /// A number per row that is the same for rows with the same pattern (different patterns may share one by chance, which
 /// costs a few zeros and no more).
-fn pattern_sums(matrix: &SymmetricSparse) -> Vec<u64> {
+fn pattern_hashes(matrix: &SymmetricSparse) -> Vec<u64> {
     let mix = |row: usize| {
         let x = (row as u64 ^ 0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         (x ^ (x >> 29)).wrapping_mul(0x94D0_49BB_1331_11EB)
@@ -148,23 +148,23 @@ impl FrontTree {
     /// If `order` is no permutation of the rows, or shorter than `n_trailing`.
     pub fn new(matrix: &SymmetricSparse, order: &[usize], n_trailing: usize) -> Self {
         assert!(order.len() == matrix.n() && n_trailing <= order.len(), "an order of all rows");
-        let groups = Groups::new(matrix, order, n_trailing);
+        let groups = Supervariables::new(matrix, order, n_trailing);
         let graph = groups.graph(matrix, order);
         let n_inner = groups.start.partition_point(|&place| place < order.len() - n_trailing);
         let n_inner = n_inner.min(groups.n());
-        let inside = graph.part(&(0..n_inner).collect::<Vec<_>>());
+        let inside = graph.subgraph(&(0..n_inner).collect::<Vec<_>>());
         let mut sequence = postorder(&inside, (0..n_inner).collect());
         sequence.extend(n_inner..groups.n());
-        let graph = graph.part(&sequence);
-        let weights: Vec<usize> = sequence.iter().map(|&g| groups.weight(g)).collect();
+        let graph = graph.subgraph(&sequence);
+        let weights: Vec<usize> = sequence.iter().map(|&g| groups.n_rows(g)).collect();
         let natural: Vec<usize> = (0..n_inner).collect();
-        let mut parent = elimination_tree(&graph.part(&natural), &natural);
+        let mut parent = elimination_tree(&graph.subgraph(&natural), &natural);
         if n_trailing > 0 {
             parent.iter_mut().for_each(|p| *p = (*p).min(n_inner));
         }
         let counts = column_counts(&graph, &parent, &weights);
-        let mut merging = Merging::new(&parent, &counts, &weights);
-        merging.relax();
+        let mut merging = Amalgamation::new(&parent, &counts, &weights);
+        merging.amalgamate();
         let rows_of = |g: usize| {
             let group = sequence[g];
             order[groups.start[group]..groups.start[group + 1]].iter().copied()
@@ -174,19 +174,19 @@ impl FrontTree {
 
     /// Numbers the fronts and their pivots, and finds the rows that each front touches.
     fn build<I: Iterator<Item = usize>>(
-        merging: &Merging,
+        merging: &Amalgamation,
         graph: &NodeGraph,
         rows_of: impl Fn(usize) -> I,
     ) -> Self {
-        let sequence = merging.sequence();
+        let sequence = merging.memory_saving_postorder();
         let mut tree = Self {
             fronts: Vec::new(),
             order: Vec::new(),
-            place: Vec::new(),
-            first: Vec::new(),
+            place_of_row: Vec::new(),
+            first_in_subtree: Vec::new(),
             children: Vec::new(),
         };
-        let mut number = vec![NONE; merging.parent.len()];
+        let mut number = vec![NO_PARENT; merging.parent.len()];
         sequence.iter().enumerate().for_each(|(new, &old)| number[old] = new);
         // Places of the groups' rows, and the sequence of the groups themselves.
         let mut span = vec![0..0; graph.n_nodes()];
@@ -198,25 +198,25 @@ impl FrontTree {
                 span[group] = from..tree.order.len();
             }
             let n_pivots = tree.order.len() - start;
-            let parent = if merging.parent[old] == NONE { NONE } else { number[merging.parent[old]] };
+            let parent = if merging.parent[old] == NO_PARENT { NO_PARENT } else { number[merging.parent[old]] };
             tree.fronts.push(Front { start, n_pivots, rows: Vec::new(), parent, offset: 0 });
         }
-        let touched = touched_groups(merging, graph, &sequence, &span);
+        let touched = front_patterns(merging, graph, &sequence, &span);
         let mut offset = 0;
         for (front, groups) in tree.fronts.iter_mut().zip(touched) {
             front.rows.extend(groups.into_iter().flat_map(|group| span[group].clone()));
             front.offset = offset;
             offset += front.n_values();
         }
-        tree.place = vec![0; tree.order.len()];
-        tree.order.iter().enumerate().for_each(|(place, &row)| tree.place[row] = place);
-        tree.first = (0..tree.fronts.len()).collect();
+        tree.place_of_row = vec![0; tree.order.len()];
+        tree.order.iter().enumerate().for_each(|(place, &row)| tree.place_of_row[row] = place);
+        tree.first_in_subtree = (0..tree.fronts.len()).collect();
         tree.children = vec![Vec::new(); tree.fronts.len()];
         for front in 0..tree.fronts.len() {
             let parent = tree.fronts[front].parent;
-            if parent != NONE {
+            if parent != NO_PARENT {
                 tree.children[parent].push(front);
-                tree.first[parent] = tree.first[parent].min(tree.first[front]);
+                tree.first_in_subtree[parent] = tree.first_in_subtree[parent].min(tree.first_in_subtree[front]);
             }
         }
         tree
@@ -253,17 +253,17 @@ impl FrontTree {
 }
 
 /// Groups after its pivots that each front touches, in the final order.
-fn touched_groups(
-    merging: &Merging,
+fn front_patterns(
+    merging: &Amalgamation,
     graph: &NodeGraph,
     sequence: &[usize],
     span: &[Range<usize>],
 ) -> Vec<Vec<usize>> {
-    let mut number = vec![NONE; merging.parent.len()];
+    let mut number = vec![NO_PARENT; merging.parent.len()];
     sequence.iter().enumerate().for_each(|(new, &old)| number[old] = new);
     let mut touched: Vec<Vec<usize>> = vec![Vec::new(); sequence.len()];
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); sequence.len()];
-    let mut seen_from = vec![NONE; graph.n_nodes()];
+    let mut seen_from = vec![NO_PARENT; graph.n_nodes()];
     for (front, &old) in sequence.iter().enumerate() {
         let pivots = &merging.pivots[old];
         let end = pivots.last().map_or(0, |&group| span[group].end);
@@ -277,7 +277,7 @@ fn touched_groups(
         children[front].iter().for_each(|&child| touched[child].iter().for_each(|&group| visit(group)));
         own.sort_unstable_by_key(|&group| span[group].start);
         touched[front] = own;
-        if merging.parent[old] != NONE {
+        if merging.parent[old] != NO_PARENT {
             children[number[merging.parent[old]]].push(front);
         }
     }

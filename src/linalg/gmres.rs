@@ -18,7 +18,7 @@ pub struct KrylovOptions {
     /// Residual over that of x = 0.
     pub tolerance: f64,
     /// Products with A at most.
-    pub products: usize,
+    pub max_products: usize,
     /// Vectors kept before a restart.
     pub restart: usize,
 }
@@ -27,7 +27,7 @@ pub struct KrylovOptions {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KrylovReport {
     /// Products with A.
-    pub products: usize,
+    pub n_products: usize,
     /// Residual over that of x = 0, by the recurrence.
     pub residual: f64,
 }
@@ -101,7 +101,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-pub(super) fn add(to: &mut [f64], factor: f64, x: &[f64]) {
+pub(super) fn axpy(to: &mut [f64], factor: f64, x: &[f64]) {
     to.iter_mut().zip(x).for_each(|(t, x)| *t += factor * x);
 }
 
@@ -117,45 +117,45 @@ impl Gmres {
         let n = rhs.len();
         x.fill(0.0);
         let scale = dot(rhs, rhs).sqrt();
-        let mut report = KrylovReport { products: 0, residual: 1.0 };
+        let mut report = KrylovReport { n_products: 0, residual: 1.0 };
         if scale == 0.0 || !scale.is_finite() {
             report.residual = if scale == 0.0 { 0.0 } else { f64::NAN };
             return report;
         }
         self.work.resize(n, 0.0);
         let mut residual = rhs.to_vec();
-        while report.products < options.products {
+        while report.n_products < options.max_products {
             let norm = dot(&residual, &residual).sqrt();
             let goal = options.tolerance * scale;
             if norm <= goal || !norm.is_finite() {
                 break;
             }
-            self.keep(0, &residual, norm);
-            let most = options.restart.min(options.products - report.products);
+            self.store_basis_vector(0, &residual, norm);
+            let most = options.restart.min(options.max_products - report.n_products);
             let (hessenberg, reached) = self.cycle(system, norm, goal, most);
-            report.products += hessenberg.columns.len();
+            report.n_products += hessenberg.columns.len();
             report.residual = reached / scale;
             self.work.fill(0.0);
             for (coefficient, vector) in hessenberg.solve().iter().zip(&self.basis) {
-                add(&mut self.work, *coefficient, vector);
+                axpy(&mut self.work, *coefficient, vector);
             }
             // Right preconditioning: the solution is the preconditioned combination.
             let mut step = std::mem::take(&mut residual);
             system.precondition(&self.work, &mut step);
-            add(x, 1.0, &step);
+            axpy(x, 1.0, &step);
             residual = step;
-            if reached <= goal || report.products >= options.products || !reached.is_finite() {
+            if reached <= goal || report.n_products >= options.max_products || !reached.is_finite() {
                 break;
             }
             system.apply(x, &mut residual);
-            report.products += 1;
+            report.n_products += 1;
             residual.iter_mut().zip(rhs).for_each(|(r, b)| *r = b - *r);
         }
         report
     }
 
     /// Basis vector `k` := `vector` / `norm`.
-    fn keep(&mut self, k: usize, vector: &[f64], norm: f64) {
+    fn store_basis_vector(&mut self, k: usize, vector: &[f64], norm: f64) {
         if self.basis.len() <= k {
             self.basis.push(Vec::new());
         }
@@ -181,7 +181,7 @@ impl Gmres {
             let mut column = Vec::with_capacity(k + 2);
             for vector in &self.basis[..=k] {
                 let product = dot(vector, &image);
-                add(&mut image, -product, vector);
+                axpy(&mut image, -product, vector);
                 column.push(product);
             }
             let length = dot(&image, &image).sqrt();
@@ -190,7 +190,7 @@ impl Gmres {
             if reached <= goal || !reached.is_finite() || length == 0.0 {
                 break;
             }
-            self.keep(k + 1, &image, length);
+            self.store_basis_vector(k + 1, &image, length);
         }
         (hessenberg, reached)
     }
@@ -222,7 +222,7 @@ mod tests {
     fn residual_is_what_the_matrix_says() {
         let rhs: Vec<f64> = (0..40).map(|i| (i as f64).sin()).collect();
         for restart in [5, 60] {
-            let options = KrylovOptions { tolerance: 1e-12, products: 400, restart };
+            let options = KrylovOptions { tolerance: 1e-12, max_products: 400, restart };
             let (mut x, mut image) = (vec![1.0; 40], vec![0.0; 40]);
             let report = Gmres::default().solve(&mut Tridiagonal, &rhs, &mut x, options);
             Tridiagonal.apply(&x, &mut image);
@@ -235,10 +235,10 @@ mod tests {
     /// Truth: x = 0 solves A x = 0; a right-hand side that is not a number is told.
     #[test]
     fn nothing_and_nonsense() {
-        let options = KrylovOptions { tolerance: 1e-12, products: 40, restart: 10 };
+        let options = KrylovOptions { tolerance: 1e-12, max_products: 40, restart: 10 };
         let mut x = vec![1.0; 4];
         let report = Gmres::default().solve(&mut Tridiagonal, &[0.0; 4], &mut x, options);
-        assert_eq!((report.products, x), (0, vec![0.0; 4]));
+        assert_eq!((report.n_products, x), (0, vec![0.0; 4]));
         let report = Gmres::default().solve(&mut Tridiagonal, &[f64::NAN; 4], &mut [0.0; 4], options);
         assert!(report.residual.is_nan());
     }

@@ -6,21 +6,21 @@
 use std::ops::Range;
 
 /// Columns of a block.
-const WIDTH: usize = 256;
+const BLOCK_COLUMNS: usize = 256;
 
 /// Number of values stored for a matrix of `n` rows.
 pub(super) fn n_values(n: usize) -> usize {
-    let last = n / WIDTH;
+    let last = n / BLOCK_COLUMNS;
     // Blocks before the last have n, n - W, n - 2 W, .. rows.
-    let rows = last * n - WIDTH * (last * last.saturating_sub(1)) / 2;
-    rows * WIDTH + (n - last * WIDTH).pow(2)
+    let rows = last * n - BLOCK_COLUMNS * (last * last.saturating_sub(1)) / 2;
+    rows * BLOCK_COLUMNS + (n - last * BLOCK_COLUMNS).pow(2)
 }
 
 /// The blocks of a matrix of `n` rows: their columns and where their values lie.
 pub(super) fn blocks(n: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
     let mut at = 0;
-    (0..n).step_by(WIDTH).map(move |first| {
-        let columns = first..(first + WIDTH).min(n);
+    (0..n).step_by(BLOCK_COLUMNS).map(move |first| {
+        let columns = first..(first + BLOCK_COLUMNS).min(n);
         let from = at;
         at += (n - first) * columns.len();
         (columns, from..at)
@@ -29,14 +29,14 @@ pub(super) fn blocks(n: usize) -> impl Iterator<Item = (Range<usize>, Range<usiz
 
 /// The values of column `j` of a matrix of `n` rows from the diagonal down.
 pub(super) fn column(n: usize, j: usize) -> Range<usize> {
-    let first = j / WIDTH * WIDTH;
-    let start = n_values_before(n, j / WIDTH) + (j - first) * (n - first);
+    let first = j / BLOCK_COLUMNS * BLOCK_COLUMNS;
+    let start = n_values_before(n, j / BLOCK_COLUMNS) + (j - first) * (n - first);
     start + j - first..start + n - first
 }
 
 /// Values stored before block `b`, one of the blocks of a matrix of `n` rows.
 fn n_values_before(n: usize, b: usize) -> usize {
-    WIDTH * (b * n - WIDTH * (b * b.saturating_sub(1)) / 2)
+    BLOCK_COLUMNS * (b * n - BLOCK_COLUMNS * (b * b.saturating_sub(1)) / 2)
 }
 
 #[cfg(test)]

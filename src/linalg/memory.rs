@@ -6,7 +6,7 @@ use super::cgroup;
 use crate::error::{Error, Result};
 
 /// Percent of what is available that a run may take where nobody says otherwise: the rest is for what is not foreseen, and for others.
-pub const SHARE: f64 = 80.0;
+pub const DEFAULT_SHARE_PERCENT: f64 = 80.0;
 
 /// Memory that a run may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,48 +14,48 @@ pub struct MemoryLimit {
     /// All of it; `None` where nothing is known of the machine.
     bytes: Option<u64>,
     /// The part of it that is spoken for.
-    held: u64,
-    origin: Origin,
+    reserved: u64,
+    source: LimitSource,
 }
 
 /// Who set a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Origin {
+enum LimitSource {
     /// `--max-memory` with a size, or with percent of what is available.
-    Option(Option<f64>),
+    CommandLine(Option<f64>),
     /// `solver.memory_limit`.
-    Key,
-    /// Nobody: [`SHARE`] of what is available.
-    Share,
+    Scene,
+    /// Nobody: [`DEFAULT_SHARE_PERCENT`] of what is available.
+    DefaultShare,
     /// The machine: all that is available.
     Machine,
 }
 
 impl MemoryLimit {
     /// A limit that the scene gives.
-    pub fn given(bytes: u64) -> Self {
-        Self { bytes: Some(bytes), held: 0, origin: Origin::Key }
+    pub fn of_scene(bytes: u64) -> Self {
+        Self { bytes: Some(bytes), reserved: 0, source: LimitSource::Scene }
     }
 
     /// A limit that the command line gives.
-    pub fn of_option(bytes: u64) -> Self {
-        Self { bytes: Some(bytes), held: 0, origin: Origin::Option(None) }
+    pub fn of_command_line(bytes: u64) -> Self {
+        Self { bytes: Some(bytes), reserved: 0, source: LimitSource::CommandLine(None) }
     }
 
     /// `percent` of what is available, as the command line gives it.
-    pub fn share_of_option(percent: f64) -> Self {
-        Self { bytes: share(percent), held: 0, origin: Origin::Option(Some(percent)) }
+    pub fn of_command_line_percent(percent: f64) -> Self {
+        Self { bytes: share_of_available(percent), reserved: 0, source: LimitSource::CommandLine(Some(percent)) }
     }
 
     /// Four fifths of what can be had now without swapping and within the limits of the process and its control groups (Linux; elsewhere
     /// nothing is refused).
     pub fn of_machine() -> Self {
-        Self { bytes: share(SHARE), held: 0, origin: Origin::Share }
+        Self { bytes: share_of_available(DEFAULT_SHARE_PERCENT), reserved: 0, source: LimitSource::DefaultShare }
     }
 
     /// What remains of it when `bytes` are held by something else.
-    pub fn less(self, bytes: usize) -> Self {
-        Self { held: self.held.saturating_add(bytes as u64), ..self }
+    pub fn after_reserving(self, bytes: usize) -> Self {
+        Self { reserved: self.reserved.saturating_add(bytes as u64), ..self }
     }
 
     /// Whether `bytes` fit into what remains.
@@ -66,59 +66,59 @@ impl MemoryLimit {
 
     /// Bytes that remain; `None` where nothing is known of the machine.
     pub fn remaining(&self) -> Option<u64> {
-        self.bytes.map(|bytes| bytes.saturating_sub(self.held))
+        self.bytes.map(|bytes| bytes.saturating_sub(self.reserved))
     }
 
     /// Checks that `bytes` fit for `what`; `mend` says what the user can change.
     ///
     /// # Errors
     /// If they do not (kind `Resources`).
-    pub fn ensure(&self, bytes: u128, what: &str, mend: &str) -> Result<()> {
+    pub fn ensure_available(&self, bytes: u128, what: &str, mend: &str) -> Result<()> {
         if self.allows(bytes) {
             return Ok(());
         }
-        let raise = self.raise();
-        Err(Error::resources(format!("{what} needs {} of memory, {self}; {mend}{raise}", exactly(bytes))))
+        let raise = self.how_to_raise();
+        Err(Error::resources(format!("{what} needs {} of memory, {self}; {mend}{raise}", format_bytes_exactly(bytes))))
     }
 
     /// What raises the limit.
-    fn raise(&self) -> &'static str {
-        match self.origin {
-            Origin::Option(Some(percent)) if percent >= 100.0 => "",
-            Origin::Option(_) => ", or raise --max-memory",
-            Origin::Key => ", or raise solver.memory_limit (or give --max-memory, which wins over it)",
-            Origin::Share => ", or allow more with --max-memory or solver.memory_limit",
-            Origin::Machine => "",
+    fn how_to_raise(&self) -> &'static str {
+        match self.source {
+            LimitSource::CommandLine(Some(percent)) if percent >= 100.0 => "",
+            LimitSource::CommandLine(_) => ", or raise --max-memory",
+            LimitSource::Scene => ", or raise solver.memory_limit (or give --max-memory, which wins over it)",
+            LimitSource::DefaultShare => ", or allow more with --max-memory or solver.memory_limit",
+            LimitSource::Machine => "",
         }
     }
 
     /// What the limit is called.
     fn name(&self) -> String {
-        match self.origin {
-            Origin::Option(None) => "allowed by --max-memory".to_owned(),
-            Origin::Option(Some(percent)) => {
+        match self.source {
+            LimitSource::CommandLine(None) => "allowed by --max-memory".to_owned(),
+            LimitSource::CommandLine(Some(percent)) => {
                 format!("allowed by --max-memory ({percent} % of what is available)")
             }
-            Origin::Key => "allowed by solver.memory_limit".to_owned(),
-            Origin::Share => format!("{SHARE} % of what is available"),
-            Origin::Machine => "available".to_owned(),
+            LimitSource::Scene => "allowed by solver.memory_limit".to_owned(),
+            LimitSource::DefaultShare => format!("{DEFAULT_SHARE_PERCENT} % of what is available"),
+            LimitSource::Machine => "available".to_owned(),
         }
     }
 
     /// The limit in words, like "80 % of what is available is 12.0 GiB"; `None` where nothing is known of the machine.
-    pub fn words(&self) -> Option<String> {
-        self.bytes.map(|bytes| format!("{} is {}", self.name(), readable(bytes.into())))
+    pub fn description(&self) -> Option<String> {
+        self.bytes.map(|bytes| format!("{} is {}", self.name(), format_bytes(bytes.into())))
     }
 
     /// Whether it is a size that somebody gave, and more than can be had.
-    pub fn is_beyond_machine(&self) -> bool {
-        let is_size = matches!(self.origin, Origin::Option(None) | Origin::Key);
+    pub fn exceeds_available(&self) -> bool {
+        let is_size = matches!(self.source, LimitSource::CommandLine(None) | LimitSource::Scene);
         is_size && self.bytes.zip(available()).is_some_and(|(bytes, available)| bytes > available)
     }
 
     /// Whether the command line gives it.
-    pub fn is_of_option(&self) -> bool {
-        matches!(self.origin, Origin::Option(_))
+    pub fn is_of_command_line(&self) -> bool {
+        matches!(self.source, LimitSource::CommandLine(_))
     }
 }
 
@@ -126,15 +126,15 @@ impl std::fmt::Display for MemoryLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Some(remaining) = self.remaining() else { return f.write_str("available is less") };
         let of = self.name();
-        let held = readable(self.held.into());
-        match (remaining, self.held) {
-            (_, 0) => write!(f, "{of} is {}", exactly(remaining.into())),
+        let held = format_bytes(self.reserved.into());
+        match (remaining, self.reserved) {
+            (_, 0) => write!(f, "{of} is {}", format_bytes_exactly(remaining.into())),
             (0, _) => {
-                let all = exactly(self.bytes.unwrap_or(0).into());
+                let all = format_bytes_exactly(self.bytes.unwrap_or(0).into());
                 write!(f, "{of} is {all}, which the rest of the scene ({held}) takes up already")
             }
             _ => {
-                write!(f, "{of} is {} beside the {held} of the rest of the scene", exactly(remaining.into()))
+                write!(f, "{of} is {} beside the {held} of the rest of the scene", format_bytes_exactly(remaining.into()))
             }
         }
     }
@@ -145,30 +145,30 @@ impl std::fmt::Display for MemoryLimit {
 /// # Errors
 /// If the system reports less memory available (Linux; elsewhere nothing is checked).
 pub fn ensure(bytes: u128, what: &str, mend: &str) -> Result<()> {
-    MemoryLimit { bytes: available(), held: 0, origin: Origin::Machine }.ensure(bytes, what, mend)
+    MemoryLimit { bytes: available(), reserved: 0, source: LimitSource::Machine }.ensure_available(bytes, what, mend)
 }
 
 /// What can be had now without swapping and within the limits of the process and its control groups, bytes; `None` where that is not
 /// known.
 fn available() -> Option<u64> {
-    let of_group = cgroup::free(std::path::Path::new("/sys/fs/cgroup"));
-    [free_of_machine(), free_of_process(), of_group].into_iter().flatten().min()
+    let of_group = cgroup::available_bytes(std::path::Path::new("/sys/fs/cgroup"));
+    [available_in_machine(), available_in_process(), of_group].into_iter().flatten().min()
 }
 
 /// `percent` of it.
-fn share(percent: f64) -> Option<u64> {
+fn share_of_available(percent: f64) -> Option<u64> {
     available().map(|bytes| (bytes as f64 * percent / 100.0) as u64)
 }
 
 /// Memory that can be had without swapping, bytes.
-fn free_of_machine() -> Option<u64> {
+fn available_in_machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
 /// Addresses that the limit of the process (`ulimit -v`) leaves it; `None` without one.
-fn free_of_process() -> Option<u64> {
+fn available_in_process() -> Option<u64> {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
     // SAFETY: the place is that of a limit.
     let done = unsafe { libc::getrlimit(libc::RLIMIT_AS, &raw mut limit) } == 0;
@@ -186,7 +186,7 @@ thread_local! {
 }
 
 /// Does `work`, which asks for memory and has an answer where there is none.
-pub(crate) fn may_fail<T>(work: impl FnOnce() -> T) -> T {
+pub(crate) fn handling_allocation_failure<T>(work: impl FnOnce() -> T) -> T {
     let before = MAY_FAIL.replace(true);
     let done = work();
     MAY_FAIL.set(before);
@@ -194,12 +194,12 @@ pub(crate) fn may_fail<T>(work: impl FnOnce() -> T) -> T {
 }
 
 /// Whether this thread has an answer where there is no memory.
-pub(crate) fn has_answer() -> bool {
+pub(crate) fn allocation_failure_is_handled() -> bool {
     MAY_FAIL.try_with(Cell::get).unwrap_or(false)
 }
 
 /// Bytes in a unit that suits their number.
-pub fn readable(bytes: u128) -> String {
+pub fn format_bytes(bytes: u128) -> String {
     let mebibytes = bytes as f64 / (1u64 << 20) as f64;
     match bytes {
         1 => "1 byte".to_owned(),
@@ -211,22 +211,22 @@ pub fn readable(bytes: u128) -> String {
 }
 
 /// The same with the bytes themselves.
-fn exactly(bytes: u128) -> String {
-    if bytes < 1024 { readable(bytes) } else { format!("{} ({bytes} bytes)", readable(bytes)) }
+fn format_bytes_exactly(bytes: u128) -> String {
+    if bytes < 1024 { format_bytes(bytes) } else { format!("{} ({bytes} bytes)", format_bytes(bytes)) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Kind;
+    use crate::error::ErrorKind;
 
     /// Truth: docs/DESIGN.md: the message has the bytes needed, those there are, and what can be changed.
     #[test]
     fn refusals_have_the_numbers() {
-        let limit = MemoryLimit::given(3 << 20).less(1 << 20);
+        let limit = MemoryLimit::of_scene(3 << 20).after_reserving(1 << 20);
         assert!(limit.allows(2 << 20) && !limit.allows((2 << 20) + 1));
-        let error = limit.ensure(5 << 20, "the factor", "take a coarser mesh").unwrap_err();
-        assert_eq!(error.kind(), Kind::Resources);
+        let error = limit.ensure_available(5 << 20, "the factor", "take a coarser mesh").unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Resources);
         for words in [
             "5.0 MiB (5242880 bytes)",
             "2.0 MiB (2097152 bytes)",
@@ -242,19 +242,19 @@ mod tests {
     #[test]
     fn refusals_name_the_limit() {
         let told = |limit: MemoryLimit| {
-            limit.less(1).ensure(1 << 62, "a body", "take less").unwrap_err().message().to_owned()
+            limit.after_reserving(1).ensure_available(1 << 62, "a body", "take less").unwrap_err().message().to_owned()
         };
         let cases: [(MemoryLimit, &[&str]); 3] = [
             (
-                MemoryLimit::of_option(1 << 30),
+                MemoryLimit::of_command_line(1 << 30),
                 &["allowed by --max-memory is 1024.0 MiB", "or raise --max-memory"],
             ),
             (
-                MemoryLimit::given(1 << 30),
+                MemoryLimit::of_scene(1 << 30),
                 &["allowed by solver.memory_limit is", "or raise solver.memory_limit"],
             ),
             (
-                MemoryLimit { bytes: Some(1 << 30), held: 0, origin: Origin::Share },
+                MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::DefaultShare },
                 &["80 % of what is available is", "or allow more with --max-memory or solver.memory_limit"],
             ),
         ];
@@ -263,7 +263,7 @@ mod tests {
             assert!(words.iter().all(|word| text.contains(word)), "{text}");
         }
         let of_share =
-            |percent| MemoryLimit { bytes: Some(1 << 30), held: 0, origin: Origin::Option(Some(percent)) };
+            |percent| MemoryLimit { bytes: Some(1 << 30), reserved: 0, source: LimitSource::CommandLine(Some(percent)) };
         let text = told(of_share(12.5));
         assert!(
             text.contains("--max-memory (12.5 % of what is available)")
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn shares_of_what_is_available() {
         let (Some(all), Some(most)) = (available(), MemoryLimit::of_machine().remaining()) else { return };
-        let half = MemoryLimit::share_of_option(50.0).remaining().unwrap();
+        let half = MemoryLimit::of_command_line_percent(50.0).remaining().unwrap();
         let near = |is: u64, wanted: f64| (is as f64 / wanted - 1.0).abs() < 0.2;
         assert!(near(most, 0.8 * all as f64) && near(half, 0.5 * all as f64), "{all} {most} {half}");
     }
@@ -284,12 +284,12 @@ mod tests {
     /// Truth: English, and that nothing is left where more is held than allowed.
     #[test]
     fn small_limits_are_told_in_words() {
-        let error = MemoryLimit::given(1).ensure(3 << 20, "a", "b").unwrap_err().to_string();
+        let error = MemoryLimit::of_scene(1).ensure_available(3 << 20, "a", "b").unwrap_err().to_string();
         assert!(error.contains("allowed by solver.memory_limit is 1 byte;"), "{error}");
-        let error = MemoryLimit::given(1 << 20).less(30 << 20).ensure(1, "a", "b").unwrap_err().to_string();
+        let error = MemoryLimit::of_scene(1 << 20).after_reserving(30 << 20).ensure_available(1, "a", "b").unwrap_err().to_string();
         assert!(error.contains("needs 1 byte of memory") && !error.contains("0 bytes beside"), "{error}");
         assert!(error.contains("which the rest of the scene (30.0 MiB) takes up already"), "{error}");
-        assert_eq!(readable(50 << 10), "50.0 KiB");
+        assert_eq!(format_bytes(50 << 10), "50.0 KiB");
     }
 
     /// Truth: no machine has 2^62 bytes, every one that runs this has one.

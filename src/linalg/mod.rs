@@ -1,37 +1,37 @@
 //! Linear algebra behind small traits: flexibility operators, sparse symmetric factorisation, ordering.
 
 mod cgroup;
-mod assembly;
+mod extend_add;
 pub mod cache;
 pub mod cell_matrix;
 mod column_counts;
-pub mod columns;
+pub mod dense_matrix;
 pub mod composed;
 pub mod constrained;
 pub mod course;
 pub mod dense;
 pub mod dense_lu;
-pub mod factor;
+pub mod cholesky;
 pub mod gmres;
-pub mod gmres_columns;
+pub mod gmres_multi_rhs;
 mod fronts;
 pub mod hierarchical;
-pub mod local_inverse;
+pub mod additive_schwarz;
 mod lower_blocks;
-pub mod lu;
+pub mod sparse_lu;
 pub mod memory;
-mod merging;
+mod amalgamation;
 mod multifrontal;
 pub mod operator;
 pub mod subset;
 pub mod ordering;
 pub mod packed;
-mod partial;
+mod front_elimination;
 pub mod per_cell;
 pub mod precision;
 pub mod sparse;
 pub mod two_level;
-pub(crate) mod wide;
-mod workspace;
+pub(crate) mod simd;
+mod schedule;
 
 pub use per_cell::PerCell;

@@ -13,37 +13,37 @@ use std::sync::Mutex;
 use faer::{MatMut, Par};
 use rayon::prelude::*;
 
-use super::assembly::Embedding;
-use super::dense::zeroed;
+use super::extend_add::ExtendAdd;
+use super::dense::try_zeroed;
 use super::fronts::{Front, FrontTree};
-use super::partial;
+use super::front_elimination;
 use super::sparse::SymmetricSparse;
-use super::workspace::Workspace;
+use super::schedule::FactorisationSchedule;
 use crate::error::{Error, Result};
 use crate::interrupt;
 
 /// Why a factor was not made.
-pub(super) enum Failure {
+pub(super) enum FactorisationFailure {
     /// Memory does not suffice, or a stop is wished.
-    Memory(Error),
+    Other(Error),
     /// The pivot at this place is not positive.
-    Pivot(usize),
+    NonPositivePivot(usize),
 }
 
-impl From<Error> for Failure {
+impl From<Error> for FactorisationFailure {
     fn from(error: Error) -> Self {
-        Self::Memory(error)
+        Self::Other(error)
     }
 }
 
 /// The lower triangle by columns in the order of the tree; rows of a column in no order.
-struct Columns {
+struct PermutedLower {
     offsets: Vec<usize>,
     rows: Vec<u32>,
     values: Vec<f64>,
 }
 
-impl Columns {
+impl PermutedLower {
     fn new(matrix: &SymmetricSparse, place: &[usize]) -> Result<Self> {
         let (starts, rows, values) = matrix.lower();
         let mut offsets = vec![0usize; matrix.n() + 1];
@@ -54,7 +54,7 @@ impl Columns {
         }
         (0..matrix.n()).for_each(|i| offsets[i + 1] += offsets[i]);
         let mut next = offsets.clone();
-        let (mut sorted, mut sorted_values) = (vec![0u32; rows.len()], zeroed(rows.len())?);
+        let (mut sorted, mut sorted_values) = (vec![0u32; rows.len()], try_zeroed(rows.len())?);
         for column in 0..matrix.n() {
             for k in starts[column]..starts[column + 1] {
                 let (a, b) = (place[rows[k]], place[column]);
@@ -73,18 +73,18 @@ pub(super) fn factorise(
     tree: &FrontTree,
     matrix: &SymmetricSparse,
     par: Par,
-) -> std::result::Result<Vec<f64>, Failure> {
-    let space = Workspace::new(tree);
-    let mut values = zeroed(tree.n_values())?;
-    let mut shared = zeroed(space.shared)?;
+) -> std::result::Result<Vec<f64>, FactorisationFailure> {
+    let space = FactorisationSchedule::new(tree);
+    let mut values = try_zeroed(tree.n_values())?;
+    let mut shared = try_zeroed(space.shared_len)?;
     let work =
-        Work { tree, columns: &Columns::new(matrix, &tree.place)?, space: &space, own: Mutex::default() };
+        Factorisation { tree, columns: &PermutedLower::new(matrix, &tree.place_of_row)?, schedule: &space, thread_buffers: Mutex::default() };
     let (mut rest, mut taken) = (values.as_mut_slice(), 0);
     let mut local = vec![0; tree.order.len()];
     for round in &space.rounds {
         // Subtrees and fronts of a round lie side by side among the values, whoever is worked on first.
         let mut ranges: Vec<Range<usize>> =
-            round.subtrees.iter().map(|&root| tree.values_of(tree.first[root]..root + 1)).collect();
+            round.subtrees.iter().map(|&root| tree.values_of(tree.first_in_subtree[root]..root + 1)).collect();
         ranges.extend(round.fronts.iter().map(|&front| tree.values_of(front..front + 1)));
         let length = ranges.iter().map(Range::len).sum();
         let (own, after) = rest.split_at_mut(length);
@@ -92,10 +92,10 @@ pub(super) fn factorise(
         (rest, taken) = (after, taken + length);
         let mut panels = disjoint(own, &ranges);
         let of_fronts = panels.split_off(round.subtrees.len());
-        let places: Vec<_> = round.subtrees.iter().map(|&root| space.place(root)).collect();
+        let places: Vec<_> = round.subtrees.iter().map(|&root| space.contribution_range(root)).collect();
         let subtrees: Vec<_> =
             round.subtrees.iter().zip(panels).zip(disjoint(&mut shared, &places)).collect();
-        let subtree = |((&root, panel), left)| work.subtree(root, panel, left);
+        let subtree = |((&root, panel), left)| work.factorise_subtree(root, panel, left);
         match par {
             Par::Seq => subtrees.into_iter().try_for_each(subtree)?,
             Par::Rayon(_) => {
@@ -104,7 +104,7 @@ pub(super) fn factorise(
             }
         }
         for (&front, panel) in round.fronts.iter().zip(of_fronts) {
-            work.front(front, panel, Memory { waiting: &mut shared, left: None, local: &mut local }, par)?;
+            work.factorise_front(front, panel, FrontBuffers { contributions: &mut shared, own_contribution: None, row_in_front: &mut local }, par)?;
         }
     }
     Ok(values)
@@ -112,9 +112,9 @@ pub(super) fn factorise(
 
 /// Most values that remainders take at one time, with `n_threads` subtrees side by side.
 pub(super) fn peak_workspace(tree: &FrontTree, n_threads: usize) -> usize {
-    let space = Workspace::new(tree);
+    let space = FactorisationSchedule::new(tree);
     let widest = space.rounds.iter().map(|round| round.subtrees.len()).max().unwrap_or(0);
-    space.shared + n_threads.min(widest) * space.own
+    space.shared_len + n_threads.min(widest) * space.thread_len
 }
 
 /// The parts of `values` in `ranges`, which do not overlap; in the order of `ranges`.
@@ -131,84 +131,84 @@ fn disjoint<'v>(values: &'v mut [f64], ranges: &[Range<usize>]) -> Vec<&'v mut [
     parts
 }
 
-struct Work<'a> {
+struct Factorisation<'a> {
     tree: &'a FrontTree,
-    columns: &'a Columns,
-    space: &'a Workspace,
+    columns: &'a PermutedLower,
+    schedule: &'a FactorisationSchedule,
     /// What threads use for subtrees: remainders, and places of rows in a front.
-    own: Mutex<Vec<(Vec<f64>, Vec<u32>)>>,
+    thread_buffers: Mutex<Vec<(Vec<f64>, Vec<u32>)>>,
 }
 
 /// What a front works in besides its columns of L.
-struct Memory<'m> {
+struct FrontBuffers<'m> {
     /// Where the remainders of its children are, and its own unless it is in `left`.
-    waiting: &'m mut [f64],
-    left: Option<&'m mut [f64]>,
+    contributions: &'m mut [f64],
+    own_contribution: Option<&'m mut [f64]>,
     /// A number per row.
-    local: &'m mut [u32],
+    row_in_front: &'m mut [u32],
 }
 
-impl Work<'_> {
+impl Factorisation<'_> {
     /// All fronts of the subtree of `root`, whose values are `values`; what the root leaves goes to `left`.
-    fn subtree(&self, root: usize, values: &mut [f64], left: &mut [f64]) -> std::result::Result<(), Failure> {
-        let used = self.own.lock().expect("no panic while the memory is held").pop();
+    fn factorise_subtree(&self, root: usize, values: &mut [f64], left: &mut [f64]) -> std::result::Result<(), FactorisationFailure> {
+        let used = self.thread_buffers.lock().expect("no panic while the memory is held").pop();
         let (mut waiting, mut local) = match used {
             Some(memory) => memory,
-            None => (zeroed(self.space.own)?, vec![0; self.tree.order.len()]),
+            None => (try_zeroed(self.schedule.thread_len)?, vec![0; self.tree.order.len()]),
         };
-        let (base, mut left) = (self.tree.fronts[self.tree.first[root]].offset, Some(left));
-        for front in self.tree.first[root]..root + 1 {
+        let (base, mut left) = (self.tree.fronts[self.tree.first_in_subtree[root]].offset, Some(left));
+        for front in self.tree.first_in_subtree[root]..root + 1 {
             let range = self.tree.values_of(front..front + 1);
             let left = if front == root { left.take() } else { None };
-            let memory = Memory { waiting: &mut waiting, left, local: &mut local };
-            self.front(front, &mut values[range.start - base..range.end - base], memory, Par::Seq)?;
+            let memory = FrontBuffers { contributions: &mut waiting, own_contribution: left, row_in_front: &mut local };
+            self.factorise_front(front, &mut values[range.start - base..range.end - base], memory, Par::Seq)?;
         }
-        self.own.lock().expect("no panic while the memory is held").push((waiting, local));
+        self.thread_buffers.lock().expect("no panic while the memory is held").push((waiting, local));
         Ok(())
     }
 
     /// One front: its columns of L into `panel`, and what it leaves, from its entries and what its children left.
-    fn front(
+    fn factorise_front(
         &self,
         index: usize,
         panel: &mut [f64],
-        memory: Memory<'_>,
+        memory: FrontBuffers<'_>,
         par: Par,
-    ) -> std::result::Result<(), Failure> {
+    ) -> std::result::Result<(), FactorisationFailure> {
         interrupt::check()?;
-        let Memory { waiting, mut left, local } = memory;
+        let FrontBuffers { contributions: waiting, own_contribution: mut left, row_in_front: local } = memory;
         let front = &self.tree.fronts[index];
-        let children: Vec<(Embedding, Range<usize>)> = self
+        let children: Vec<(ExtendAdd, Range<usize>)> = self
             .tree
             .children(index)
-            .map(|child| (Embedding::new(&self.tree.fronts[child], front), self.space.place(child)))
+            .map(|child| (ExtendAdd::new(&self.tree.fronts[child], front), self.schedule.contribution_range(child)))
             .collect();
         // Fresh memory is written before it is read: a page read first would be mapped twice.
         panel.fill(0.0);
-        self.take_entries(front, panel, local);
+        self.scatter_matrix_entries(front, panel, local);
         children.iter().for_each(|(child, place)| child.add_to_panel(&waiting[place.clone()], front, panel));
-        let own = self.space.place(index);
+        let own = self.schedule.contribution_range(index);
         let columns = MatMut::from_column_major_slice_mut(panel, front.size(), front.n_pivots);
         let remainder = match left.as_deref_mut() {
             Some(left) => left,
             None => &mut waiting[own.clone()],
         };
-        partial::eliminate(columns, remainder, par).map_err(|i| Failure::Pivot(front.start + i))?;
+        front_elimination::eliminate_pivots(columns, remainder, par).map_err(|i| FactorisationFailure::NonPositivePivot(front.start + i))?;
         interrupt::check()?;
         for (child, place) in children {
             match left.as_deref_mut() {
-                Some(left) => child.add_to_remainder(&waiting[place], front, left),
+                Some(left) => child.add_to_contribution(&waiting[place], front, left),
                 None => {
                     let [source, target] =
                         waiting.get_disjoint_mut([place, own.clone()]).expect("places in use do not overlap");
-                    child.add_to_remainder(source, front, target);
+                    child.add_to_contribution(source, front, target);
                 }
             }
         }
         Ok(())
     }
 
-    fn take_entries(&self, front: &Front, panel: &mut [f64], local: &mut [u32]) {
+    fn scatter_matrix_entries(&self, front: &Front, panel: &mut [f64], local: &mut [u32]) {
         let (size, end) = (front.size(), front.start + front.n_pivots);
         for (i, &row) in front.rows.iter().enumerate() {
             local[row] = (front.n_pivots + i) as u32;

@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
-use super::course::Course;
+use super::course::OperatorHistory;
 use crate::error::Result;
 
 /// The linear map S from tractions on body 2 (MPa) to the change of the gap (mm) that they cause.
@@ -63,13 +63,13 @@ pub trait Flexibility: Send + Sync {
 
     /// S tractions (`[3, N]` by planes) in one cell, mm, summed over the cells without what [`Self::apply`] makes use of; `None`
     /// if there is no such sum.
-    fn direct(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
+    fn direct_sum(&self, _cell: usize, _tractions: &[f64]) -> Option<[f64; 3]> {
         None
     }
 
-    /// As [`Self::direct`] in some cells, `[cells.len()]`, without what [`Self::apply`] makes use of; `None` if any has no such sum.
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        cells.iter().map(|&cell| self.direct(cell, tractions)).collect()
+    /// As [`Self::direct_sum`] in some cells, `[cells.len()]`, without what [`Self::apply`] makes use of; `None` if any has no such sum.
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        cells.iter().map(|&cell| self.direct_sum(cell, tractions)).collect()
     }
 
     /// How far `gap` is from S tractions (both `[3, N]` by planes) in some of its harmonics, by plain sums over the cells, in the
@@ -85,13 +85,13 @@ pub trait Flexibility: Send + Sync {
 
     /// The operator of the same bodies on a grid of `at_least` so many cells, none of them further apart than on the frame,
     /// with sides `factor` times as long; `None` if there is none.
-    fn on_grid(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
+    fn restrict(&self, _at_least: [usize; 2], _factor: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
-    /// An operator of [`Self::on_grid`] with its first cell at the cell `origin` of the frame, where what it says depends on the
+    /// An operator of [`Self::restrict`] with its first cell at the cell `origin` of the frame, where what it says depends on the
     /// place.
-    fn placed(
+    fn restriction_at(
         &self,
         smaller: Arc<dyn Flexibility>,
         _origin: [usize; 2],
@@ -101,27 +101,27 @@ pub trait Flexibility: Send + Sync {
     }
 
     /// Whether the operator on a grid is its own mirror image along axis `across`, the mirror between two cells in its middle.
-    fn mirrors(&self, _across: usize) -> bool {
+    fn is_mirror_symmetric(&self, _across: usize) -> bool {
         false
     }
 
     /// The operator on that half of the grid where the index along axis `across` is larger, for tractions whose mirror images act
     /// on the other; `None` if it is not its own mirror image.
-    fn mirrored(&self, _across: usize) -> Option<Arc<dyn Flexibility>> {
+    fn mirror_half(&self, _across: usize) -> Option<Arc<dyn Flexibility>> {
         None
     }
 
     /// How the entries of S between cells can be had.
-    fn entries(&self) -> Entries {
-        Entries::None
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Unavailable
     }
 
-    /// Adds S between `cells` (formed ones) to `matrix`; nothing where [`Self::entries`] are not to be had.
+    /// Adds S between `cells` (formed ones) to `matrix`; nothing where [`Self::entry_access`] are not to be had.
     fn add_entries(&self, _cells: &[usize], _matrix: &mut CellMatrix) {}
 
     /// Cells whose rows are not formed, ascending: the gap that [`Self::apply`] gives there is not the whole one, and
     /// no traction may act there.
-    fn unformed(&self) -> Vec<usize> {
+    fn unformed_cells(&self) -> Vec<usize> {
         Vec::new()
     }
 
@@ -130,7 +130,7 @@ pub trait Flexibility: Send + Sync {
     ///
     /// # Errors
     /// If a body cannot be solved.
-    fn complete(&self, _tractions: &[f64], _gap: &mut [f64]) -> Result<()> {
+    fn complete_gap(&self, _tractions: &[f64], _gap: &mut [f64]) -> Result<()> {
         Ok(())
     }
 
@@ -138,20 +138,20 @@ pub trait Flexibility: Send + Sync {
     ///
     /// # Errors
     /// If a body cannot be solved, or memory does not suffice.
-    fn form(&self, _cells: &[usize]) -> Result<()> {
+    fn form_rows(&self, _cells: &[usize]) -> Result<()> {
         Ok(())
     }
 
     /// What it has come to hold since it was made.
-    fn course(&self) -> Course {
-        Course::default()
+    fn history(&self) -> OperatorHistory {
+        OperatorHistory::default()
     }
 
     /// Comes to hold the same, if it is as it was made.
     ///
     /// # Errors
-    /// As [`Self::form`].
-    fn repeat(&self, _course: &Course) -> Result<()> {
+    /// As [`Self::form_rows`].
+    fn replay(&self, _course: &OperatorHistory) -> Result<()> {
         Ok(())
     }
 }
@@ -167,12 +167,12 @@ pub struct Defect {
 
 impl Defect {
     /// With one more place, where `found` should be `expected`.
-    pub fn and(self, found: f64, expected: f64) -> Self {
-        Self::or_more(self, (found - expected).abs(), expected.abs())
+    pub fn compared_with(self, found: f64, expected: f64) -> Self {
+        Self::max_with(self, (found - expected).abs(), expected.abs())
     }
 
     /// With one more place of that difference and size; a difference that is no number stays one.
-    pub fn or_more(self, difference: f64, size: f64) -> Self {
+    pub fn max_with(self, difference: f64, size: f64) -> Self {
         let worse = difference.is_nan() || difference > self.difference;
         Self { difference: if worse { difference } else { self.difference }, size: self.size.max(size) }
     }
@@ -193,9 +193,9 @@ pub trait TangentialFlexibility {
 
 /// How the entries of an operator between cells can be had.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Entries {
+pub enum EntryAccess {
     /// Not at all.
-    None,
+    Unavailable,
     /// They follow from what is stored.
     Computed,
     /// They are what is stored.

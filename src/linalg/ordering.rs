@@ -9,7 +9,7 @@ use metis_sys::{METIS_NOPTIONS, METIS_NodeND, METIS_PartGraphKway, METIS_SetDefa
 use crate::error::{Error, Result};
 
 /// METIS draws from the C library's one random sequence; two calls at a time would make orders depend on timing.
-static METIS: Mutex<()> = Mutex::new(());
+static METIS_LOCK: Mutex<()> = Mutex::new(());
 
 /// Which nodes share an element: a symmetric graph without loops.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl NodeGraph {
     }
 
     /// The graph of `n_nodes` nodes with the edges `pairs`, which may be given once or twice.
-    pub(super) fn from_pairs(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
+    pub(super) fn from_edges(n_nodes: usize, pairs: &[(usize, usize)]) -> Self {
         let mut offsets = vec![0usize; n_nodes + 1];
         pairs.iter().for_each(|&(i, j)| {
             offsets[i + 1] += 1;
@@ -82,7 +82,7 @@ impl NodeGraph {
     }
 
     /// The part of the graph between `nodes`, renumbered in their order.
-    pub(super) fn part(&self, nodes: &[usize]) -> Self {
+    pub(super) fn subgraph(&self, nodes: &[usize]) -> Self {
         let mut local = vec![usize::MAX; self.n_nodes()];
         nodes.iter().enumerate().for_each(|(i, &node)| local[node] = i);
         let mut part = Self { offsets: vec![0], neighbours: Vec::new() };
@@ -106,8 +106,8 @@ pub fn nested_dissection(graph: &NodeGraph, nodes: &[usize], last: &[usize]) -> 
     let mut is_last = vec![false; graph.n_nodes()];
     last.iter().for_each(|&node| is_last[node] = true);
     let first: Vec<usize> = nodes.iter().copied().filter(|&node| !is_last[node]).collect();
-    let part = graph.part(&first);
-    let order = metis_order(&part)?;
+    let part = graph.subgraph(&first);
+    let order = metis_node_nd(&part)?;
     Ok(order.into_iter().map(|i| first[i]).chain(last.iter().copied()).collect())
 }
 
@@ -128,14 +128,14 @@ pub(super) fn partition(
     if n_parts < 2 || graph.neighbours.is_empty() {
         return Ok(vec![0; n]);
     }
-    let [mut offsets, mut neighbours] = to_metis(graph)?;
+    let [mut offsets, mut neighbours] = metis_indices(graph)?;
     let edges = (0..n).flat_map(|node| graph.neighbours(node).iter().map(move |&other| (node, other)));
     let mut weights: Vec<idx_t> = edges.map(|(a, b)| weight(a, b)).collect();
     let (mut n_metis, mut n_parts_metis) = (n as idx_t, n_parts as idx_t);
     let (mut one, mut cut) = (1, 0);
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let mut parts = vec![0 as idx_t; n];
-    let guard = METIS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     // SAFETY: the arrays have the lengths METIS asks for (n + 1, offsets[n], offsets[n], METIS_NOPTIONS, n), the graph is
     // symmetric without loops and the weights are positive; null stands for equal weights of nodes and parts.
     let status = unsafe {
@@ -179,7 +179,7 @@ pub(super) fn partition(
 }
 
 /// Offsets and neighbours with METIS's indices.
-fn to_metis(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
+fn metis_indices(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
     let too_large = |_| {
         Error::resources(format!(
             "the mesh has {} nodes and {} connections between them, more than the 2^31 that the ordering can handle; use \
@@ -195,16 +195,16 @@ fn to_metis(graph: &NodeGraph) -> Result<[Vec<idx_t>; 2]> {
     Ok([convert(&graph.offsets)?, convert(&graph.neighbours)?])
 }
 
-fn metis_order(graph: &NodeGraph) -> Result<Vec<usize>> {
+fn metis_node_nd(graph: &NodeGraph) -> Result<Vec<usize>> {
     let n = graph.n_nodes();
     if n < 8 || graph.neighbours.is_empty() {
         return Ok((0..n).collect());
     }
-    let [mut offsets, mut neighbours] = to_metis(graph)?;
+    let [mut offsets, mut neighbours] = metis_indices(graph)?;
     let mut n_metis = n as idx_t;
     let mut options = [0 as idx_t; METIS_NOPTIONS as usize];
     let (mut order, mut inverse) = (vec![0 as idx_t; n], vec![0 as idx_t; n]);
-    let guard = METIS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let guard = METIS_LOCK.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     // SAFETY: the arrays have the lengths METIS asks for (n + 1, offsets[n], n, n, METIS_NOPTIONS), the graph is
     // symmetric without loops, and no vertex weights are given.
     let status = unsafe {
@@ -325,7 +325,7 @@ mod tests {
     fn nested_dissection_fills_less_than_the_natural_order() {
         let graph = grid(14);
         let natural: Vec<usize> = (0..graph.n_nodes()).collect();
-        let metis = metis_order(&graph).unwrap();
+        let metis = metis_node_nd(&graph).unwrap();
         let sorted = postorder(&graph, metis.clone());
         let (banded, dissected) = (fill(&graph, &natural), fill(&graph, &metis));
         assert!(1.5 * (dissected as f64) < banded as f64, "{dissected} against {banded}");
@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn postorder_is_one() {
         let graph = grid(6);
-        let order = postorder(&graph, metis_order(&graph).unwrap());
+        let order = postorder(&graph, metis_node_nd(&graph).unwrap());
         let parent = elimination_tree(&graph, &order);
         let mut size = vec![1usize; order.len()];
         for j in 0..order.len() {

@@ -5,17 +5,17 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::memory::may_fail;
+use super::memory::handling_allocation_failure;
 use crate::error::{Error, Result};
 
 /// Stripes a matrix is worked on in; their number is fixed so that the bits do not depend on the threads.
-const STRIPES: usize = 16;
+const N_STRIPES: usize = 16;
 /// Rows taken together.
-const ROWS: usize = 4;
+const ROWS_PER_BLOCK: usize = 4;
 /// Columns taken together.
-const LANES: usize = 4;
-/// Entries of a vector that are looked at together for zeros, a multiple of [`LANES`].
-const CHUNK: usize = 16;
+const COLUMNS_PER_BLOCK: usize = 4;
+/// Entries of a vector that are looked at together for zeros, a multiple of [`COLUMNS_PER_BLOCK`].
+const ZERO_SCAN_LEN: usize = 16;
 
 /// A dense symmetric matrix `[n, n]`, lower triangle row by row.
 pub struct PackedSymmetric {
@@ -29,7 +29,7 @@ pub struct PackedSymmetric {
 struct Scratch {
     /// One vector per stripe.
     parts: Vec<f64>,
-    /// Where the vector may be other than zero: ranges in steps of [`CHUNK`], ascending.
+    /// Where the vector may be other than zero: ranges in steps of [`ZERO_SCAN_LEN`], ascending.
     filled: Vec<Range<usize>>,
 }
 
@@ -45,7 +45,7 @@ impl PackedSymmetric {
     /// If memory does not suffice.
     pub fn from_lower(n: usize, at: impl Fn(usize, usize) -> f64) -> Result<Self> {
         let mut lower = Vec::new();
-        may_fail(|| lower.try_reserve_exact(start(n))).map_err(|_| {
+        handling_allocation_failure(|| lower.try_reserve_exact(start(n))).map_err(|_| {
             Error::resources(format!(
                 "not enough memory for a flexibility of {n} contact unknowns ({:.2} GiB); use a coarser mesh, or a \
                  smaller frame",
@@ -55,8 +55,8 @@ impl PackedSymmetric {
         for i in 0..n {
             lower.extend((0..=i).map(|j| at(i, j)));
         }
-        let filled = Vec::with_capacity(n / CHUNK + 1);
-        let scratch = Mutex::new(Scratch { parts: vec![0.0; STRIPES * n], filled });
+        let filled = Vec::with_capacity(n / ZERO_SCAN_LEN + 1);
+        let scratch = Mutex::new(Scratch { parts: vec![0.0; N_STRIPES * n], filled });
         Ok(Self { n, lower, stripes: stripes(n), scratch })
     }
 
@@ -83,8 +83,8 @@ impl PackedSymmetric {
             .par_chunks_exact_mut(self.n)
             .zip(&self.stripes)
             .for_each(|(part, rows)| self.multiply_stripe(rows.clone(), (x, filled), part));
-        y.copy_from_slice(&parts[(STRIPES - 1) * self.n..]);
-        for (part, rows) in parts.chunks_exact(self.n).zip(&self.stripes).take(STRIPES - 1) {
+        y.copy_from_slice(&parts[(N_STRIPES - 1) * self.n..]);
+        for (part, rows) in parts.chunks_exact(self.n).zip(&self.stripes).take(N_STRIPES - 1) {
             y[..rows.end].iter_mut().zip(part).for_each(|(sum, value)| *sum += value);
         }
     }
@@ -94,13 +94,13 @@ impl PackedSymmetric {
     fn multiply_stripe(&self, rows: Range<usize>, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
         part[..rows.end].fill(0.0);
         let mut i = rows.start;
-        while i + ROWS <= rows.end {
-            if x[i..i + ROWS].iter().all(|value| *value == 0.0) {
+        while i + ROWS_PER_BLOCK <= rows.end {
+            if x[i..i + ROWS_PER_BLOCK].iter().all(|value| *value == 0.0) {
                 self.dot_rows(i, (x, filled), part);
             } else {
                 self.multiply_rows(i, x, part);
             }
-            i += ROWS;
+            i += ROWS_PER_BLOCK;
         }
         for i in i..rows.end {
             self.multiply_tail(i, 0, x, part);
@@ -109,18 +109,18 @@ impl PackedSymmetric {
 
     /// Rows i..i + ROWS: the common columns together, so that x and y are read once, then the corner.
     fn multiply_rows(&self, i: usize, x: &[f64], part: &mut [f64]) {
-        let common = i / LANES * LANES;
-        let row: [&[f64]; ROWS] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
-        let factor: [f64; ROWS] = std::array::from_fn(|r| x[i + r]);
-        let mut sums = [[0.0; LANES]; ROWS];
+        let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
+        let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
+        let factor: [f64; ROWS_PER_BLOCK] = std::array::from_fn(|r| x[i + r]);
+        let mut sums = [[0.0; COLUMNS_PER_BLOCK]; ROWS_PER_BLOCK];
         for (block, (x, y)) in
-            x[..common].chunks_exact(LANES).zip(part[..common].chunks_exact_mut(LANES)).enumerate()
+            x[..common].chunks_exact(COLUMNS_PER_BLOCK).zip(part[..common].chunks_exact_mut(COLUMNS_PER_BLOCK)).enumerate()
         {
-            let at = block * LANES;
-            let piece: [&[f64]; ROWS] = std::array::from_fn(|r| &row[r][at..at + LANES]);
-            for lane in 0..LANES {
+            let at = block * COLUMNS_PER_BLOCK;
+            let piece: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &row[r][at..at + COLUMNS_PER_BLOCK]);
+            for lane in 0..COLUMNS_PER_BLOCK {
                 let mut mirrored = 0.0;
-                for r in 0..ROWS {
+                for r in 0..ROWS_PER_BLOCK {
                     sums[r][lane] += piece[r][lane] * x[lane];
                     mirrored += piece[r][lane] * factor[r];
                 }
@@ -136,16 +136,16 @@ impl PackedSymmetric {
     /// Rows i..i + ROWS where x vanishes on them: no mirror images, and only columns where x is `filled`. Sums in the order of
     /// [`Self::multiply_rows`], so that the bits are the same.
     fn dot_rows(&self, i: usize, (x, filled): (&[f64], &[Range<usize>]), part: &mut [f64]) {
-        let common = i / LANES * LANES;
-        let row: [&[f64]; ROWS] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
-        let mut sums = [[0.0; LANES]; ROWS];
+        let common = i / COLUMNS_PER_BLOCK * COLUMNS_PER_BLOCK;
+        let row: [&[f64]; ROWS_PER_BLOCK] = std::array::from_fn(|r| &self.lower[start(i + r)..][..common]);
+        let mut sums = [[0.0; COLUMNS_PER_BLOCK]; ROWS_PER_BLOCK];
         for range in filled {
             let (from, to) = (range.start.min(common), range.end.min(common));
-            for (block, x) in x[from..to].chunks_exact(LANES).enumerate() {
-                let at = from + block * LANES;
-                for r in 0..ROWS {
-                    let piece = &row[r][at..at + LANES];
-                    for lane in 0..LANES {
+            for (block, x) in x[from..to].chunks_exact(COLUMNS_PER_BLOCK).enumerate() {
+                let at = from + block * COLUMNS_PER_BLOCK;
+                for r in 0..ROWS_PER_BLOCK {
+                    let piece = &row[r][at..at + COLUMNS_PER_BLOCK];
+                    for lane in 0..COLUMNS_PER_BLOCK {
                         sums[r][lane] += piece[lane] * x[lane];
                     }
                 }
@@ -172,11 +172,11 @@ impl PackedSymmetric {
 /// Ranges of whole chunks outside which `x` is zero.
 fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
     filled.clear();
-    for (chunk, values) in x.chunks(CHUNK).enumerate() {
+    for (chunk, values) in x.chunks(ZERO_SCAN_LEN).enumerate() {
         if values.iter().all(|value| *value == 0.0) {
             continue;
         }
-        let (from, to) = (chunk * CHUNK, chunk * CHUNK + values.len());
+        let (from, to) = (chunk * ZERO_SCAN_LEN, chunk * ZERO_SCAN_LEN + values.len());
         match filled.last_mut() {
             Some(last) if last.end == from => last.end = to,
             _ => filled.push(from..to),
@@ -187,10 +187,10 @@ fn find_filled(x: &[f64], filled: &mut Vec<Range<usize>>) {
 /// Row ranges of about equal numbers of entries.
 fn stripes(n: usize) -> Vec<Range<usize>> {
     let end = |s: usize| {
-        let share = (s as f64 / STRIPES as f64).sqrt();
-        if s == STRIPES { n } else { ((n as f64 * share) as usize).min(n) }
+        let share = (s as f64 / N_STRIPES as f64).sqrt();
+        if s == N_STRIPES { n } else { ((n as f64 * share) as usize).min(n) }
     };
-    (0..STRIPES).map(|s| end(s)..end(s + 1)).collect()
+    (0..N_STRIPES).map(|s| end(s)..end(s + 1)).collect()
 }
 
 #[cfg(test)]
@@ -233,8 +233,8 @@ mod tests {
             }
             let mut filled = Vec::new();
             find_filled(&x, &mut filled);
-            let empty = |i: &usize| x[*i..*i + ROWS].iter().all(|value| *value == 0.0);
-            for i in (0..n - ROWS).filter(empty) {
+            let empty = |i: &usize| x[*i..*i + ROWS_PER_BLOCK].iter().all(|value| *value == 0.0);
+            for i in (0..n - ROWS_PER_BLOCK).filter(empty) {
                 let (mut fast, mut whole) = (vec![0.0; n], vec![0.0; n]);
                 matrix.dot_rows(i, (&x, &filled), &mut fast);
                 matrix.multiply_rows(i, &x, &mut whole);

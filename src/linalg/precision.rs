@@ -18,14 +18,14 @@ pub enum Precision {
 /// An operator whose products are needed to some precision only.
 pub struct WithPrecision<'a> {
     /// The operator.
-    pub of: &'a dyn Flexibility,
+    pub operator: &'a dyn Flexibility,
     /// Of its products.
     pub precision: Precision,
 }
 
 impl WithPrecision<'_> {
     fn part(&self) -> &dyn TangentialFlexibility {
-        self.of.tangential().expect("it has one, or this would not be asked for it")
+        self.operator.tangential().expect("it has one, or this would not be asked for it")
     }
 }
 
@@ -48,33 +48,33 @@ impl TangentialFlexibility for WithPrecision<'_> {
 
 impl Flexibility for WithPrecision<'_> {
     fn n_cells(&self) -> usize {
-        self.of.n_cells()
+        self.operator.n_cells()
     }
 
     fn tangential(&self) -> Option<&dyn TangentialFlexibility> {
-        self.of.tangential().is_some().then_some(self)
+        self.operator.tangential().is_some().then_some(self)
     }
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
         match self.precision {
-            Precision::Single => self.of.apply_single(tractions, gap),
-            Precision::Double => self.of.apply(tractions, gap),
+            Precision::Single => self.operator.apply_single(tractions, gap),
+            Precision::Double => self.operator.apply(tractions, gap),
         }
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
         match self.precision {
-            Precision::Single => self.of.apply_normal_single(pressure, normal_gap),
-            Precision::Double => self.of.apply_normal(pressure, normal_gap),
+            Precision::Single => self.operator.apply_normal_single(pressure, normal_gap),
+            Precision::Double => self.operator.apply_normal(pressure, normal_gap),
         }
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        self.of.diagonal_blocks()
+        self.operator.diagonal_blocks()
     }
 
     fn couples_normal_tangential(&self) -> bool {
-        self.of.couples_normal_tangential()
+        self.operator.couples_normal_tangential()
     }
 }
 
@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn products_are_of_the_precision_asked_for() {
         for (precision, expected) in [(Precision::Single, 0.0), (Precision::Double, 2.0)] {
-            let operator = WithPrecision { of: &Told, precision };
+            let operator = WithPrecision { operator: &Told, precision };
             let (mut gap, mut normal) = ([9.0; 3], [9.0]);
             operator.apply(&[2.0; 3], &mut gap);
             operator.apply_normal(&[2.0], &mut normal);

@@ -9,7 +9,7 @@ pub struct SymmetricSparse {
 }
 
 /// Entries of a small symmetric matrix being summed up; a large one is filled into its pattern
-/// ([`SymmetricSparse::zeros`]), which takes a third of the memory.
+/// ([`SymmetricSparse::from_pattern`]), which takes a third of the memory.
 #[derive(Debug, Clone)]
 pub struct SymmetricTriplets {
     n: usize,
@@ -41,7 +41,7 @@ impl SymmetricTriplets {
         let mut offsets = vec![0; self.n + 1];
         pattern.iter().for_each(|&(column, _)| offsets[column + 1] += 1);
         (0..self.n).for_each(|column| offsets[column + 1] += offsets[column]);
-        let mut matrix = SymmetricSparse::zeros(offsets, pattern.into_iter().map(|entry| entry.1).collect());
+        let mut matrix = SymmetricSparse::from_pattern(offsets, pattern.into_iter().map(|entry| entry.1).collect());
         self.entries.iter().for_each(|&(column, row, value)| matrix.add(row, column, value));
         matrix
     }
@@ -53,7 +53,7 @@ impl SymmetricSparse {
     ///
     /// # Panics
     /// If rows are not ascending or out of range, or the offsets do not fit them.
-    pub fn zeros(offsets: Vec<usize>, rows: Vec<usize>) -> Self {
+    pub fn from_pattern(offsets: Vec<usize>, rows: Vec<usize>) -> Self {
         let (n, values) = (offsets.len() - 1, vec![0.0; rows.len()]);
         let lower = CscMatrix::try_from_csc_data(n, n, offsets, rows, values);
         Self { lower: lower.expect("a pattern by ascending rows") }
@@ -155,7 +155,7 @@ mod tests {
     /// Truth: the product by hand of [[2, 0, 3], [0, 0, 0], [3, 0, 5]], of which a column stores nothing.
     #[test]
     fn entries_of_a_pattern() {
-        let mut matrix = SymmetricSparse::zeros(vec![0, 2, 2, 3], vec![0, 2, 2]);
+        let mut matrix = SymmetricSparse::from_pattern(vec![0, 2, 2, 3], vec![0, 2, 2]);
         for (i, j, value) in [(0, 0, 2.0), (0, 2, 1.0), (2, 0, 2.0), (2, 2, 5.0)] {
             matrix.add(i, j, value);
         }

@@ -7,15 +7,15 @@ use nalgebra::Matrix3;
 
 use super::PerCell;
 use super::cell_matrix::CellMatrix;
-use super::course::Course;
-use super::operator::{Defect, Entries, Flexibility};
+use super::course::OperatorHistory;
+use super::operator::{Defect, EntryAccess, Flexibility};
 use crate::error::Result;
 
 /// The flexibility of those cells of `whole` that may carry tractions; the others carry none and their gap is not asked for.
 pub struct SubsetFlexibility {
     whole: Box<dyn Flexibility>,
     /// Index in the whole of each cell.
-    places: Vec<usize>,
+    cells: Vec<usize>,
     /// Tractions and gap of the whole, `[3, N]` each; tractions are zero outside the places.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
@@ -28,37 +28,37 @@ impl SubsetFlexibility {
     pub fn new(whole: Box<dyn Flexibility>, places: Vec<usize>) -> Self {
         let n = whole.n_cells();
         assert!(places.iter().all(|&place| place < n), "a cell outside of the operator");
-        Self { whole, places, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
+        Self { whole, cells: places, scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]) }
     }
 
     /// Tractions `[3, M]` of the places as those of the whole, `[3, N]`.
     fn scattered(&self, tractions: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
         let mut whole = vec![0.0; 3 * n];
         for (i, traction) in tractions.iter().enumerate() {
-            whole[i / m * n + self.places[i % m]] = *traction;
+            whole[i / m * n + self.cells[i % m]] = *traction;
         }
         whole
     }
 
     /// Runs `product` of the whole on scattered `values` and gathers its result, both by `planes`; what it says of itself.
-    fn within(
+    fn apply_whole(
         &self,
         planes: usize,
         (values, out): (&[f64], &mut [f64]),
         product: impl FnOnce(&[f64], &mut [f64]) -> bool,
     ) -> bool {
-        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         let [whole, result] = &mut *scratch;
         for plane in 0..planes {
-            for (place, value) in self.places.iter().zip(&values[plane * m..(plane + 1) * m]) {
+            for (place, value) in self.cells.iter().zip(&values[plane * m..(plane + 1) * m]) {
                 whole[plane * n + place] = *value;
             }
         }
         let done = product(&whole[..planes * n], &mut result[..planes * n]);
         for plane in 0..planes {
-            for (place, value) in self.places.iter().zip(&mut out[plane * m..(plane + 1) * m]) {
+            for (place, value) in self.cells.iter().zip(&mut out[plane * m..(plane + 1) * m]) {
                 *value = result[plane * n + place];
             }
         }
@@ -68,7 +68,7 @@ impl SubsetFlexibility {
 
 impl Flexibility for SubsetFlexibility {
     fn n_cells(&self) -> usize {
-        self.places.len()
+        self.cells.len()
     }
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
@@ -76,7 +76,7 @@ impl Flexibility for SubsetFlexibility {
             self.whole.apply(whole, result);
             true
         };
-        self.within(3, (tractions, gap), product);
+        self.apply_whole(3, (tractions, gap), product);
     }
 
     fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
@@ -84,13 +84,13 @@ impl Flexibility for SubsetFlexibility {
             self.whole.apply_normal(whole, result);
             true
         };
-        self.within(1, (pressure, normal_gap), product);
+        self.apply_whole(1, (pressure, normal_gap), product);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
         match self.whole.diagonal_blocks() {
-            PerCell::Same(block, _) => PerCell::Same(block, self.places.len()),
-            PerCell::Each(whole) => self.places.iter().map(|&place| whole[place]).collect(),
+            PerCell::Same(block, _) => PerCell::Same(block, self.cells.len()),
+            PerCell::Each(whole) => self.cells.iter().map(|&place| whole[place]).collect(),
         }
     }
 
@@ -98,10 +98,10 @@ impl Flexibility for SubsetFlexibility {
         self.whole.couples_normal_tangential()
     }
 
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
         let whole = self.scattered(tractions);
-        let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
-        self.whole.direct_in(&places, &whole)
+        let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
+        self.whole.direct_sums(&places, &whole)
     }
 
     /// That of the whole, or of what it gives in the places, whichever is larger.
@@ -110,10 +110,10 @@ impl Flexibility for SubsetFlexibility {
         let mut moved = vec![0.0; whole.len()];
         self.whole.apply(&whole, &mut moved);
         let mut defect = self.whole.harmonic_defect(&whole, &moved, planes.clone())?;
-        let (n, m) = (self.whole.n_cells(), self.places.len());
+        let (n, m) = (self.whole.n_cells(), self.cells.len());
         for plane in planes {
-            for (gap, place) in gap[plane * m..(plane + 1) * m].iter().zip(&self.places) {
-                defect = defect.and(*gap, moved[plane * n + place]);
+            for (gap, place) in gap[plane * m..(plane + 1) * m].iter().zip(&self.cells) {
+                defect = defect.compared_with(*gap, moved[plane * n + place]);
             }
         }
         Some(defect)
@@ -122,29 +122,29 @@ impl Flexibility for SubsetFlexibility {
     /// The part of the inverse of the whole: still symmetric and positive definite.
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition_normal(whole, result);
-        self.within(1, (normal_gap, pressure), product)
+        self.apply_whole(1, (normal_gap, pressure), product)
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let product = |whole: &[f64], result: &mut [f64]| self.whole.precondition(whole, result);
-        self.within(3, (gap, tractions), product)
+        self.apply_whole(3, (gap, tractions), product)
     }
 
-    fn entries(&self) -> Entries {
-        self.whole.entries()
+    fn entry_access(&self) -> EntryAccess {
+        self.whole.entry_access()
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        let places: Vec<usize> = cells.iter().map(|&cell| self.places[cell]).collect();
+        let places: Vec<usize> = cells.iter().map(|&cell| self.cells[cell]).collect();
         self.whole.add_entries(&places, matrix);
     }
 
-    fn course(&self) -> Course {
-        self.whole.course()
+    fn history(&self) -> OperatorHistory {
+        self.whole.history()
     }
 
-    fn repeat(&self, course: &Course) -> Result<()> {
-        self.whole.repeat(course)
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.whole.replay(course)
     }
 }
 

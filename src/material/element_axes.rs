@@ -5,7 +5,7 @@ use std::collections::hash_map::Entry;
 
 use nalgebra::Matrix3;
 
-use super::orientation::axes_along;
+use super::orientation::axes_from_directions;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
@@ -27,7 +27,7 @@ impl ElementAxes {
     /// # Errors
     /// If the vectors have no direction, or the element has axes already.
     pub fn add(&mut self, element: u64, first: [f64; 3], second: Option<[f64; 3]>) -> Result<()> {
-        let Some(axes) = axes_along(first.into(), second.map(Point::from)) else {
+        let Some(axes) = axes_from_directions(first.into(), second.map(Point::from)) else {
             let second = second.map_or(String::new(), |second| format!(", second {second:?}"));
             return Err(Error::input(format!(
                 "the fibre {first:?}{second} of element {element} gives no direction: it must be finite and not zero, \

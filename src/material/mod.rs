@@ -4,7 +4,7 @@
 
 mod element_axes;
 mod orientation;
-mod placement;
+mod region_material;
 pub mod strength;
 mod winding;
 
@@ -13,8 +13,8 @@ use nalgebra::{Matrix3, Matrix6};
 use crate::error::{Error, Result};
 
 pub use element_axes::ElementAxes;
-pub use orientation::{Orientation, axes_along, centroid};
-pub use placement::{Placed, Placement, Ply};
+pub use orientation::{Orientation, axes_from_directions, centroid};
+pub use region_material::{PlacedMaterial, RegionMaterial, Ply};
 pub use winding::{Winding, WoundLayer};
 
 /// Voigt index to tensor indices.
@@ -122,7 +122,7 @@ impl Orthotropic {
 }
 
 /// Differences of a stiffness from an isotropic one, over its largest entry, that are rounding.
-const ROUNDING: f64 = 1e-11;
+const ISOTROPY_TOLERANCE: f64 = 1e-11;
 
 impl Stiffness {
     /// Isotropic material from Young's modulus (MPa) and Poisson's ratio.
@@ -224,7 +224,7 @@ impl Stiffness {
 
     /// Poisson's ratio of the isotropic material that changes its volume as little: 1 - 2 ν = Σ S_ij / Σ S_ii over the normal
     /// components of the compliance, the volume change by pressure over that by the same stresses one by one without contraction.
-    pub fn volume_poisson(&self) -> f64 {
+    pub fn volumetric_poisson_ratio(&self) -> f64 {
         let s = self.compliance();
         let normal = s.fixed_view::<3, 3>(0, 0);
         0.5 * (1.0 - normal.sum() / normal.trace())
@@ -246,7 +246,7 @@ impl Stiffness {
             let shear = if i == j { mu * if i < 3 { 2.0 } else { 1.0 } } else { 0.0 };
             normal + shear
         });
-        ((c - isotropic).amax() <= ROUNDING * c.amax()).then(|| [mu, lambda / (2.0 * (lambda + mu))])
+        ((c - isotropic).amax() <= ISOTROPY_TOLERANCE * c.amax()).then(|| [mu, lambda / (2.0 * (lambda + mu))])
     }
 
     /// Stress of a gradient of displacement, MPa.

@@ -15,7 +15,7 @@ pub enum Orientation {
     /// The same in all elements.
     Uniform(Matrix3<f64>),
     /// Given by element number.
-    Elements(Arc<ElementAxes>),
+    PerElement(Arc<ElementAxes>),
     /// Around an axis.
     Winding(Winding),
 }
@@ -28,7 +28,7 @@ impl Orientation {
     pub fn axes(&self, element: u64, corners: &[Point]) -> Result<Matrix3<f64>> {
         match self {
             Self::Uniform(axes) => Ok(*axes),
-            Self::Elements(elements) => elements.axes(element),
+            Self::PerElement(elements) => elements.axes(element),
             Self::Winding(winding) => winding.axes(corners),
         }
     }
@@ -38,17 +38,17 @@ impl Orientation {
 /// the fibre stands upright), or the part of `second` across the fibre where one is given; 3 = 1 x 2.
 ///
 /// `None` if a vector is zero, not finite, or `second` is along the fibre.
-pub fn axes_along(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
-    let a1 = unit(first)?;
+pub fn axes_from_directions(first: Point, second: Option<Point>) -> Option<Matrix3<f64>> {
+    let a1 = unit_vector(first)?;
     let a2 = match second {
         Some(second) => {
-            let second = unit(second)?;
+            let second = unit_vector(second)?;
             let across = second - a1 * a1.dot(&second);
-            (across.norm() > PARALLEL).then(|| across.normalize())?
+            (across.norm() > MIN_SINE_TO_FIBRE).then(|| across.normalize())?
         }
         None => {
             let horizontal = a1.x.hypot(a1.y);
-            if horizontal > UPRIGHT {
+            if horizontal > UPRIGHT_TOLERANCE {
                 Point::new(-a1.y / horizontal, a1.x / horizontal, 0.0)
             } else {
                 Point::y()
@@ -66,13 +66,13 @@ pub fn centroid(corners: &[Point]) -> Point {
 }
 
 /// Least sine of the angle between fibre and second direction.
-const PARALLEL: f64 = 1e-6;
+const MIN_SINE_TO_FIBRE: f64 = 1e-6;
 
 /// Horizontal part of a unit vector below which it stands upright.
-const UPRIGHT: f64 = 1e-9;
+const UPRIGHT_TOLERANCE: f64 = 1e-9;
 
 /// The vector at length 1, `None` if it has no direction.
-pub(super) fn unit(vector: Point) -> Option<Point> {
+pub(super) fn unit_vector(vector: Point) -> Option<Point> {
     let largest = vector.amax();
     // Scaled first: squares of very large or small components would overflow or vanish.
     (largest.is_finite() && largest > 0.0 && vector.iter().all(|x| x.is_finite()))
@@ -90,22 +90,22 @@ mod tests {
         for (tilt, azimuth) in [(0.0, 0.0), (0.5, 1.1), (-0.7, 2.9), (1.5, -2.0)] {
             let expected = fibre_axes(tilt, azimuth);
             let first: Point = expected.column(0).into();
-            let found = axes_along(first * 1e-180, None).expect("a direction");
+            let found = axes_from_directions(first * 1e-180, None).expect("a direction");
             assert!((found - expected).amax() < 1e-14, "{tilt} {azimuth}");
             let second: Point = expected.column(1) * 3.0 + expected.column(0) * 0.4;
-            let found = axes_along(first, Some(second)).expect("directions");
+            let found = axes_from_directions(first, Some(second)).expect("directions");
             assert!((found - expected).amax() < 1e-14, "{tilt} {azimuth}");
         }
-        let upright = axes_along(Point::z(), None).expect("a direction");
+        let upright = axes_from_directions(Point::z(), None).expect("a direction");
         assert_eq!(upright.column(1), Point::y());
     }
 
     /// Truth: what has no direction gives no axes.
     #[test]
     fn no_direction_is_refused() {
-        assert!(axes_along(Point::zeros(), None).is_none());
-        assert!(axes_along(Point::new(f64::NAN, 1.0, 0.0), None).is_none());
-        assert!(axes_along(Point::new(f64::INFINITY, 1.0, 0.0), None).is_none());
-        assert!(axes_along(Point::x(), Some(Point::x() * -2.0)).is_none());
+        assert!(axes_from_directions(Point::zeros(), None).is_none());
+        assert!(axes_from_directions(Point::new(f64::NAN, 1.0, 0.0), None).is_none());
+        assert!(axes_from_directions(Point::new(f64::INFINITY, 1.0, 0.0), None).is_none());
+        assert!(axes_from_directions(Point::x(), Some(Point::x() * -2.0)).is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use super::orientation::{centroid, unit};
+use super::orientation::{centroid, unit_vector};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 
@@ -30,7 +30,7 @@ impl Winding {
     /// # Errors
     /// If the axis has no direction, there is no layer, or radii are not ascending.
     pub fn new(axis: [f64; 3], origin: [f64; 3], layers: Vec<WoundLayer>) -> Result<Self> {
-        let Some(axis) = unit(axis.into()) else {
+        let Some(axis) = unit_vector(axis.into()) else {
             return Err(Error::input(format!("the axis {axis:?} has no direction: it must not be zero")));
         };
         if layers.is_empty() {

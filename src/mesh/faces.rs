@@ -26,16 +26,16 @@ pub struct SurfaceFace {
 impl SurfaceFace {
     /// Its area between its corners, mm2.
     pub fn area(&self, mesh: &Mesh) -> f64 {
-        self.fan(mesh).map(|triangle| triangle.norm()).sum()
+        self.triangle_area_vectors(mesh).map(|triangle| triangle.norm()).sum()
     }
 
     /// Its outward area vector between its corners, mm2.
     pub fn area_vector(&self, mesh: &Mesh) -> Point {
-        self.fan(mesh).sum()
+        self.triangle_area_vectors(mesh).sum()
     }
 
     /// The area vectors of the triangles that its corners make with the first of them.
-    fn fan(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
+    fn triangle_area_vectors(&self, mesh: &Mesh) -> impl Iterator<Item = Point> {
         let corner = |i: usize| Point::from(mesh.points[self.nodes[i]]);
         let first = corner(0);
         (1..self.kind.n_corners() - 1).map(move |i| 0.5 * (corner(i) - first).cross(&(corner(i + 1) - first)))
@@ -158,16 +158,16 @@ pub fn group_faces(mesh: &Mesh, name: &str) -> Result<Vec<SurfaceFace>> {
         .map(|&cell| {
             let tag = mesh.tag(cell);
             if let Some(other) = taken.insert(key_of(cell), tag) {
-                return Err(wrong(mesh, name, cell, &format!("lies on the same face as element {other}")));
+                return Err(group_element_error(mesh, name, cell, &format!("lies on the same face as element {other}")));
             }
-            let face = the_outer_face(mesh, name, cell, &owners[&key_of(cell)])?;
+            let face = sole_outer_face(mesh, name, cell, &owners[&key_of(cell)])?;
             same_nodes(mesh, name, cell, &face)?;
             Ok(face)
         })
         .collect()
 }
 
-fn wrong(mesh: &Mesh, name: &str, cell: CellRef, what: &str) -> Error {
+fn group_element_error(mesh: &Mesh, name: &str, cell: CellRef, what: &str) -> Error {
     Error::input(format!(
         "element {} ({}) of the group \"{name}\" of {} {what}",
         mesh.tag(cell),
@@ -176,7 +176,7 @@ fn wrong(mesh: &Mesh, name: &str, cell: CellRef, what: &str) -> Error {
     ))
 }
 
-fn the_outer_face(
+fn sole_outer_face(
     mesh: &Mesh,
     name: &str,
     cell: CellRef,
@@ -187,9 +187,9 @@ fn the_outer_face(
         [] => {
             let why = "belongs to no solid element: mesh the volume behind it conformingly, and put the volume into a physical group \
                        so that gmsh saves it";
-            Err(wrong(mesh, name, cell, why))
+            Err(group_element_error(mesh, name, cell, why))
         }
-        [(a, _), (b, _), ..] => Err(wrong(
+        [(a, _), (b, _), ..] => Err(group_element_error(
             mesh,
             name,
             cell,
@@ -215,7 +215,7 @@ fn same_nodes(mesh: &Mesh, name: &str, cell: CellRef, face: &SurfaceFace) -> Res
     let solid = format!("{} {}", mesh.kind(face.owner).name(), mesh.tag(face.owner));
     let what =
         format!("does not share its middle nodes with the {} face of {solid} it lies on", face.kind.name());
-    Err(wrong(mesh, name, cell, &what))
+    Err(group_element_error(mesh, name, cell, &what))
 }
 
 /// Three solids that share one face, if there are any.

@@ -1,19 +1,19 @@
 //! Meshes of solids and surfaces with physical groups.
 
-pub mod crossing;
+pub mod self_intersection;
 pub mod faces;
 pub mod gmsh;
 mod groups;
 pub mod quality;
 pub mod size_field;
 pub mod structured;
-pub mod surface;
+pub mod closed_surface;
 
 use crate::element::ElementKind;
 
 /// All cells of one kind.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Block {
+pub struct CellBlock {
     /// Their kind.
     pub kind: ElementKind,
     /// Node indices (0-based, into [`Mesh::points`]), `[n_cells, kind.n_nodes()]` row by row, gmsh's node order.
@@ -22,7 +22,7 @@ pub struct Block {
     pub tags: Vec<u64>,
 }
 
-impl Block {
+impl CellBlock {
     /// Number of its cells.
     pub fn n_cells(&self) -> usize {
         self.tags.len()
@@ -78,7 +78,7 @@ pub struct Mesh {
     /// Coordinates, `[n_points, 3]`, in the scene's length unit.
     pub points: Vec<[f64; 3]>,
     /// Cells by kind.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<CellBlock>,
     /// Physical groups.
     pub groups: Vec<PhysicalGroup>,
     /// Fields of its elements.
@@ -125,7 +125,7 @@ impl Mesh {
     /// Place of a solid cell in [`Self::volume_cells`].
     pub fn volume_index(&self, cell: CellRef) -> usize {
         let before = self.blocks[..cell.block].iter().filter(|block| block.kind.dim() == 3);
-        before.map(Block::n_cells).sum::<usize>() + cell.cell
+        before.map(CellBlock::n_cells).sum::<usize>() + cell.cell
     }
 
     /// Least and largest coordinates of the points; `None` for a mesh without points.

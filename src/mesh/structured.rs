@@ -1,13 +1,13 @@
 //! The built-in mesher: graded blocks of hexahedra or tetrahedra with a patch of small cells at the contact.
 
-use super::{Block, CellRef, Mesh, PhysicalGroup};
+use super::{CellBlock, CellRef, Mesh, PhysicalGroup};
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
 pub use crate::geometry::Side;
 
 /// Which solids a block is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Solids {
+pub enum BlockElements {
     /// Hexahedra of 8 nodes.
     Hex8,
     /// Six tetrahedra of 4 nodes in the place of each hexahedron, faces matching.
@@ -36,7 +36,7 @@ pub struct GradedBlock {
     /// Height of the cells at the contact face; `None` for equal cells.
     pub first_depth: Option<f64>,
     /// Kind of its solids.
-    pub solids: Solids,
+    pub solids: BlockElements,
     /// Lower or upper body.
     pub side: Side,
     /// Interior nodes are moved smoothly by up to about this share of the edges (at most 0.1); 0 for a grid.
@@ -54,7 +54,7 @@ impl GradedBlock {
             outer_cells: 0,
             depth_cells: cells[2],
             first_depth: None,
-            solids: Solids::Hex8,
+            solids: BlockElements::Hex8,
             side: Side::Lower,
             distortion: 0.0,
         }
@@ -74,10 +74,10 @@ impl GradedBlock {
         }
         let mut mesh = Mesh { source: "structured".to_string(), points, ..Mesh::default() };
         let (surface, solid) = match self.solids {
-            Solids::Hex8 => (ElementKind::Quad4, ElementKind::Hex8),
-            Solids::Tet4 => (ElementKind::Tri3, ElementKind::Tet4),
+            BlockElements::Hex8 => (ElementKind::Quad4, ElementKind::Hex8),
+            BlockElements::Tet4 => (ElementKind::Tri3, ElementKind::Tet4),
         };
-        mesh.blocks = [surface, solid].map(|kind| Block { kind, nodes: vec![], tags: vec![] }).to_vec();
+        mesh.blocks = [surface, solid].map(|kind| CellBlock { kind, nodes: vec![], tags: vec![] }).to_vec();
         self.add_faces(&grid, &mut mesh);
         self.add_solids(&grid, &mut mesh);
         Ok(mesh)
@@ -198,10 +198,10 @@ impl GradedBlock {
     }
 
     /// A quadrilateral (first node at the least corner, outward), or the two triangles that the tetrahedra have there.
-    fn add_quad(&self, [a, b, c, d]: [usize; 4], block: &mut Block) {
+    fn add_quad(&self, [a, b, c, d]: [usize; 4], block: &mut CellBlock) {
         match self.solids {
-            Solids::Hex8 => block.nodes.extend([a, b, c, d]),
-            Solids::Tet4 => block.nodes.extend([a, b, c, a, c, d]),
+            BlockElements::Hex8 => block.nodes.extend([a, b, c, d]),
+            BlockElements::Tet4 => block.nodes.extend([a, b, c, a, c, d]),
         }
         let n = block.nodes.len() / block.kind.n_nodes();
         block.tags.extend(block.tags.len() as u64 + 1..=n as u64);
@@ -216,12 +216,12 @@ impl GradedBlock {
                 for i in 0..nx {
                     let corner = |di: usize, dj: usize, dk: usize| grid.node(i + di, j + dj, k + dk);
                     match self.solids {
-                        Solids::Hex8 => block.nodes.extend(
+                        BlockElements::Hex8 => block.nodes.extend(
                             [(0, 0), (1, 0), (1, 1), (0, 1)].iter().map(|&(di, dj)| corner(di, dj, 0)).chain(
                                 [(0, 0), (1, 0), (1, 1), (0, 1)].iter().map(|&(di, dj)| corner(di, dj, 1)),
                             ),
                         ),
-                        Solids::Tet4 => KUHN.iter().flatten().for_each(|&[di, dj, dk]| {
+                        BlockElements::Tet4 => KUHN.iter().flatten().for_each(|&[di, dj, dk]| {
                             block.nodes.push(corner(di, dj, dk));
                         }),
                     }

@@ -1,11 +1,11 @@
 //! Quadrature rules on the reference cells: points and weights, exact for polynomials of a stated degree.
 
 mod gauss;
-mod prism;
+mod wedge_pyramid;
 mod simplex;
 
 pub use gauss::{gauss_legendre, hexahedron, quadrilateral};
-pub use prism::{pyramid, wedge};
+pub use wedge_pyramid::{pyramid, wedge};
 pub use simplex::{tetrahedron, triangle};
 
 /// A point of a rule: reference coordinates and weight.

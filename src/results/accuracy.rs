@@ -8,21 +8,21 @@ pub struct AccuracyRecord {
     /// The relative error that was asked for.
     pub requested: f64,
     /// Of what.
-    pub of: Vec<&'static str>,
+    pub quantities: Vec<&'static str>,
     /// Whether all estimates are below it.
     pub met: bool,
     /// Why there was nothing finer, if something failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The results with their estimated errors.
-    pub results: Vec<Estimated>,
+    pub results: Vec<EstimatedResult>,
     /// The runs that converged, the last one that of the results.
-    pub runs: Vec<Tried>,
+    pub runs: Vec<RefinementRun>,
 }
 
 /// A result with its estimated error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Estimated {
+pub struct EstimatedResult {
     /// At the end of this step.
     pub step: String,
     /// What it is, as in `steps`.
@@ -37,13 +37,13 @@ pub struct Estimated {
     pub relative: Option<f64>,
     /// The part of the cells.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of_cells: Option<f64>,
+    pub cell_error: Option<f64>,
     /// The part of the increments.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of_increments: Option<f64>,
+    pub increment_error: Option<f64>,
     /// The part of the jumps.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub of_jumps: Option<f64>,
+    pub jump_error: Option<f64>,
     /// The order by which it converges with what was refined last, if its changes show one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
@@ -54,15 +54,15 @@ pub struct Estimated {
 
 /// A run of the search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Tried {
+pub struct RefinementRun {
     /// Cells of the frame, where it is a grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[usize; 2]>,
     /// How many times the increments of the scene.
-    pub increments: usize,
+    pub increment_factor: usize,
     /// Tolerance or number of the jumps over cycles.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub jumps: Option<f64>,
+    pub jump_setting: Option<f64>,
     /// Its time.
     pub seconds: f64,
     /// Its results, in the order of `results`.

@@ -8,8 +8,8 @@ use crate::material::strength::von_mises;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 use crate::results::body_peaks::BodyPeaks;
-use crate::results::frame_fields::{FrameMesh, GLOBAL, to_global};
-use crate::results::locate::{Locator, SurfacePoint};
+use crate::results::frame_fields::{FrameMesh, GLOBAL_COMPONENTS, to_global};
+use crate::results::cell_locator::{CellLocator, SurfacePoint};
 use crate::results::surface_stress::SurfaceStress;
 use crate::results::volume::stress_array;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
@@ -22,7 +22,7 @@ pub struct BodyOutput<'a> {
     /// Gives its fields.
     pub body: &'a dyn ElasticBody,
     /// The points of its fields.
-    pub shape: BodyShape<'a>,
+    pub location: RecoveryLocation<'a>,
 }
 
 impl BodyOutput<'_> {
@@ -34,7 +34,7 @@ impl BodyOutput<'_> {
         field: &BodyField,
         tractions: &[[f64; 3]],
     ) -> Option<BodyPeaks> {
-        let (BodyShape::Mesh { mesh, .. }, Some(stress)) = (self.shape, &field.stress) else {
+        let (RecoveryLocation::MeshNodes { mesh, .. }, Some(stress)) = (self.location, &field.stress) else {
             return None;
         };
         let at_nodes = self.node_tractions(frame, mesh, &outer_faces(mesh), tractions);
@@ -51,11 +51,11 @@ impl BodyOutput<'_> {
         faces: &[SurfaceFace],
         tractions: &[[f64; 3]],
     ) -> Vec<[f64; 3]> {
-        let on_body = self.on_body(frame, tractions);
-        let locator = Locator::new(frame, self.side);
+        let on_body = self.global_tractions_on_body(frame, tractions);
+        let locator = CellLocator::new(frame, self.side);
         let mut at_nodes = vec![[0.0; 3]; mesh.n_points()];
-        let BodyShape::Mesh { contact_nodes, .. } = self.shape else { return at_nodes };
-        let outward = outward(mesh, faces, contact_nodes);
+        let RecoveryLocation::MeshNodes { contact_nodes, .. } = self.location else { return at_nodes };
+        let outward = contact_normals(mesh, faces, contact_nodes);
         for &node in contact_nodes {
             let point = SurfacePoint { at: Point::from(mesh.points[node]), outward: outward[node] };
             let cells = locator.cells_at(&point);
@@ -70,7 +70,7 @@ impl BodyOutput<'_> {
     }
 
     /// Tractions on this body in global axes.
-    fn on_body(&self, frame: &ContactFrame, tractions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    fn global_tractions_on_body(&self, frame: &ContactFrame, tractions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut on_body = to_global(frame, tractions);
         on_body.iter_mut().flatten().for_each(|t| *t *= self.side.gap_sign());
         on_body
@@ -79,11 +79,11 @@ impl BodyOutput<'_> {
 
 /// Where the fields that a body recovers live.
 #[derive(Clone, Copy)]
-pub enum BodyShape<'a> {
+pub enum RecoveryLocation<'a> {
     /// At the centres of the frame's cells (half-spaces).
-    Frame,
+    FrameCells,
     /// At the nodes of a mesh.
-    Mesh {
+    MeshNodes {
         /// The mesh.
         mesh: &'a Mesh,
         /// Nodes of its contact surface.
@@ -104,9 +104,9 @@ pub fn surface_grid(
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
-    match output.shape {
-        BodyShape::Frame => frame_surface(frame, field, &output.on_body(frame.0, tractions)),
-        BodyShape::Mesh { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
+    match output.location {
+        RecoveryLocation::FrameCells => frame_surface(frame, field, &output.global_tractions_on_body(frame.0, tractions)),
+        RecoveryLocation::MeshNodes { mesh, .. } => mesh_surface(output, frame.0, mesh, field, tractions),
     }
 }
 
@@ -115,17 +115,17 @@ fn frame_surface(
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
-    fits(field, frame.n_cells(), "cells of the frame")?;
-    let displacement = cells.at_points(&frame.areas, &field.displacement);
+    check_field_size(field, frame.n_cells(), "cells of the frame")?;
+    let displacement = cells.average_at_points(&frame.areas, &field.displacement);
     let mut grid = cells.grid();
     displace(&mut grid.points, &displacement);
     grid.point_data = vec![
-        DataArray::tuples("displacement", GLOBAL, displacement.concat()),
-        DataArray::tuples("traction", GLOBAL, cells.at_points(&frame.areas, tractions).concat()),
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
+        DataArray::tuples("traction", GLOBAL_COMPONENTS, cells.average_at_points(&frame.areas, tractions).concat()),
     ];
     grid.cell_data = vec![
-        DataArray::tuples("displacement", GLOBAL, field.displacement.concat()),
-        DataArray::tuples("traction", GLOBAL, tractions.concat()),
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, field.displacement.concat()),
+        DataArray::tuples("traction", GLOBAL_COMPONENTS, tractions.concat()),
     ];
     Ok(grid)
 }
@@ -137,7 +137,7 @@ fn mesh_surface(
     field: &BodyField,
     tractions: &[[f64; 3]],
 ) -> Result<UnstructuredGrid> {
-    fits(field, mesh.n_points(), "nodes of the mesh")?;
+    check_field_size(field, mesh.n_points(), "nodes of the mesh")?;
     let faces = outer_faces(mesh);
     let mut grid = UnstructuredGrid::default();
     let points = push_faces(&mut grid, mesh, &faces, field);
@@ -146,13 +146,13 @@ fn mesh_surface(
     grid.points = points.iter().map(|point| mesh.points[point.node]).collect();
     displace(&mut grid.points, &displacement);
     grid.point_data = vec![
-        DataArray::tuples("displacement", GLOBAL, displacement.concat()),
-        DataArray::tuples("traction", GLOBAL, points.iter().flat_map(|point| at_nodes[point.node]).collect()),
+        DataArray::tuples("displacement", GLOBAL_COMPONENTS, displacement.concat()),
+        DataArray::tuples("traction", GLOBAL_COMPONENTS, points.iter().flat_map(|point| at_nodes[point.node]).collect()),
     ];
     if let Some(stress) = &field.stress {
         let surface = SurfaceStress::new(mesh, &faces, stress, &at_nodes);
         let (on_surface, tangential): (Vec<[f64; 6]>, Vec<f64>) =
-            points.iter().map(|point| surface.at(point.recovered)).unzip();
+            points.iter().map(|point| surface.at(point.recovery_point)).unzip();
         let mises = on_surface.iter().map(von_mises).collect();
         grid.point_data.push(stress_array(on_surface.iter()));
         grid.point_data.push(DataArray::scalar("von_mises", mises));
@@ -162,9 +162,9 @@ fn mesh_surface(
 }
 
 /// A point of a body's drawn surface: a mesh node, and the point at which its stress was recovered (0 without stress).
-struct DrawnPoint {
+struct SurfaceVertex {
     node: usize,
-    recovered: usize,
+    recovery_point: usize,
 }
 
 /// Adds the faces to the grid; their points in the order of first use, a node once for each material at it.
@@ -173,7 +173,7 @@ fn push_faces(
     mesh: &Mesh,
     faces: &[SurfaceFace],
     field: &BodyField,
-) -> Vec<DrawnPoint> {
+) -> Vec<SurfaceVertex> {
     let n = field.stress.as_ref().map_or(mesh.n_points(), |stress| stress.points.n_points());
     let mut index = vec![usize::MAX; n];
     let mut points = Vec::new();
@@ -181,10 +181,10 @@ fn push_faces(
     for (i, face) in faces.iter().enumerate() {
         let recovered: Vec<usize> = match &field.stress {
             // Of a body without solids the faces are the cells.
-            Some(stress) if !solids => stress.points.of_cell(i).to_vec(),
+            Some(stress) if !solids => stress.points.points_of_cell(i).to_vec(),
             Some(stress) => {
                 let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
-                let of_cell = stress.points.of_cell(mesh.volume_index(face.owner));
+                let of_cell = stress.points.points_of_cell(mesh.volume_index(face.owner));
                 local.iter().map(|&i| of_cell[i]).collect()
             }
             None => face.nodes.clone(),
@@ -192,7 +192,7 @@ fn push_faces(
         for (&node, &point) in face.nodes.iter().zip(&recovered) {
             if index[point] == usize::MAX {
                 index[point] = points.len();
-                points.push(DrawnPoint { node, recovered: point });
+                points.push(SurfaceVertex { node, recovery_point: point });
             }
         }
         grid.push_cell(face.kind.vtk_code(), face.kind.vtk_order().iter().map(|&i| index[recovered[i]]));
@@ -202,7 +202,7 @@ fn push_faces(
 
 /// Directions out of the body at the nodes of its contact surface, 0 elsewhere, `[n_points]`: sums over the contact
 /// faces among the outer ones, `faces`.
-fn outward(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
+fn contact_normals(mesh: &Mesh, faces: &[SurfaceFace], contact_nodes: &[usize]) -> Vec<Point> {
     let mut in_contact = vec![false; mesh.n_points()];
     contact_nodes.iter().for_each(|&node| in_contact[node] = true);
     let mut outward = vec![Point::zeros(); mesh.n_points()];
@@ -223,12 +223,12 @@ fn displace(points: &mut [[f64; 3]], displacement: &[[f64; 3]]) {
 }
 
 /// Refuses a field that does not have the points it is drawn on.
-pub(crate) fn fits(field: &BodyField, n: usize, what: &str) -> Result<()> {
+pub(crate) fn check_field_size(field: &BodyField, n: usize, what: &str) -> Result<()> {
     let found = field.displacement.len();
     if found != n {
         return Err(Error::numerical(format!("a body recovered {found} displacements for {n} {what}")));
     }
-    let nodes = field.stress.iter().flat_map(|stress| &stress.points.node);
+    let nodes = field.stress.iter().flat_map(|stress| &stress.points.mesh_nodes);
     match nodes.max() {
         Some(&node) if node >= n => {
             Err(Error::numerical(format!("a body recovered a stress at node {node} of {n} {what}")))

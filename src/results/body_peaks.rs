@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use crate::body::StressField;
-use crate::fem::{ErrorEstimate, ExposureField, ROUNDING};
-use crate::material::strength::{Exposure, von_mises};
+use crate::fem::{ErrorEstimate, ExposureField, MIN_RELATIVE_ERROR};
+use crate::material::strength::{StressExposure, von_mises};
 use crate::mesh::Mesh;
 use crate::results::surface_stress::SurfaceStress;
 
 /// Share of the squared error in the cells that the summary points at.
-const HALF: f64 = 0.5;
+const WORST_CELLS_ERROR_SHARE: f64 = 0.5;
 
 /// A largest value and where it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -115,15 +115,15 @@ fn largest(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
 /// Peak of von Mises' stress.
 fn von_mises_peak(mesh: &Mesh, field: &StressField) -> Peak {
     let (point, value) = largest(field.stress.iter().map(von_mises)).unwrap_or((0, 0.0));
-    Peak { value, position: mesh.points[field.points.node[point]] }
+    Peak { value, position: mesh.points[field.points.mesh_nodes[point]] }
 }
 
 /// Peak of each criterion.
 fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
     let peak = |exposure: &ExposureField| {
         let (point, _) = largest(exposure.points.iter().map(|e| e.value))?;
-        let Exposure { value, mode } = exposure.points[point];
-        let position = mesh.points[field.points.node[point]];
+        let StressExposure { value, mode } = exposure.points[point];
+        let position = mesh.points[field.points.mesh_nodes[point]];
         let (criterion, mode) = (exposure.criterion.name().into(), mode.name().into());
         Some(IndexPeak { criterion, value, mode, position })
     };
@@ -133,23 +133,23 @@ fn index_peaks(mesh: &Mesh, field: &StressField) -> Vec<IndexPeak> {
 impl ErrorRecord {
     /// The summary of an estimate.
     pub fn new(estimate: &ErrorEstimate) -> Self {
-        let worst = estimate.worst(HALF);
-        let weight: f64 = worst.iter().map(|&i| estimate.element[i].powi(2)).sum();
+        let worst = estimate.worst_cells(WORST_CELLS_ERROR_SHARE);
+        let weight: f64 = worst.iter().map(|&i| estimate.cell_errors[i].powi(2)).sum();
         let mut centre = [0.0; 3];
         for &i in &worst {
-            let share = estimate.element[i].powi(2) / weight;
-            (0..3).for_each(|c| centre[c] += share * estimate.centre[i][c]);
+            let share = estimate.cell_errors[i].powi(2) / weight;
+            (0..3).for_each(|c| centre[c] += share * estimate.cell_centres[i][c]);
         }
         let distance =
-            |i: &usize| (0..3).map(|c| (estimate.centre[*i][c] - centre[c]).powi(2)).sum::<f64>().sqrt();
-        let volume: f64 = worst.iter().map(|&i| estimate.volume[i]).sum();
+            |i: &usize| (0..3).map(|c| (estimate.cell_centres[*i][c] - centre[c]).powi(2)).sum::<f64>().sqrt();
+        let volume: f64 = worst.iter().map(|&i| estimate.cell_volumes[i]).sum();
         Self {
-            relative: estimate.relative(),
-            energy_norm: estimate.total(),
-            position: worst.first().map_or([0.0; 3], |&i| estimate.centre[i]),
+            relative: estimate.relative_error(),
+            energy_norm: estimate.error_norm(),
+            position: worst.first().map_or([0.0; 3], |&i| estimate.cell_centres[i]),
             worst_cells: WorstCells {
                 count: worst.len(),
-                volume_share: volume / estimate.volume.iter().sum::<f64>(),
+                volume_share: volume / estimate.cell_volumes.iter().sum::<f64>(),
                 centre,
                 radius: worst.iter().map(distance).fold(0.0, f64::max),
             },
@@ -158,7 +158,7 @@ impl ErrorRecord {
 
     /// Where to refine, in words; `length` is the unit.
     pub fn advice(&self, length: &str) -> String {
-        if self.relative < ROUNDING {
+        if self.relative < MIN_RELATIVE_ERROR {
             return format!(
                 "estimated error {:.1e} in energy norm, which is rounding: nothing to refine",
                 self.relative
@@ -180,5 +180,5 @@ impl ErrorRecord {
 /// Peak of the tension in the contact surface; `None` without one.
 fn tangential_peak(mesh: &Mesh, field: &StressField, surface: &SurfaceStress<'_>) -> Option<Peak> {
     let (i, value) = largest(field.contact.iter().map(|contact| surface.at(contact.point).1))?;
-    Some(Peak { value, position: mesh.points[field.points.node[field.contact[i].point]] })
+    Some(Peak { value, position: mesh.points[field.points.mesh_nodes[field.contact[i].point]] })
 }

@@ -1,14 +1,14 @@
 //! How bodies of boundary elements were solved, for `summary.json`.
 
 use crate::body::BeBody;
-use crate::error::doubtful;
+use crate::error::warning;
 
 /// Asymmetry of a flexibility from which on its elements are in doubt.
-const DOUBTFUL: f64 = 0.02;
+const MAX_RELIABLE_ASYMMETRY: f64 = 0.02;
 
 /// How a body of boundary elements was condensed to its nodes under the frame.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct BoundaryRecord {
+pub struct BoundaryElementRecord {
     /// The body, 1 or 2.
     pub body: usize,
     /// Number of elements.
@@ -41,7 +41,7 @@ pub struct CompressionRecord {
     pub bytes: usize,
 }
 
-impl BoundaryRecord {
+impl BoundaryElementRecord {
     /// Of body `index` (0 or 1).
     pub fn new(index: usize, body: &BeBody) -> Self {
         Self {
@@ -62,9 +62,9 @@ impl BoundaryRecord {
     }
 
     /// What the user should know of it.
-    pub fn doubt(&self) -> Option<String> {
-        (self.asymmetry > DOUBTFUL).then(|| {
-            doubtful(&format!(
+    pub fn accuracy_warning(&self) -> Option<String> {
+        (self.asymmetry > MAX_RELIABLE_ASYMMETRY).then(|| {
+            warning(&format!(
                 "the flexibility of body{} of boundary elements is not symmetric by {:.1} %: its elements are too large beside their distances or bend \
                  too much; take smaller ones, or of higher order (`element`)",
                 self.body,

@@ -8,7 +8,7 @@
 //! | 4 | version of the format |
 //! | 8 | number of the checkpoint; the larger one is the newer |
 //! | 8 | length of what follows |
-//! | .. | the [`Origin`], JSON |
+//! | .. | the [`Provenance`], JSON |
 //! | .. | the state, MessagePack with the names of the fields |
 //! | 32 | SHA-256 of all bytes before |
 
@@ -21,8 +21,8 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
-use crate::results::file::{self, Hashed, failure, temporary_prefix};
-use crate::results::origin::Origin;
+use crate::results::atomic_file::{self, HashingWriter, file_error, temporary_prefix};
+use crate::results::provenance::Provenance;
 
 /// Names of the files.
 pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
@@ -30,11 +30,11 @@ pub const FILES: [&str; 2] = ["checkpoint-1.bin", "checkpoint-2.bin"];
 const MAGIC: &[u8; 16] = b"orthowear-check\n";
 const FORMAT: u32 = 2;
 /// Bytes before the origin, and of the checksum at the end.
-const HEAD: usize = 36;
-const CHECKSUM: usize = 32;
+const HEADER_BYTES: usize = 36;
+const CHECKSUM_BYTES: usize = 32;
 
 /// What is said of a file that is not what was written.
-const MEND: &str = "run without --resume to begin anew";
+const RESTART_HINT: &str = "run without --resume to begin anew";
 
 /// A checkpoint that was read.
 #[derive(Debug)]
@@ -42,16 +42,16 @@ pub struct Checkpoint {
     /// Its number.
     pub number: u64,
     /// What it was computed from.
-    pub origin: Origin,
+    pub provenance: Provenance,
     /// What the user should know.
-    pub notes: Vec<String>,
+    pub warnings: Vec<String>,
     path: PathBuf,
     bytes: Vec<u8>,
-    state: usize,
+    state_offset: usize,
 }
 
 /// Why a file is no checkpoint to go on from.
-enum Unfit {
+enum UnusableCheckpoint {
     Absent,
     Damaged(&'static str),
     OtherFormat(u32),
@@ -69,7 +69,7 @@ pub fn are_in(folder: &Path) -> bool {
 pub fn remove(folder: &Path) -> Result<()> {
     for path in FILES.map(|name| folder.join(name)) {
         match fs::remove_file(&path) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failure("cannot remove", &path, &e)),
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(file_error("cannot remove", &path, &e)),
             _ => {}
         }
     }
@@ -77,7 +77,7 @@ pub fn remove(folder: &Path) -> Result<()> {
 }
 
 /// Removes what killed runs left of checkpoints, and of the file `other`, that they were writing.
-pub(super) fn sweep(folder: &Path, other: &str) {
+pub(super) fn remove_temporary_files(folder: &Path, other: &str) {
     let prefixes = [FILES[0], FILES[1], other].map(|name| temporary_prefix(Path::new(name)));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| prefixes.iter().any(|p| name.starts_with(p))) {
@@ -91,11 +91,11 @@ pub(super) fn sweep(folder: &Path, other: &str) {
 ///
 /// # Errors
 /// Resources, if it cannot be written; the checkpoints that are there are then unchanged.
-pub fn write(folder: &Path, number: u64, origin: &Origin, state: &impl Serialize) -> Result<()> {
+pub fn write(folder: &Path, number: u64, origin: &Provenance, state: &impl Serialize) -> Result<()> {
     let path = folder.join(FILES[usize::from(number.is_multiple_of(2))]);
-    file::replace(&path, |file| {
+    atomic_file::write_atomically_with(&path, |file| {
         let origin = serde_json::to_vec(origin).map_err(io::Error::other)?;
-        let mut out = Hashed::new(file);
+        let mut out = HashingWriter::new(file);
         out.write_all(MAGIC)?;
         out.write_all(&FORMAT.to_le_bytes())?;
         out.write_all(&number.to_le_bytes())?;
@@ -121,54 +121,54 @@ pub fn read(folder: &Path) -> Result<Option<Checkpoint>> {
     for path in FILES.map(|name| folder.join(name)) {
         match read_one(&path)? {
             Ok(one) if newest.as_ref().is_none_or(|newest| newest.number < one.number) => newest = Some(one),
-            Ok(_) | Err(Unfit::Absent) => {}
-            Err(Unfit::Damaged(how)) => {
+            Ok(_) | Err(UnusableCheckpoint::Absent) => {}
+            Err(UnusableCheckpoint::Damaged(how)) => {
                 notes.push(format!("{} is damaged ({how}): the other one is taken", path.display()));
                 unfit.push(format!("{} is damaged ({how})", path.display()));
             }
-            Err(Unfit::OtherFormat(format)) => unfit.push(format!(
+            Err(UnusableCheckpoint::OtherFormat(format)) => unfit.push(format!(
                 "{} has format {format}, this version reads {FORMAT}: go on with the version that wrote it",
                 path.display()
             )),
         }
     }
     if let Some(newest) = &mut newest {
-        newest.notes = notes;
+        newest.warnings = notes;
     } else if !unfit.is_empty() {
-        return Err(Error::input(format!("no checkpoint to resume from: {}; {MEND}", unfit.join("; "))));
+        return Err(Error::input(format!("no checkpoint to resume from: {}; {RESTART_HINT}", unfit.join("; "))));
     }
     Ok(newest)
 }
 
-fn read_one(path: &Path) -> Result<std::result::Result<Checkpoint, Unfit>> {
+fn read_one(path: &Path) -> Result<std::result::Result<Checkpoint, UnusableCheckpoint>> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Err(Unfit::Absent)),
-        Err(e) => return Err(failure("cannot read", path, &e)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Err(UnusableCheckpoint::Absent)),
+        Err(e) => return Err(file_error("cannot read", path, &e)),
     };
     Ok(parse(path, bytes))
 }
 
-fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, Unfit> {
+fn parse(path: &Path, bytes: Vec<u8>) -> std::result::Result<Checkpoint, UnusableCheckpoint> {
     let end =
-        bytes.len().checked_sub(CHECKSUM).filter(|&end| end >= HEAD).ok_or(Unfit::Damaged("too short"))?;
+        bytes.len().checked_sub(CHECKSUM_BYTES).filter(|&end| end >= HEADER_BYTES).ok_or(UnusableCheckpoint::Damaged("too short"))?;
     let (content, checksum) = bytes.split_at(end);
     if !content.starts_with(MAGIC) {
-        return Err(Unfit::Damaged("not a checkpoint"));
+        return Err(UnusableCheckpoint::Damaged("not a checkpoint"));
     }
     if Sha256::digest(content).as_slice() != checksum {
-        return Err(Unfit::Damaged("wrong checksum"));
+        return Err(UnusableCheckpoint::Damaged("wrong checksum"));
     }
     let format = u32::from_le_bytes([content[16], content[17], content[18], content[19]]);
     if format != FORMAT {
-        return Err(Unfit::OtherFormat(format));
+        return Err(UnusableCheckpoint::OtherFormat(format));
     }
     let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| content[at + i]));
-    let state = usize::try_from(long(28)).ok().and_then(|length| HEAD.checked_add(length));
-    let state = state.filter(|&state| state <= end).ok_or(Unfit::Damaged("wrong length"))?;
-    let origin = serde_json::from_slice(&content[HEAD..state]).map_err(|_| Unfit::Damaged("no origin"))?;
+    let state = usize::try_from(long(28)).ok().and_then(|length| HEADER_BYTES.checked_add(length));
+    let state = state.filter(|&state| state <= end).ok_or(UnusableCheckpoint::Damaged("wrong length"))?;
+    let origin = serde_json::from_slice(&content[HEADER_BYTES..state]).map_err(|_| UnusableCheckpoint::Damaged("no origin"))?;
     let (number, notes, path) = (long(20), Vec::new(), path.to_owned());
-    Ok(Checkpoint { number, origin, notes, path, state, bytes })
+    Ok(Checkpoint { number, provenance: origin, warnings: notes, path, state_offset: state, bytes })
 }
 
 impl Checkpoint {
@@ -177,12 +177,12 @@ impl Checkpoint {
     /// # Errors
     /// Input, if it is not that of this program.
     pub fn state<T: DeserializeOwned>(&self) -> Result<T> {
-        let state = &self.bytes[self.state..self.bytes.len() - CHECKSUM];
+        let state = &self.bytes[self.state_offset..self.bytes.len() - CHECKSUM_BYTES];
         rmp_serde::from_slice(state).map_err(|error| {
             Error::input(format!(
-                "{} was written by another build of orthowear {} ({error}): go on with that one, or {MEND}",
+                "{} was written by another build of orthowear {} ({error}): go on with that one, or {RESTART_HINT}",
                 self.path.display(),
-                self.origin.version
+                self.provenance.version
             ))
         })
     }
@@ -211,8 +211,8 @@ mod tests {
         }
     }
 
-    fn origin() -> Origin {
-        Origin::new(json!({ "gap": { "radius": 50 } }), Vec::new())
+    fn origin() -> Provenance {
+        Provenance::new(json!({ "gap": { "radius": 50 } }), Vec::new())
     }
 
     fn last(folder: &Path) -> String {
@@ -227,10 +227,10 @@ mod tests {
         for (number, name) in ["a", "b", "c"].into_iter().enumerate() {
             write(dir.path(), number as u64 + 1, &origin(), &state(name)).unwrap();
             let found = read(dir.path()).unwrap().unwrap();
-            assert_eq!((found.number, &found.origin), (number as u64 + 1, &origin()));
+            assert_eq!((found.number, &found.provenance), (number as u64 + 1, &origin()));
             let back: State = found.state().unwrap();
             assert_eq!(back, state(name));
-            assert!(back.values[1].is_sign_negative() && found.notes.is_empty());
+            assert!(back.values[1].is_sign_negative() && found.warnings.is_empty());
         }
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
         remove(dir.path()).unwrap();
@@ -258,7 +258,7 @@ mod tests {
             fs::write(&path, bytes).unwrap();
             let found = read(dir.path()).unwrap().unwrap();
             assert_eq!(found.state::<State>().unwrap().last, "before");
-            assert!(found.notes.len() == 1 && found.notes[0].contains("checkpoint-2.bin is damaged"));
+            assert!(found.warnings.len() == 1 && found.warnings[0].contains("checkpoint-2.bin is damaged"));
         }
         fs::write(dir.path().join(FILES[0]), "orthowear-check\n").unwrap();
         let error = read(dir.path()).unwrap_err();
@@ -277,7 +277,7 @@ mod tests {
         let path = dir.path().join(FILES[0]);
         let mut bytes = fs::read(&path).unwrap();
         bytes[16] = 9;
-        let end = bytes.len() - CHECKSUM;
+        let end = bytes.len() - CHECKSUM_BYTES;
         let checksum = Sha256::digest(&bytes[..end]);
         bytes[end..].copy_from_slice(&checksum);
         fs::write(&path, bytes).unwrap();
@@ -299,7 +299,7 @@ mod tests {
         assert_eq!(last(dir.path()), "kept");
         fs::write(dir.path().join(&temporary), "half of one").unwrap();
         fs::write(dir.path().join(".summary.json.7"), "{").unwrap();
-        sweep(dir.path(), "summary.json");
+        remove_temporary_files(dir.path(), "summary.json");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::summary::{Status, Summary, Units};
-use crate::error::{Error, Result, doubtful};
+use crate::error::{Error, Result, warning};
 use crate::history::record::IncrementRecord;
 
 /// The variants of one scene: the fields of `compare.json` (docs/results.md).
@@ -86,7 +86,7 @@ pub struct Difference {
 
 impl VariantResult {
     /// One that an interrupt came before.
-    pub fn not_begun(name: &str) -> Self {
+    pub fn not_started(name: &str) -> Self {
         Self {
             name: name.to_owned(),
             status: None,
@@ -101,7 +101,7 @@ impl VariantResult {
 
 impl Comparison {
     /// Adds what was said of the variants (name, words), each once: of which variants, unless it is said of the scene anyway.
-    pub fn say(&mut self, told: Vec<(String, String)>) {
+    pub fn add_variant_warnings(&mut self, told: Vec<(String, String)>) {
         let mut said: Vec<(String, Vec<String>)> = Vec::new();
         for (variant, words) in told.into_iter().filter(|(_, words)| !self.warnings.contains(words)) {
             match said.iter_mut().find(|(known, _)| *known == words) {
@@ -117,7 +117,7 @@ impl Comparison {
     }
 
     /// The differences there are: name of the step, of the variant, and of that which it differs from.
-    pub fn differences(&self) -> Vec<(String, String, String)> {
+    pub fn compared_steps(&self) -> Vec<(String, String, String)> {
         let Some(reference) = self.reference().map(|index| &self.variants[index].name) else {
             return Vec::new();
         };
@@ -135,7 +135,7 @@ impl Comparison {
 
     /// Fills in the differences from the first variant that was computed, in the steps that both ended at the same number of cycles; says where that
     /// is not so.
-    pub fn complete(&mut self) {
+    pub fn compute_differences(&mut self) {
         let Some(first) = self.reference() else { return };
         if first > 0 {
             let [wanted, found] = [0, first].map(|index| &self.variants[index].name);
@@ -151,7 +151,7 @@ impl Comparison {
                 if own == others {
                     step.difference = Some(step.difference_from(other));
                 } else {
-                    self.warnings.push(doubtful(&format!(
+                    self.warnings.push(warning(&format!(
                         "step \"{}\" ended after {own} cycles in {}, after {others} in {}: they are not compared",
                         step.name, variant.name, reference.name
                     )));
@@ -214,7 +214,7 @@ const COLUMNS: [&str; 18] = [
 
 impl StepResult {
     /// Results of the steps of a run: the last entry of each, with the seconds of all.
-    pub fn of(summary: &Summary) -> Vec<Self> {
+    pub fn last_entries(summary: &Summary) -> Vec<Self> {
         let mut steps: Vec<Self> = Vec::new();
         for record in &summary.steps {
             match steps.iter_mut().find(|step| step.name == record.name) {

@@ -1,6 +1,6 @@
 //! How meshed bodies were condensed, for `summary.json`.
 
-use crate::fem::{CondensedBody, Method};
+use crate::fem::{CondensedBody, CondensationMethod};
 
 /// How a body was condensed to its contact nodes.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -32,13 +32,13 @@ impl CondensationRecord {
     pub fn new(index: usize, body: &CondensedBody) -> Self {
         let origin = body.origin();
         let shortage = match origin.method {
-            Method::Factorisation => None,
-            Method::ConjugateGradients(shortage) => Some(shortage),
+            CondensationMethod::Factorisation => None,
+            CondensationMethod::ConjugateGradients(shortage) => Some(shortage),
         };
         Self {
             body: index + 1,
             method: origin.method.name(),
-            cached: origin.saved_seconds.is_some(),
+            cached: origin.seconds_saved_by_cache.is_some(),
             residual: body.residual(),
             iterations: (origin.iterations > 0).then_some(origin.iterations),
             reason: shortage.map(|shortage| shortage.to_string()),

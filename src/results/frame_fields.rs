@@ -8,13 +8,13 @@ use crate::error::{Error, Result};
 use crate::frame::ContactFrame;
 use crate::geometry::Point;
 use crate::history::record::FrameState;
-use crate::results::surface::Surface;
+use crate::results::surface_properties::SurfaceProperties;
 use crate::results::vtu::{DataArray, UnstructuredGrid};
 
 /// Names of vector components in the frame's axes.
-pub(crate) const LOCAL: &[&str] = &["x", "y", "n"];
+pub(crate) const FRAME_COMPONENTS: &[&str] = &["x", "y", "n"];
 /// Names of vector components in global axes.
-pub(crate) const GLOBAL: &[&str] = &["x", "y", "z"];
+pub(crate) const GLOBAL_COMPONENTS: &[&str] = &["x", "y", "z"];
 
 /// The frame as cells on shared corners.
 #[derive(Debug, Clone)]
@@ -57,7 +57,7 @@ impl FrameMesh {
     }
 
     /// Mean over the cells that meet at each point, weighted by their `areas`.
-    pub fn at_points(&self, areas: &[f64], cell_values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    pub fn average_at_points(&self, areas: &[f64], cell_values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut sums = vec![(0.0, Vector3::zeros()); self.points.len()];
         for ((corners, &area), value) in self.cells.iter().zip(areas).zip(cell_values) {
             for &corner in corners {
@@ -86,19 +86,19 @@ fn extent(frame: &ContactFrame) -> f64 {
 /// Numerical, if a field has the wrong length.
 pub fn frame_grid(
     frame: &ContactFrame,
-    (mesh, surface): (&FrameMesh, &Surface),
+    (mesh, surface): (&FrameMesh, &SurfaceProperties),
     state: &FrameState,
 ) -> Result<UnstructuredGrid> {
     let n = frame.n_cells();
     let mut grid = mesh.grid();
-    let traction = by_cell(&state.tractions, n, "traction")?;
-    let [worn1, worn2] = surface.worn_by_body(&state.wear_depth);
+    let traction = planes_to_triples(&state.tractions, n, "traction")?;
+    let [worn1, worn2] = surface.wear_depth_by_body(&state.wear_depth);
     grid.cell_data = vec![
-        DataArray::tuples("gap", LOCAL, by_cell(&state.gap, n, "gap")?.concat()),
-        DataArray::tuples("traction", LOCAL, traction.concat()),
+        DataArray::tuples("gap", FRAME_COMPONENTS, planes_to_triples(&state.gap, n, "gap")?.concat()),
+        DataArray::tuples("traction", FRAME_COMPONENTS, traction.concat()),
         DataArray::scalar("pressure", traction.iter().map(|t| t[2]).collect()),
-        DataArray::tuples("slip", LOCAL, by_cell(&with_zero_normal(&state.slip, n), n, "slip")?.concat()),
-        DataArray::bytes("status", state.status.clone()),
+        DataArray::tuples("slip", FRAME_COMPONENTS, planes_to_triples(&with_zero_normal(&state.slip, n), n, "slip")?.concat()),
+        DataArray::u8_scalar("status", state.status.clone()),
         DataArray::scalar("wear_depth", state.wear_depth.clone()),
         DataArray::scalar("wear_depth_body1", worn1),
         DataArray::scalar("wear_depth_body2", worn2),
@@ -107,7 +107,7 @@ pub fn frame_grid(
     if !axes_are_global(frame) {
         grid.cell_data.push(DataArray::tuples(
             "traction_global",
-            GLOBAL,
+            GLOBAL_COMPONENTS,
             to_global(frame, &traction).concat(),
         ));
     }
@@ -124,7 +124,7 @@ fn with_zero_normal(slip: &[f64], n: usize) -> Vec<f64> {
 }
 
 /// Component planes `[3, N]` as one triple per cell.
-pub(crate) fn by_cell(planes: &[f64], n: usize, name: &str) -> Result<Vec<[f64; 3]>> {
+pub(crate) fn planes_to_triples(planes: &[f64], n: usize, name: &str) -> Result<Vec<[f64; 3]>> {
     if planes.len() != 3 * n {
         return Err(Error::numerical(format!(
             "the field `{name}` has {} numbers instead of {}",

@@ -1,6 +1,6 @@
 //! Where the near fields of meshed bodies were computed, for `summary.json`.
 
-use crate::body::hybrid::{Indicators, OwnError};
+use crate::body::hybrid::{Indicators, AppliedLoadError};
 
 /// Where the near field of a body was computed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -14,10 +14,10 @@ pub struct NearFieldRecord {
     pub reason: Option<String>,
     /// The most by which its flat faces are bowed in the gap of the meshes, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub bow: Option<f64>,
+    pub max_face_deviation: Option<f64>,
     /// Estimated errors of the displacement of its surface under the frame by loads and prescribed displacements of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub own_error: Option<OwnError>,
+    pub own_error: Option<AppliedLoadError>,
     /// How good the correction of the half-space is, or was found not to be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indicators: Option<Indicators>,

@@ -3,19 +3,19 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::{Kind, Result};
-use crate::history::Snapshot;
-use crate::history::record::{FrameState, IncrementRecord, Moment, Observer};
-use crate::linalg::course::Course;
+use crate::error::{ErrorKind, Result};
+use crate::history::RunCheckpoint;
+use crate::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer};
+use crate::linalg::course::OperatorHistory;
 use crate::linalg::operator::Flexibility;
-use crate::results::fields::{FieldWriter, Written};
-use crate::results::keeper::{self, Keeper};
-use crate::results::output::{Gathered, OutputDir, write_failure};
+use crate::results::field_writer::{FieldWriter, WrittenFields};
+use crate::results::checkpoint_writer::{self, CheckpointWriter};
+use crate::results::output_dir::{StagedFile, OutputDir, write_error};
 use crate::results::summary::Summary;
-use crate::results::table::history_csv;
+use crate::results::history_table::history_csv;
 
 /// Shows progress: stage, fraction done in 0..=1, natural residual.
-pub type Progress<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
+pub type ProgressCallback<'a> = Box<dyn FnMut(&str, f64, Option<f64>) + Send + 'a>;
 
 /// The observer of a run that keeps its records and, where it has an output directory, writes its files.
 #[derive(Default)]
@@ -23,33 +23,33 @@ pub struct Recorder<'a> {
     output: Option<OutputDir>,
     records: Vec<IncrementRecord>,
     fields: Option<FieldWriter<'a>>,
-    progress: Option<Progress<'a>>,
-    stop: Option<&'a AtomicBool>,
-    keeping: Option<Keeping<'a>>,
+    progress: Option<ProgressCallback<'a>>,
+    cancel_flag: Option<&'a AtomicBool>,
+    checkpoints: Option<CheckpointState<'a>>,
     /// Whether there are checkpoints already.
-    resumes: bool,
+    has_checkpoint_files: bool,
 }
 
 /// What goes on with another recorder.
-pub struct Parts {
+pub struct RecorderParts {
     /// The files so far, where there is a directory.
     pub output: Option<OutputDir>,
     /// The entries so far.
     pub records: Vec<IncrementRecord>,
     /// What has been written of them.
-    pub written: Written,
+    pub written: WrittenFields,
     /// Who writes the checkpoints.
-    pub keeper: Option<Keeper>,
+    pub checkpoint_writer: Option<CheckpointWriter>,
 }
 
 /// What checkpoints need besides what is recorded.
-struct Keeping<'a> {
-    keeper: Keeper,
+struct CheckpointState<'a> {
+    writer: CheckpointWriter,
     operator: &'a dyn Flexibility,
     /// What the operator held after the last finished entry.
-    course: Course,
+    operator_history: OperatorHistory,
     /// What was written before an entry that was not finished.
-    finished: Option<(Written, Vec<Gathered>)>,
+    before_unconverged: Option<(WrittenFields, Vec<StagedFile>)>,
 }
 
 impl<'a> Recorder<'a> {
@@ -59,8 +59,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// Says whether there are checkpoints that the run goes on from, where it writes none itself.
-    pub fn that_resumes(mut self, resumes: bool) -> Self {
-        self.resumes = resumes;
+    pub fn with_checkpoint_files(mut self, resumes: bool) -> Self {
+        self.has_checkpoint_files = resumes;
         self
     }
 
@@ -77,14 +77,14 @@ impl<'a> Recorder<'a> {
     }
 
     /// Also asks the run to stop once `flag` is set.
-    pub fn with_stop(mut self, flag: &'a AtomicBool) -> Self {
-        self.stop = Some(flag);
+    pub fn with_cancel_flag(mut self, flag: &'a AtomicBool) -> Self {
+        self.cancel_flag = Some(flag);
         self
     }
 
     /// Also writes checkpoints, where there is an output directory; `operator` is the run's.
-    pub fn with_checkpoints(mut self, keeper: Keeper, operator: &'a dyn Flexibility) -> Self {
-        self.keeping = Some(Keeping { keeper, operator, course: operator.course(), finished: None });
+    pub fn with_checkpoints(mut self, keeper: CheckpointWriter, operator: &'a dyn Flexibility) -> Self {
+        self.checkpoints = Some(CheckpointState { writer: keeper, operator, operator_history: operator.history(), before_unconverged: None });
         self
     }
 
@@ -95,18 +95,18 @@ impl<'a> Recorder<'a> {
     }
 
     /// Ends it without an end of the run.
-    pub fn into_parts(self) -> Parts {
-        Parts {
+    pub fn into_parts(self) -> RecorderParts {
+        RecorderParts {
             output: self.output,
             records: self.records,
-            written: self.fields.map_or_else(Written::default, FieldWriter::into_written),
-            keeper: self.keeping.map(|keeping| keeping.keeper),
+            written: self.fields.map_or_else(WrittenFields::default, FieldWriter::into_written),
+            checkpoint_writer: self.checkpoints.map(|keeping| keeping.writer),
         }
     }
 
     /// What has been written so far, and the files.
-    pub fn written(&self) -> (Written, Vec<Gathered>) {
-        let written = self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());
+    pub fn written(&self) -> (WrittenFields, Vec<StagedFile>) {
+        let written = self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
         (written, self.output.as_ref().map_or_else(Vec::new, |output| output.files().to_vec()))
     }
 
@@ -139,15 +139,15 @@ impl<'a> Recorder<'a> {
         summary.steps = std::mem::take(&mut self.records);
         summary.peak_memory_bytes = crate::results::memory::peak_bytes();
         let Some(mut output) = self.output.take() else { return summary.to_json().0 };
-        if self.fields.is_none() && output.continues() {
+        if self.fields.is_none() && output.is_resumed() {
             // It ended before it went on.
             return output.suspend(summary);
         }
         let fields = self.fields.take().map_or(Ok(()), |fields| fields.finish(&mut output, summary));
         if let Err(error) = fields.and_then(|()| write_history(&mut output, summary)) {
-            summary.fail(&error);
-            let kept = self.keeping.is_some_and(|keeping| keeping.keeper.has_any());
-            if output.continues() || self.resumes || kept {
+            summary.set_failure(&error);
+            let kept = self.checkpoints.is_some_and(|keeping| keeping.writer.has_written());
+            if output.is_resumed() || self.has_checkpoint_files || kept {
                 output.suspend(summary)?;
                 return Err(error);
             }
@@ -161,35 +161,35 @@ impl<'a> Recorder<'a> {
     }
 }
 
-impl Keeping<'_> {
+impl CheckpointState<'_> {
     /// Writes a checkpoint, if it is time for one.
-    fn keep(
+    fn write_if_due(
         &mut self,
         output: &mut OutputDir,
         records: &[IncrementRecord],
         fields: Option<&FieldWriter<'_>>,
-        (moment, interrupted): (Moment, bool),
-        snapshot: &dyn Fn() -> Snapshot,
+        (moment, interrupted): (CheckpointEvent, bool),
+        snapshot: &dyn Fn() -> RunCheckpoint,
     ) -> Result<()> {
-        if matches!(moment, Moment::Entry | Moment::StepEnd) {
-            self.course = self.operator.course();
+        if matches!(moment, CheckpointEvent::Entry | CheckpointEvent::StepEnd) {
+            self.operator_history = self.operator.history();
         }
-        let finished = &records[..records.len() - usize::from(self.finished.is_some())];
-        let now = keeper::Progress::of(finished);
+        let finished = &records[..records.len() - usize::from(self.before_unconverged.is_some())];
+        let now = checkpoint_writer::CompletedWork::of(finished);
         let wanted = match moment {
-            Moment::Broken => interrupted && self.keeper.is_news(now),
-            Moment::HandedOn => self.keeper.is_news(now),
-            Moment::Entry | Moment::StepEnd => self.keeper.is_due(now),
+            CheckpointEvent::Aborted => interrupted && self.writer.has_new_entries(now),
+            CheckpointEvent::Suspended => self.writer.has_new_entries(now),
+            CheckpointEvent::Entry | CheckpointEvent::StepEnd => self.writer.is_due(now),
         };
         if !wanted {
             return Ok(());
         }
-        let nothing = Written::default();
-        let (written, files) = match &self.finished {
+        let nothing = WrittenFields::default();
+        let (written, files) = match &self.before_unconverged {
             Some((written, files)) => (written, files.clone()),
             None => (fields.map_or(&nothing, FieldWriter::written), output.files().to_vec()),
         };
-        self.keeper.write(output, now, (snapshot(), &self.course), (written, &files))
+        self.writer.write(output, now, (snapshot(), &self.operator_history), (written, &files))
     }
 }
 
@@ -198,7 +198,7 @@ fn write_history(output: &mut OutputDir, summary: &Summary) -> Result<()> {
         return Ok(());
     }
     let text = history_csv(&summary.steps)?;
-    output.write("history.csv", |file| file.write_all(text.as_bytes()).map_err(|e| write_failure(&e)))
+    output.write("history.csv", |file| file.write_all(text.as_bytes()).map_err(|e| write_error(&e)))
 }
 
 impl Observer for Recorder<'_> {
@@ -210,32 +210,32 @@ impl Observer for Recorder<'_> {
 
     fn increment_done(&mut self, record: &IncrementRecord, state: &FrameState) -> Result<()> {
         // May be interrupted: before anything of the entry is kept.
-        let fields = self.fields.as_ref().filter(|fields| fields.writes_at(record));
-        let inside = fields.map(|fields| fields.inside(state)).transpose()?.unwrap_or_default();
-        if let (Some(keeping), Some(output), false) = (&mut self.keeping, &self.output, record.converged) {
+        let fields = self.fields.as_ref().filter(|fields| fields.selects(record));
+        let inside = fields.map(|fields| fields.recover_interior_points(state)).transpose()?.unwrap_or_default();
+        if let (Some(keeping), Some(output), false) = (&mut self.checkpoints, &self.output, record.converged) {
             let written =
-                self.fields.as_ref().map_or_else(Written::default, |fields| fields.written().clone());
-            keeping.finished = Some((written, output.files().to_vec()));
+                self.fields.as_ref().map_or_else(WrittenFields::default, |fields| fields.written().clone());
+            keeping.before_unconverged = Some((written, output.files().to_vec()));
         }
         self.records.push(record.clone());
         let (Some(fields), Some(output)) = (&mut self.fields, &mut self.output) else { return Ok(()) };
-        let (mark, files) = (fields.mark(), output.files().len());
-        let written = fields.increment(output, record, (state, inside));
-        if written.as_ref().is_err_and(|error| error.kind() == Kind::Interrupted) {
+        let (mark, files) = (fields.rollback_mark(), output.files().len());
+        let written = fields.write_entry(output, record, (state, inside));
+        if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted) {
             // As if it had not been computed: a run that goes on computes it again.
-            fields.back_to(mark);
-            output.forget_after(files);
+            fields.roll_back(mark);
+            output.truncate_staged(files);
             self.records.pop();
-            self.keeping.iter_mut().for_each(|keeping| keeping.finished = None);
+            self.checkpoints.iter_mut().for_each(|keeping| keeping.before_unconverged = None);
         }
         written
     }
 
-    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        let interrupted = self.interrupted();
-        match (&mut self.keeping, &mut self.output) {
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        let interrupted = self.cancelled();
+        match (&mut self.checkpoints, &mut self.output) {
             (Some(keeping), Some(output)) => {
-                keeping.keep(output, &self.records, self.fields.as_ref(), (moment, interrupted), snapshot)
+                keeping.write_if_due(output, &self.records, self.fields.as_ref(), (moment, interrupted), snapshot)
             }
             _ => Ok(()),
         }
@@ -246,10 +246,10 @@ impl Observer for Recorder<'_> {
     }
 
     fn wants_tangential_gap(&self) -> bool {
-        self.fields.as_ref().is_some_and(FieldWriter::writes)
+        self.fields.as_ref().is_some_and(FieldWriter::has_output)
     }
 
-    fn interrupted(&self) -> bool {
-        self.stop.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    fn cancelled(&self) -> bool {
+        self.cancel_flag.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }

@@ -1,10 +1,10 @@
 //! The states at the ends of the steps of the variants of a scene, on each other and against each other.
 
-use super::along::{Line, along};
-use super::frame_fields::{FrameMesh, LOCAL, by_cell};
+use super::line_profile::{ProfileLine, profile_along};
+use super::frame_fields::{FrameMesh, FRAME_COMPONENTS, planes_to_triples};
 use super::plot::axis::Scale;
 use super::plot::chart::{Chart, Series};
-use super::plot::{PANEL, arranged};
+use super::plot::{PANEL, arrange_panels};
 use super::summary::Units;
 use super::vtu::{DataArray, UnstructuredGrid};
 use crate::error::Result;
@@ -13,11 +13,11 @@ use crate::history::record::{FrameState, IncrementRecord, Observer};
 
 /// Keeps the state of the frame at the end of each step.
 #[derive(Debug, Clone, Default)]
-pub struct StepEnds {
+pub struct StepEndStates {
     steps: Vec<(String, FrameState)>,
 }
 
-impl StepEnds {
+impl StepEndStates {
     /// The state at the end of a step.
     pub fn state(&self, step: &str) -> Option<&FrameState> {
         self.steps.iter().find(|(name, _)| name == step).map(|(_, state)| state)
@@ -29,7 +29,7 @@ impl StepEnds {
     }
 }
 
-impl Observer for StepEnds {
+impl Observer for StepEndStates {
     fn progress(&mut self, _stage: &str, _fraction: f64, _residual: Option<f64>) {}
 
     fn wants_tangential_gap(&self) -> bool {
@@ -46,16 +46,16 @@ impl Observer for StepEnds {
 }
 
 /// The variants of a scene by name, with their states on its frame.
-pub struct Variants<'a> {
+pub struct VariantStates<'a> {
     /// The frame.
     pub frame: &'a ContactFrame,
     /// The variants.
-    pub ends: &'a [(String, StepEnds)],
+    pub ends: &'a [(String, StepEndStates)],
     /// The variants of which differences are wanted, by step: name of the step, of the variant, and of that which it differs from.
     pub differences: &'a [(String, String, String)],
 }
 
-impl Variants<'_> {
+impl VariantStates<'_> {
     /// Names of the steps of the variant that came farthest.
     pub fn steps(&self) -> Vec<&str> {
         let longest = self.ends.iter().max_by_key(|(_, ends)| ends.steps.len());
@@ -69,10 +69,10 @@ impl Variants<'_> {
         let mut panels = Vec::new();
         for name in self.steps() {
             for (letter, angle) in axes {
-                let line = Line { through: [0.0; 2], angle };
+                let line = ProfileLine { through: [0.0; 2], angle };
                 let series = self.ends.iter().filter_map(|(variant, ends)| {
                     let pressure = &ends.state(name)?.tractions[2 * n..];
-                    Some(Series { name: variant.clone(), points: along(self.frame, pressure, &line) })
+                    Some(Series { name: variant.clone(), points: profile_along(self.frame, pressure, &line) })
                 });
                 let chart = Chart {
                     title: format!("Pressure after {name}, along {letter}"),
@@ -83,14 +83,14 @@ impl Variants<'_> {
                 panels.push(chart.panel());
             }
         }
-        arranged(&panels, PANEL, 2)
+        arrange_panels(&panels, PANEL, 2)
     }
 
     /// The frame with pressure, traction and worn depth of each variant that has the step, and the differences that are wanted.
     ///
     /// # Errors
     /// Numerical, if a field has the wrong length.
-    pub fn differences(&self, step: &str) -> Result<UnstructuredGrid> {
+    pub fn difference_grid(&self, step: &str) -> Result<UnstructuredGrid> {
         let mut grid = FrameMesh::new(self.frame).grid();
         let of = |name: &String| {
             self.ends.iter().find(|(own, _)| own == name).and_then(|(_, ends)| ends.state(step))
@@ -114,11 +114,11 @@ impl Variants<'_> {
     }
 
     fn push(&self, grid: &mut UnstructuredGrid, name: &str, state: &FrameState) -> Result<()> {
-        let traction = by_cell(&state.tractions, self.frame.n_cells(), "traction")?;
+        let traction = planes_to_triples(&state.tractions, self.frame.n_cells(), "traction")?;
         let of = |field: &str| format!("{field}_{name}");
         grid.cell_data.extend([
             DataArray::scalar(&of("pressure"), traction.iter().map(|t| t[2]).collect()),
-            DataArray::tuples(&of("traction"), LOCAL, traction.concat()),
+            DataArray::tuples(&of("traction"), FRAME_COMPONENTS, traction.concat()),
             DataArray::scalar(&of("wear_depth"), state.wear_depth.clone()),
         ]);
         Ok(())
@@ -128,10 +128,10 @@ impl Variants<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::vtu::Values;
+    use crate::results::vtu::ArrayValues;
 
-    fn ended(pressure: f64) -> StepEnds {
-        let mut ends = StepEnds::default();
+    fn ended(pressure: f64) -> StepEndStates {
+        let mut ends = StepEndStates::default();
         let tractions = (0..24).map(|k| pressure * if k < 16 { 0.5 } else { (k - 16) as f64 }).collect();
         let state = FrameState { tractions, wear_depth: vec![0.25 * pressure; 8], ..FrameState::default() };
         let record = IncrementRecord { name: "a".into(), ..Default::default() };
@@ -148,18 +148,18 @@ mod tests {
         let ends = [
             ("FE-FE".to_owned(), ended(1.0)),
             ("BE-BE".to_owned(), ended(3.0)),
-            ("HS-HS".to_owned(), StepEnds::default()),
+            ("HS-HS".to_owned(), StepEndStates::default()),
         ];
         let wanted = |variant: &str| ("a".to_owned(), variant.to_owned(), "FE-FE".to_owned());
         let wanted = [wanted("BE-BE"), wanted("HS-HS")];
-        let variants = Variants { frame: &frame, ends: &ends, differences: &wanted };
+        let variants = VariantStates { frame: &frame, ends: &ends, differences: &wanted };
         assert_eq!(variants.steps(), ["a"]);
-        let grid = variants.differences("a").unwrap();
+        let grid = variants.difference_grid("a").unwrap();
         let names: Vec<&str> = grid.cell_data.iter().map(|array| array.name.as_str()).collect();
         assert_eq!(names.len(), 9, "{names:?}");
         let values =
             |name: &str| match &grid.cell_data.iter().find(|array| array.name == name).unwrap().values {
-                Values::Float64(values) => values.clone(),
+                ArrayValues::Float64(values) => values.clone(),
                 other => panic!("{other:?}"),
             };
         let twice: Vec<f64> = (0..8).map(|k| 2.0 * f64::from(k)).collect();

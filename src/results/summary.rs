@@ -5,16 +5,16 @@ use std::time::Instant;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
-use crate::error::{Error, Kind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Grid;
 use crate::history::record::{FrettingLoop, IncrementRecord, Outcome};
 use crate::results::accuracy::AccuracyRecord;
 use crate::results::body_peaks::BodyRecord;
-use crate::results::boundary_elements::BoundaryRecord;
+use crate::results::boundary_elements::BoundaryElementRecord;
 use crate::results::condensation::CondensationRecord;
 use crate::results::near_field::NearFieldRecord;
 use crate::results::truncation::TruncationRecord;
-use crate::skip::Skipped;
+use crate::skip::OmittedWork;
 
 /// The scene's own consistent units, echoed and never converted.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -159,7 +159,7 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyRecord>,
     /// Work that the scene did not need.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<OmittedWork>,
     /// Fretting cycles resolved into loops, where they were asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loops: Vec<FrettingLoop>,
@@ -168,7 +168,7 @@ pub struct Summary {
     pub condensation: Vec<CondensationRecord>,
     /// The bodies of boundary elements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub boundary_elements: Vec<BoundaryRecord>,
+    pub boundary_elements: Vec<BoundaryElementRecord>,
     /// The half-spaces whose surfaces are meshed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub truncations: Vec<TruncationRecord>,
@@ -220,7 +220,7 @@ impl Summary {
     }
 
     /// Sets status and reason, or the error, by how the history ended.
-    pub fn conclude(&mut self, outcome: &Result<Outcome>) {
+    pub fn set_outcome(&mut self, outcome: &Result<Outcome>) {
         (self.reason, self.error) = (None, None);
         match outcome {
             Ok(Outcome::Converged) => self.status = Status::Converged,
@@ -229,17 +229,17 @@ impl Summary {
                 self.reason = Some((*reason).to_owned());
             }
             Ok(Outcome::Interrupted) => self.status = Status::Interrupted,
-            Err(error) => self.fail(error),
+            Err(error) => self.set_failure(error),
         }
     }
 
     /// Marks the run as failed by `error`, or as not converged if that is what it says.
-    pub fn fail(&mut self, error: &Error) {
-        if error.kind() == Kind::Interrupted {
+    pub fn set_failure(&mut self, error: &Error) {
+        if error.kind() == ErrorKind::Interrupted {
             (self.status, self.reason, self.error) = (Status::Interrupted, None, None);
             return;
         }
-        let not_converged = error.kind() == Kind::NotConverged;
+        let not_converged = error.kind() == ErrorKind::NotConverged;
         self.status = if not_converged { Status::NotConverged } else { Status::Failed };
         self.reason = not_converged.then(|| "linear-solver".to_owned());
         self.error = Some(error.to_string());
@@ -262,7 +262,7 @@ impl Summary {
             Error::numerical(format!("{place} is not a finite number: the results cannot be trusted"));
         let mut failed = self.clone();
         if failed.status != Status::Failed {
-            failed.fail(&error);
+            failed.set_failure(&error);
         }
         failed.warnings.push(error.message().to_owned());
         value = failed.value();
@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn json_has_the_documented_fields() {
         let mut summary = summary();
-        summary.conclude(&Ok(Outcome::NotConverged("gross-sliding")));
+        summary.set_outcome(&Ok(Outcome::NotConverged("gross-sliding")));
         summary.frame = Some(FrameRecord { half_width: [1.0, 2.0], cells: [3, 4] });
         summary.mesh_moves = Some(1);
         summary.scene = Some(Value::Object(serde_json::Map::new()));
@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn not_a_number_is_a_failure() {
         let mut summary = summary();
-        summary.conclude(&Ok(Outcome::Converged));
+        summary.set_outcome(&Ok(Outcome::Converged));
         summary.steps[0].tangential_force[1] = f64::NAN;
         let (outcome, text) = summary.to_json();
         let message = outcome.unwrap_err().to_string();
@@ -346,7 +346,7 @@ mod tests {
     #[test]
     fn a_linear_solver_that_does_not_converge() {
         let (mut summary, error) = (summary(), Error::not_converged("too slow"));
-        summary.conclude(&Err(error.clone()));
+        summary.set_outcome(&Err(error.clone()));
         assert_eq!(
             (summary.status, summary.reason.as_deref()),
             (Status::NotConverged, Some("linear-solver"))
@@ -358,8 +358,8 @@ mod tests {
     #[test]
     fn an_error_clears_the_reason() {
         let mut summary = summary();
-        summary.conclude(&Ok(Outcome::NotConverged("iterations")));
-        summary.conclude(&Err(Error::resources("disk full")));
+        summary.set_outcome(&Ok(Outcome::NotConverged("iterations")));
+        summary.set_outcome(&Err(Error::resources("disk full")));
         assert_eq!((summary.status, summary.reason.as_deref()), (Status::Failed, None));
         assert_eq!(summary.error.as_deref(), Some("disk full"));
     }

@@ -23,7 +23,7 @@ fn normals<'a>(mesh: &Mesh, faces: impl Iterator<Item = &'a SurfaceFace>) -> Vec
 pub(crate) struct SurfaceStress<'a> {
     field: &'a StressField,
     /// Index into the contact points of each recovery point.
-    contact: Vec<Option<usize>>,
+    contact_point: Vec<Option<usize>>,
     /// Normal of the outer faces at each mesh node.
     normals: Vec<Vector3<f64>>,
     tractions: &'a [[f64; 3]],
@@ -40,29 +40,29 @@ impl<'a> SurfaceStress<'a> {
     ) -> Self {
         let mut contact = vec![None; field.points.n_points()];
         field.contact.iter().enumerate().for_each(|(i, found)| contact[found.point] = Some(i));
-        Self { field, contact, normals: normals(mesh, faces.iter()), tractions }
+        Self { field, contact_point: contact, normals: normals(mesh, faces.iter()), tractions }
     }
 
     /// The stress at a recovery point: on the contact surface from the strain in it and the traction on it, elsewhere
     /// as recovered; and the largest principal stress in the tangent plane.
     pub fn at(&self, point: usize) -> ([f64; 6], f64) {
-        let node = self.field.points.node[point];
-        match self.contact[point] {
+        let node = self.field.points.mesh_nodes[point];
+        match self.contact_point[point] {
             Some(i) => {
                 let contact = &self.field.contact[i];
                 let stress = contact.stress(&self.tractions[node]);
-                (stress, tangential(&stress, &contact.axes.column(2).into()))
+                (stress, max_principal_in_plane(&stress, &contact.axes.column(2).into()))
             }
             None => {
                 let stress = self.field.stress[point];
-                (stress, tangential(&stress, &self.normals[node]))
+                (stress, max_principal_in_plane(&stress, &self.normals[node]))
             }
         }
     }
 }
 
 /// The largest principal stress among those in the plane of normal `n`, tension positive.
-fn tangential(stress: &[f64; 6], n: &Vector3<f64>) -> f64 {
+fn max_principal_in_plane(stress: &[f64; 6], n: &Vector3<f64>) -> f64 {
     let plane = Matrix3::identity() - n * n.transpose();
     let inner = plane * tensor(stress) * plane;
     // Of the two eigenvalues in the plane, from the trace and the sum of squares.
@@ -87,6 +87,6 @@ mod tests {
         let b = n.cross(&a);
         let s = |u: Vector3<f64>, v: Vector3<f64>| u.dot(&(tensor(&stress) * v));
         let radius = (0.25 * (s(a, a) - s(b, b)).powi(2) + s(a, b).powi(2)).sqrt();
-        assert!((tangential(&stress, &n) - 0.5 * (s(a, a) + s(b, b)) - radius).abs() < 1e-13);
+        assert!((max_principal_in_plane(&stress, &n) - 0.5 * (s(a, a) + s(b, b)) - radius).abs() < 1e-13);
     }
 }

@@ -1,10 +1,10 @@
 //! How far half-spaces whose surfaces are meshed are from exact ones, for `summary.json`.
 
 use crate::body::Truncation;
-use crate::error::doubtful;
+use crate::error::warning;
 
 /// Difference from the exact half-space from which on a result is in doubt.
-const DOUBTFUL: f64 = 0.02;
+const MAX_RELIABLE_DIFFERENCE: f64 = 0.02;
 
 /// A half-space whose surface is meshed, beside the exact one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -32,9 +32,9 @@ impl TruncationRecord {
     }
 
     /// What the user should know of it.
-    pub fn doubt(&self) -> Option<String> {
-        (self.difference > DOUBTFUL).then(|| {
-            doubtful(&format!(
+    pub fn accuracy_warning(&self) -> Option<String> {
+        (self.difference > MAX_RELIABLE_DIFFERENCE).then(|| {
+            warning(&format!(
                 "the meshed surface of the half-space body{} differs from an exact one by {:.1} % under uniform tractions on the frame: mesh it farther out \
                  (`truncated`), or leave that key out for the exact half-space",
                 self.body,

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 /// The numbers of a data array.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
+pub enum ArrayValues {
     /// 64-bit reals; all must be finite.
     Float64(Vec<f64>),
     /// 64-bit integers.
@@ -21,7 +21,7 @@ pub enum Values {
     UInt8(Vec<u8>),
 }
 
-impl Values {
+impl ArrayValues {
     fn len(&self) -> usize {
         match self {
             Self::Float64(values) => values.len(),
@@ -61,23 +61,23 @@ pub struct DataArray {
     /// Names of the components of a tuple; empty for scalars.
     pub components: &'static [&'static str],
     /// The numbers, tuple by tuple.
-    pub values: Values,
+    pub values: ArrayValues,
 }
 
 impl DataArray {
     /// A scalar per point or cell.
     pub fn scalar(name: &str, values: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), components: &[], values: Values::Float64(values) }
+        Self { name: name.to_owned(), components: &[], values: ArrayValues::Float64(values) }
     }
 
     /// A tuple per point or cell, `values` being flat.
     pub fn tuples(name: &str, components: &'static [&'static str], values: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), components, values: Values::Float64(values) }
+        Self { name: name.to_owned(), components, values: ArrayValues::Float64(values) }
     }
 
     /// A byte per point or cell.
-    pub fn bytes(name: &str, values: Vec<u8>) -> Self {
-        Self { name: name.to_owned(), components: &[], values: Values::UInt8(values) }
+    pub fn u8_scalar(name: &str, values: Vec<u8>) -> Self {
+        Self { name: name.to_owned(), components: &[], values: ArrayValues::UInt8(values) }
     }
 
     fn check(&self, tuples: usize) -> Result<()> {
@@ -89,7 +89,7 @@ impl DataArray {
                 self.values.len()
             )));
         }
-        if let Values::Float64(values) = &self.values
+        if let ArrayValues::Float64(values) = &self.values
             && let Some(i) = values.iter().position(|v| !v.is_finite())
         {
             return Err(Error::numerical(format!(
@@ -141,14 +141,14 @@ impl UnstructuredGrid {
             DataArray {
                 name: "connectivity".into(),
                 components: &[],
-                values: Values::Int64(self.connectivity.clone()),
+                values: ArrayValues::Int64(self.connectivity.clone()),
             },
             DataArray {
                 name: "offsets".into(),
                 components: &[],
-                values: Values::Int64(self.offsets.clone()),
+                values: ArrayValues::Int64(self.offsets.clone()),
             },
-            DataArray::bytes("types", self.types.clone()),
+            DataArray::u8_scalar("types", self.types.clone()),
         ];
         let sections: [(&str, &[DataArray]); 4] = [
             ("Points", std::slice::from_ref(&points)),
@@ -174,21 +174,21 @@ fn head(sections: &[(&str, &[DataArray])], n_points: usize, n_cells: usize) -> S
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
     xml += "  <UnstructuredGrid>\n";
-    add(&mut xml, format_args!("    <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"));
-    let mut offset = sections.iter().flat_map(|(_, arrays)| arrays.iter()).map(bytes).sum();
+    push_fmt(&mut xml, format_args!("    <Piece NumberOfPoints=\"{n_points}\" NumberOfCells=\"{n_cells}\">\n"));
+    let mut offset = sections.iter().flat_map(|(_, arrays)| arrays.iter()).map(array_bytes).sum();
     for (section, arrays) in sections {
-        add(&mut xml, format_args!("      <{section}>\n"));
+        push_fmt(&mut xml, format_args!("      <{section}>\n"));
         for array in *arrays {
-            offset -= bytes(array);
-            add(&mut xml, format_args!("        {}\n", tag(array, offset)));
+            offset -= array_bytes(array);
+            push_fmt(&mut xml, format_args!("        {}\n", tag(array, offset)));
         }
-        add(&mut xml, format_args!("      </{section}>\n"));
+        push_fmt(&mut xml, format_args!("      </{section}>\n"));
     }
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_"
 }
 
 /// Bytes of an array with its length.
-fn bytes(array: &DataArray) -> u64 {
+fn array_bytes(array: &DataArray) -> u64 {
     8 + array.values.n_bytes()
 }
 
@@ -196,21 +196,21 @@ fn tag(array: &DataArray, offset: u64) -> String {
     let mut tag =
         format!("<DataArray type=\"{}\" Name=\"{}\"", array.values.type_name(), escaped(&array.name));
     if !array.components.is_empty() {
-        add(&mut tag, format_args!(" NumberOfComponents=\"{}\"", array.components.len()));
+        push_fmt(&mut tag, format_args!(" NumberOfComponents=\"{}\"", array.components.len()));
         for (i, name) in array.components.iter().enumerate() {
-            add(&mut tag, format_args!(" ComponentName{i}=\"{name}\""));
+            push_fmt(&mut tag, format_args!(" ComponentName{i}=\"{name}\""));
         }
     }
-    add(&mut tag, format_args!(" format=\"appended\" offset=\"{offset}\"/>"));
+    push_fmt(&mut tag, format_args!(" format=\"appended\" offset=\"{offset}\"/>"));
     tag
 }
 
 /// A collection (.pvd) that lists files with their times, for ParaView.
-pub fn collection(files: &[(f64, String)]) -> String {
+pub fn pvd_collection(files: &[(f64, String)]) -> String {
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml += "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n";
     for (time, file) in files {
-        add(
+        push_fmt(
             &mut xml,
             format_args!(
                 "    <DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{}\"/>\n",
@@ -221,7 +221,7 @@ pub fn collection(files: &[(f64, String)]) -> String {
     xml + "  </Collection>\n</VTKFile>\n"
 }
 
-fn add(text: &mut String, more: std::fmt::Arguments<'_>) {
+fn push_fmt(text: &mut String, more: std::fmt::Arguments<'_>) {
     text.write_fmt(more).expect("writing to a string does not fail");
 }
 

@@ -7,11 +7,11 @@ use sha2::{Digest, Sha256};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::mistake::Place;
+use super::diagnostic::Location;
 
 /// Where a value was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Origin {
+pub enum ValueSource {
     /// Bytes of the file.
     File(Range<usize>),
     /// The override of this index.
@@ -20,47 +20,47 @@ pub enum Origin {
 
 /// A value with its origin.
 #[derive(Debug, Clone)]
-pub struct Node {
+pub struct TomlNode {
     /// Where the value stands.
-    pub origin: Origin,
+    pub source: ValueSource,
     /// The value.
-    pub value: Value,
+    pub value: TomlValue,
 }
 
 /// A key of a table with its value.
 #[derive(Debug, Clone)]
-pub struct Entry {
+pub struct TomlEntry {
     /// The key.
     pub name: String,
     /// Where the key stands.
-    pub origin: Origin,
+    pub origin: ValueSource,
     /// Its value.
-    pub node: Node,
+    pub node: TomlNode,
 }
 
 /// A TOML value.
 #[derive(Debug, Clone)]
 #[allow(missing_docs)]
-pub enum Value {
-    Table(Vec<Entry>),
-    Array(Vec<Node>),
+pub enum TomlValue {
+    Table(Vec<TomlEntry>),
+    Array(Vec<TomlNode>),
     String(String),
     /// An integer that fits 64 bits.
     Integer(i64),
     Float(f64),
     Boolean(bool),
     /// Text of a date, or of a number too large to hold.
-    Other(&'static str, String),
+    Unsupported(&'static str, String),
 }
 
-impl Value {
-    fn json(&self) -> serde_json::Value {
+impl TomlValue {
+    fn to_display_json(&self) -> serde_json::Value {
         match self {
             Self::Table(entries) => {
-                entries.iter().map(|entry| (entry.name.clone(), entry.node.value.json())).collect()
+                entries.iter().map(|entry| (entry.name.clone(), entry.node.value.to_display_json())).collect()
             }
-            Self::Array(items) => items.iter().map(|item| item.value.json()).collect(),
-            Self::String(text) | Self::Other(_, text) => text.clone().into(),
+            Self::Array(items) => items.iter().map(|item| item.value.to_display_json()).collect(),
+            Self::String(text) | Self::Unsupported(_, text) => text.clone().into(),
             Self::Integer(number) => (*number).into(),
             Self::Float(number) if number.is_finite() => (*number).into(),
             Self::Float(number) => number.to_string().into(),
@@ -81,7 +81,7 @@ pub struct Document {
     /// The overrides, `key.path=value`.
     pub overrides: Vec<String>,
     /// The tree, overrides applied.
-    pub root: Node,
+    pub root: TomlNode,
     /// SHA-256 (hexadecimal) of the file's bytes and the overrides.
     pub sha256: String,
 }
@@ -99,32 +99,32 @@ impl Document {
             folder,
             text,
             overrides: overrides.to_vec(),
-            root: Node { origin: Origin::File(0..end), value: Value::Table(Vec::new()) },
+            root: TomlNode { source: ValueSource::File(0..end), value: TomlValue::Table(Vec::new()) },
             sha256: fingerprint(bytes, overrides),
         }
     }
 
     /// The value at a dotted key, if there.
-    pub fn get(&self, key: &str) -> Option<&Node> {
-        segments(key).try_fold(&self.root, |node, segment| node.child(segment).map(|(_, child)| child))
+    pub fn get(&self, key: &str) -> Option<&TomlNode> {
+        key_segments(key).try_fold(&self.root, |node, segment| node.child(segment).map(|(_, child)| child))
     }
 
     /// The scene with its overrides as JSON; numbers that are not finite, dates and numbers too large to hold as text.
-    pub fn json(&self) -> serde_json::Value {
-        self.root.value.json()
+    pub fn to_display_json(&self) -> serde_json::Value {
+        self.root.value.to_display_json()
     }
 
     /// Takes the entry at a dotted key out of its table.
     pub(crate) fn remove(&mut self, key: &str) {
-        let mut table: Vec<&str> = segments(key).collect();
+        let mut table: Vec<&str> = key_segments(key).collect();
         let Some(name) = table.pop() else { return };
         let mut node = &mut self.root;
         for segment in table {
             let inner = match &mut node.value {
-                Value::Table(entries) => {
+                TomlValue::Table(entries) => {
                     entries.iter_mut().find(|entry| entry.name == segment).map(|entry| &mut entry.node)
                 }
-                Value::Array(items) => position(items, segment).and_then(|i| items.get_mut(i)),
+                TomlValue::Array(items) => element_index(items, segment).and_then(|i| items.get_mut(i)),
                 _ => None,
             };
             match inner {
@@ -132,43 +132,43 @@ impl Document {
                 None => return,
             }
         }
-        if let Value::Table(entries) = &mut node.value {
+        if let TomlValue::Table(entries) = &mut node.value {
             entries.retain(|entry| entry.name != name);
         }
     }
 
     /// Where `key` stands, or the nearest table around it that does.
-    pub fn place(&self, key: &str) -> Place {
+    pub fn location(&self, key: &str) -> Location {
         let mut node = &self.root;
         let mut found = None;
-        for segment in segments(key) {
+        for segment in key_segments(key) {
             let Some((origin, child)) = node.child(segment) else { break };
             found = Some((origin, child));
             node = child;
         }
         match found {
-            None => Place::Scene,
-            Some((key_origin, child)) => self.place_of(key_origin, &child.origin),
+            None => Location::WholeScene,
+            Some((key_origin, child)) => self.place_of(key_origin, &child.source),
         }
     }
 
     /// From the first byte of a key to the last of its value where both stand on one line, else the key alone.
-    fn place_of(&self, key: &Origin, value: &Origin) -> Place {
+    fn place_of(&self, key: &ValueSource, value: &ValueSource) -> Location {
         match (key, value) {
-            (Origin::File(key), Origin::File(value)) => {
+            (ValueSource::File(key), ValueSource::File(value)) => {
                 let whole = key.start.min(value.start)..key.end.max(value.end);
                 let one_line = self.text.get(whole.clone()).is_some_and(|text| !text.contains('\n'));
-                Place::File(if one_line && !whole.is_empty() { whole } else { key.clone() })
+                Location::File(if one_line && !whole.is_empty() { whole } else { key.clone() })
             }
-            (_, Origin::Override(i)) | (Origin::Override(i), _) => {
-                Place::Option(self.overrides.get(*i).cloned().unwrap_or_default())
+            (_, ValueSource::Override(i)) | (ValueSource::Override(i), _) => {
+                Location::SetOption(self.overrides.get(*i).cloned().unwrap_or_default())
             }
         }
     }
 }
 
 /// The parts of a dotted key; a part in quotes may hold dots, as in TOML.
-pub(crate) fn segments(key: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn key_segments(key: &str) -> impl Iterator<Item = &str> {
     let mut rest = key;
     std::iter::from_fn(move || {
         rest = rest.trim_start_matches('.');
@@ -182,7 +182,7 @@ pub(crate) fn segments(key: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The dotted key of the entry `name` of the table at `key`.
-pub(super) fn join(key: &str, name: &str) -> String {
+pub(super) fn join_key(key: &str, name: &str) -> String {
     let dot = if key.is_empty() { "" } else { "." };
     if name.contains('.') { format!("{key}{dot}\"{name}\"") } else { format!("{key}{dot}{name}") }
 }
@@ -198,17 +198,17 @@ fn fingerprint(bytes: &[u8], overrides: &[String]) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-impl Node {
+impl TomlNode {
     /// The child named `segment` of a table, or of this index (from 0) of an array; elements of an array of tables
     /// also answer to their `name`.
-    pub fn child(&self, segment: &str) -> Option<(&Origin, &Node)> {
+    pub fn child(&self, segment: &str) -> Option<(&ValueSource, &TomlNode)> {
         match &self.value {
-            Value::Table(entries) => {
+            TomlValue::Table(entries) => {
                 entries.iter().find(|entry| entry.name == segment).map(|entry| (&entry.origin, &entry.node))
             }
-            Value::Array(items) => {
-                let item = position(items, segment).and_then(|i| items.get(i))?;
-                Some((&item.origin, item))
+            TomlValue::Array(items) => {
+                let item = element_index(items, segment).and_then(|i| items.get(i))?;
+                Some((&item.source, item))
             }
             _ => None,
         }
@@ -217,57 +217,57 @@ impl Node {
     /// What sort of value it is, with its article.
     pub fn describe(&self) -> String {
         match &self.value {
-            Value::Table(_) => "a table".to_owned(),
-            Value::Array(items) => format!("a list of {} values", items.len()),
-            Value::String(text) => format!("the text \"{}\"", shorten(text)),
-            Value::Integer(number) => format!("the whole number {number}"),
-            Value::Float(number) => format!("the number {number}"),
-            Value::Boolean(value) => format!("{value}"),
-            Value::Other(what, text) => format!("{what} {}", shorten(text)),
+            TomlValue::Table(_) => "a table".to_owned(),
+            TomlValue::Array(items) => format!("a list of {} values", items.len()),
+            TomlValue::String(text) => format!("the text \"{}\"", shorten(text)),
+            TomlValue::Integer(number) => format!("the whole number {number}"),
+            TomlValue::Float(number) => format!("the number {number}"),
+            TomlValue::Boolean(value) => format!("{value}"),
+            TomlValue::Unsupported(what, text) => format!("{what} {}", shorten(text)),
         }
     }
 
     /// As TOML on one line.
     pub fn to_toml(&self) -> String {
         match &self.value {
-            Value::Table(entries) => {
+            TomlValue::Table(entries) => {
                 let parts = entries.iter().map(|e| format!("{} = {}", quoted(&e.name), e.node.to_toml()));
                 format!("{{ {} }}", parts.collect::<Vec<_>>().join(", "))
             }
-            Value::Array(items) => {
-                format!("[{}]", items.iter().map(Node::to_toml).collect::<Vec<_>>().join(", "))
+            TomlValue::Array(items) => {
+                format!("[{}]", items.iter().map(TomlNode::to_toml).collect::<Vec<_>>().join(", "))
             }
-            Value::String(text) => quoted(text),
-            Value::Integer(number) => number.to_string(),
+            TomlValue::String(text) => quoted(text),
+            TomlValue::Integer(number) => number.to_string(),
             // The shortest text that reads back to the same bits.
-            Value::Float(number) => format!("{number:?}").replace("NaN", "nan"),
-            Value::Boolean(value) => value.to_string(),
-            Value::Other(_, text) => text.clone(),
+            TomlValue::Float(number) => format!("{number:?}").replace("NaN", "nan"),
+            TomlValue::Boolean(value) => value.to_string(),
+            TomlValue::Unsupported(_, text) => text.clone(),
         }
     }
 
     /// As JSON; whole floats become integers, since TOML writes 1e5 as a float.
-    pub fn to_json(&self) -> serde_json::Value {
+    pub fn to_serde_json(&self) -> serde_json::Value {
         match &self.value {
-            Value::Table(entries) => {
-                entries.iter().map(|entry| (entry.name.clone(), entry.node.to_json())).collect()
+            TomlValue::Table(entries) => {
+                entries.iter().map(|entry| (entry.name.clone(), entry.node.to_serde_json())).collect()
             }
-            Value::Array(items) => items.iter().map(Node::to_json).collect(),
-            Value::String(text) | Value::Other(_, text) => text.clone().into(),
-            Value::Integer(number) => (*number).into(),
-            Value::Float(number) if is_whole(*number) => (*number as i64).into(),
-            Value::Float(number) => (*number).into(),
-            Value::Boolean(value) => (*value).into(),
+            TomlValue::Array(items) => items.iter().map(TomlNode::to_serde_json).collect(),
+            TomlValue::String(text) | TomlValue::Unsupported(_, text) => text.clone().into(),
+            TomlValue::Integer(number) => (*number).into(),
+            TomlValue::Float(number) if is_whole(*number) => (*number as i64).into(),
+            TomlValue::Float(number) => (*number).into(),
+            TomlValue::Boolean(value) => (*value).into(),
         }
     }
 }
 
 /// Index in a list of tables that a segment names: a number from 0, or the `name` of an element.
-pub(super) fn position(items: &[Node], segment: &str) -> Option<usize> {
+pub(super) fn element_index(items: &[TomlNode], segment: &str) -> Option<usize> {
     segment.parse().ok().or_else(|| {
         // The last of a name is the one whose result the name stands for.
         items.iter().rposition(
-            |item| matches!(item.child("name"), Some((_, Node { value: Value::String(n), .. })) if n == segment),
+            |item| matches!(item.child("name"), Some((_, TomlNode { value: TomlValue::String(n), .. })) if n == segment),
         )
     })
 }
@@ -292,35 +292,35 @@ fn shorten(text: &str) -> String {
 }
 
 /// The tree of a parsed table; `origin` gives the origin of a span.
-pub(super) fn table(parsed: &DeTable<'_>, origin: &dyn Fn(Range<usize>) -> Origin) -> Value {
-    let mut entries: Vec<Entry> = parsed
+pub(super) fn table_from_toml(parsed: &DeTable<'_>, origin: &dyn Fn(Range<usize>) -> ValueSource) -> TomlValue {
+    let mut entries: Vec<TomlEntry> = parsed
         .iter()
-        .map(|(key, value)| Entry {
+        .map(|(key, value)| TomlEntry {
             name: key.get_ref().to_string(),
             origin: origin(key.span()),
-            node: node(value, origin),
+            node: node_from_toml(value, origin),
         })
         .collect();
     entries.sort_by_key(|entry| match &entry.origin {
-        Origin::File(range) => range.start,
-        Origin::Override(_) => usize::MAX,
+        ValueSource::File(range) => range.start,
+        ValueSource::Override(_) => usize::MAX,
     });
-    Value::Table(entries)
+    TomlValue::Table(entries)
 }
 
 /// The tree of a parsed value.
-pub(super) fn node(parsed: &Spanned<DeValue<'_>>, origin: &dyn Fn(Range<usize>) -> Origin) -> Node {
+pub(super) fn node_from_toml(parsed: &Spanned<DeValue<'_>>, origin: &dyn Fn(Range<usize>) -> ValueSource) -> TomlNode {
     let value = match parsed.get_ref() {
-        DeValue::String(text) => Value::String(text.to_string()),
+        DeValue::String(text) => TomlValue::String(text.to_string()),
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
-            Ok(value) => Value::Integer(value),
-            Err(_) => Value::Other("the number", number.to_string()),
+            Ok(value) => TomlValue::Integer(value),
+            Err(_) => TomlValue::Unsupported("the number", number.to_string()),
         },
-        DeValue::Float(number) => Value::Float(number.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(value) => Value::Boolean(*value),
-        DeValue::Datetime(date) => Value::Other("the date", date.to_string()),
-        DeValue::Array(items) => Value::Array(items.iter().map(|item| node(item, origin)).collect()),
-        DeValue::Table(entries) => table(entries, origin),
+        DeValue::Float(number) => TomlValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(value) => TomlValue::Boolean(*value),
+        DeValue::Datetime(date) => TomlValue::Unsupported("the date", date.to_string()),
+        DeValue::Array(items) => TomlValue::Array(items.iter().map(|item| node_from_toml(item, origin)).collect()),
+        DeValue::Table(entries) => table_from_toml(entries, origin),
     };
-    Node { origin: origin(parsed.span()), value }
+    TomlNode { source: origin(parsed.span()), value }
 }

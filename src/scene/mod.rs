@@ -4,58 +4,58 @@
 //! what the schema does not allow; `resolve` finds what makes no sense and builds the [`plan::Plan`]. Every
 //! mistake is collected, so that a user mends them all at once.
 
-pub mod check;
+pub mod schema_check;
 pub mod document;
-pub mod keys;
-pub mod mistake;
+pub mod spec;
+pub mod diagnostic;
 pub mod parse;
 pub mod plan;
 mod resolve;
 pub mod schema;
 pub(crate) mod suggest;
-pub mod surface;
-mod units;
+pub mod mean_material;
+mod unit_checks;
 pub mod variant;
 
 use std::path::Path;
 
 pub use document::Document;
-pub use mistake::{DiagnosticKind, Mistake, Mistakes};
+pub use diagnostic::{DiagnosticKind, Diagnostic, Diagnostics};
 pub use plan::Plan;
-pub use units::HINT as UNITS_HINT;
+pub use unit_checks::UNIT_WARNING_PREFIX as UNITS_HINT;
 
 /// What is said of a scene that makes no plan although nothing was found to be wrong with it.
-fn unexplained(document: &Document) -> Mistake {
-    Mistake::at(document, "", "internal error: the scene was rejected without a diagnostic")
+fn missing_diagnostic(document: &Document) -> Diagnostic {
+    Diagnostic::at(document, "", "internal error: the scene was rejected without a diagnostic")
         .label("cause unknown")
-        .mend("please report this scene as a bug; removing keys one by one finds the key that causes it")
+        .help("please report this scene as a bug; removing keys one by one finds the key that causes it")
 }
 
 /// The plan of the scene file at `path` with overrides `key.path=value`; reads its meshes too.
 ///
 /// # Errors
 /// Everything wrong with the scene, all at once.
-pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Mistakes> {
-    plan(parse::read_document(path, overrides)?)
+pub fn read(path: &Path, overrides: &[String]) -> Result<Plan, Diagnostics> {
+    plan_from_document(parse::read_document(path, overrides)?)
 }
 
 /// As [`read`], of a scene whose text is given; `path` is its name in messages, in whose folder relative paths begin.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan, Mistakes> {
+pub fn read_text(path: &Path, text: String, overrides: &[String]) -> Result<Plan, Diagnostics> {
     let bytes = text.clone().into_bytes();
-    plan(parse::document(path, (text, &bytes), overrides)?)
+    plan_from_document(parse::parse_document(path, (text, &bytes), overrides)?)
 }
 
 /// The plan of a document.
-fn plan(mut document: Document) -> Result<Plan, Mistakes> {
+fn plan_from_document(mut document: Document) -> Result<Plan, Diagnostics> {
     if document.get("study").is_some() && document.get("axes").is_some() {
-        let mistake = Mistake::at(&document, "study", "this is a study, not a scene").label("a study");
+        let mistake = Diagnostic::at(&document, "study", "this is a study, not a scene").label("a study");
         let mend = format!("run it with `orthowear study {}`", document.file);
-        return Err(Mistakes::new(&document, vec![mistake.mend(mend)]));
+        return Err(Diagnostics::new(&document, vec![mistake.help(mend)]));
     }
-    let (mut mistakes, unknown) = check::check(&document, schema::json_schema());
+    let (mut mistakes, unknown) = schema_check::check_against_schema(&document, schema::json_schema());
     let clean = mistakes.is_empty();
     // Without the keys that no table knows, what is left may still be checked.
     unknown.iter().for_each(|key| document.remove(key));
@@ -63,15 +63,15 @@ fn plan(mut document: Document) -> Result<Plan, Mistakes> {
     mistakes.extend(nonsense);
     match plan {
         Some(mut plan) if mistakes.is_empty() => {
-            let notes = units::notes(&plan);
+            let notes = unit_checks::unit_warnings(&plan);
             plan.notes.extend(notes);
             Ok(plan)
         }
         plan => {
             if plan.is_none() && mistakes.is_empty() {
-                mistakes.push(unexplained(&document));
+                mistakes.push(missing_diagnostic(&document));
             }
-            Err(Mistakes { notes, ..Mistakes::new(&document, mistakes) })
+            Err(Diagnostics { notes, ..Diagnostics::new(&document, mistakes) })
         }
     }
 }

@@ -5,56 +5,56 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::document::{Document, Entry, Node, Origin, Value, node, position, segments, table};
-use super::mistake::{DiagnosticKind, Mistake, Mistakes, Place};
+use super::document::{Document, TomlEntry, TomlNode, ValueSource, TomlValue, node_from_toml, element_index, key_segments, table_from_toml};
+use super::diagnostic::{DiagnosticKind, Diagnostic, Diagnostics, Location};
 
 /// Most parts of a key that an override names; a file has at most so many, too.
-const DEEPEST: usize = 80;
+const MAX_KEY_DEPTH: usize = 80;
 
 /// Largest scene file read, bytes; anything larger is not a scene.
-const LARGEST: u64 = 16 << 20;
+const MAX_SCENE_BYTES: u64 = 16 << 20;
 
 /// The document of the scene file at `path` with the overrides (`key.path=value`) applied.
 ///
 /// # Errors
 /// If the file cannot be read, is not UTF-8 or not TOML, or an override is malformed: all such mistakes.
-pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Mistakes> {
-    let bytes = read_bytes(path).map_err(|message| whole(path, message))?;
+pub fn read_document(path: &Path, overrides: &[String]) -> Result<Document, Diagnostics> {
+    let bytes = read_bytes(path).map_err(|message| file_error(path, message))?;
     let text = match String::from_utf8(bytes.clone()) {
         Ok(text) => text,
         Err(error) => {
             let at = error.utf8_error().valid_up_to();
             let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
-            return Err(whole(
+            return Err(file_error(
                 path,
                 format!("line {line} (byte {at}) is not UTF-8 text: save the scene with UTF-8 encoding"),
             ));
         }
     };
-    document(path, (text, &bytes), overrides)
+    parse_document(path, (text, &bytes), overrides)
 }
 
 /// The document of a scene's text, which are the `bytes` of the file at `path`.
 ///
 /// # Errors
 /// As [`read_document`].
-pub(super) fn document(
+pub(super) fn parse_document(
     path: &Path,
     (text, bytes): (String, &[u8]),
     overrides: &[String],
-) -> Result<Document, Mistakes> {
+) -> Result<Document, Diagnostics> {
     let mut document = Document::new(path, text, bytes, overrides);
     let (parsed, errors) = DeTable::parse_recoverable(&document.text);
-    let mut mistakes: Vec<Mistake> =
-        errors.iter().map(|error| syntax_mistake(&document.text, error.message(), error.span())).collect();
-    let root = table(parsed.get_ref(), &Origin::File);
+    let mut mistakes: Vec<Diagnostic> =
+        errors.iter().map(|error| syntax_error(&document.text, error.message(), error.span())).collect();
+    let root = table_from_toml(parsed.get_ref(), &ValueSource::File);
     document.root.value = root;
     for (i, line) in overrides.iter().enumerate() {
-        if let Err(mistake) = lay_over(&mut document.root, i, line) {
+        if let Err(mistake) = apply_override(&mut document.root, i, line) {
             mistakes.push(*mistake);
         }
     }
-    if mistakes.is_empty() { Ok(document) } else { Err(Mistakes::new(&document, mistakes)) }
+    if mistakes.is_empty() { Ok(document) } else { Err(Diagnostics::new(&document, mistakes)) }
 }
 
 /// Bytes of a scene file, or why there are none.
@@ -64,21 +64,21 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
     if data.is_dir() {
         return Err("this is a folder; give the path of a scene file (.toml)".to_owned());
     }
-    if data.len() > LARGEST {
-        return Err(format!("the file is too large for a scene: {} bytes, at most {LARGEST}", data.len()));
+    if data.len() > MAX_SCENE_BYTES {
+        return Err(format!("the file is too large for a scene: {} bytes, at most {MAX_SCENE_BYTES}", data.len()));
     }
     fs::read(path).map_err(|error| format!("cannot read the scene: {error}"))
 }
 
 /// A mistake that has no place in the text.
-fn whole(path: &Path, message: String) -> Mistakes {
+fn file_error(path: &Path, message: String) -> Diagnostics {
     let document = Document::new(path, String::new(), &[], &[]);
-    let mistakes = Mistakes::new(&document, vec![Mistake::at(&document, "", message)]);
-    Mistakes { sha256: String::new(), ..mistakes }
+    let mistakes = Diagnostics::new(&document, vec![Diagnostic::at(&document, "", message)]);
+    Diagnostics { sha256: String::new(), ..mistakes }
 }
 
 /// What the TOML reader found, with the usual mends.
-fn syntax_mistake(text: &str, message: &str, span: Option<std::ops::Range<usize>>) -> Mistake {
+fn syntax_error(text: &str, message: &str, span: Option<std::ops::Range<usize>>) -> Diagnostic {
     let span = span.unwrap_or(0..0);
     let before = &text.as_bytes()[..span.start.min(text.len())];
     let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |i| i + 1);
@@ -90,13 +90,13 @@ fn syntax_mistake(text: &str, message: &str, span: Option<std::ops::Range<usize>
     } else {
         "a scene is a TOML file: `key = value` lines below `[table]` headings, texts in double quotes"
     };
-    Mistake {
+    Diagnostic {
         kind: DiagnosticKind::Other,
         key: String::new(),
         message: format!("not valid TOML: {message}"),
         label: "here".to_owned(),
-        mend: mend.to_owned(),
-        place: Place::File(span),
+        help: mend.to_owned(),
+        location: Location::File(span),
     }
 }
 
@@ -107,15 +107,15 @@ fn has_decimal_comma(line: &str) -> bool {
 }
 
 /// Sets the value at `key.path` of `line` = `key.path=value` in the tree.
-fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake>> {
+fn apply_override(root: &mut TomlNode, index: usize, line: &str) -> Result<(), Box<Diagnostic>> {
     let wrong = |message: String, mend: &str| {
-        Box::new(Mistake {
+        Box::new(Diagnostic {
             kind: DiagnosticKind::BadOverride,
             key: String::new(),
             message,
             label: String::new(),
-            mend: mend.to_owned(),
-            place: Place::Option(line.to_owned()),
+            help: mend.to_owned(),
+            location: Location::SetOption(line.to_owned()),
         })
     };
     let form =
@@ -127,9 +127,9 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
     if key.is_empty() || key.split('.').any(str::is_empty) {
         return Err(wrong(format!("`{key}` is not a valid key"), form));
     }
-    if key.split('.').count() > DEEPEST {
+    if key.split('.').count() > MAX_KEY_DEPTH {
         return Err(wrong(
-            format!("the key has {} levels; at most {DEEPEST} are allowed", key.split('.').count()),
+            format!("the key has {} levels; at most {MAX_KEY_DEPTH} are allowed", key.split('.').count()),
             form,
         ));
     }
@@ -140,45 +140,45 @@ fn lay_over(root: &mut Node, index: usize, line: &str) -> Result<(), Box<Mistake
                         kinds of quotes: --set 'body1.mesh=\"../a.msh\"'",
         )
     })?;
-    let parts: Vec<&str> = segments(key).collect();
+    let parts: Vec<&str> = key_segments(key).collect();
     set(root, &parts, value, index).map_err(|message| {
         wrong(message, "use a key that scenes have (docs/keys.md); list elements are counted from 0")
     })
 }
 
 /// The value of an override: TOML, or a bare word taken as text.
-fn override_value(text: &str, index: usize) -> Result<Node, String> {
+fn override_value(text: &str, index: usize) -> Result<TomlNode, String> {
     let bare = !text.is_empty()
         && text.starts_with(|c: char| c.is_ascii_alphabetic())
         && text.chars().all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c))
         && !["true", "false", "nan", "inf"].contains(&text);
     if bare {
-        return Ok(Node { origin: Origin::Override(index), value: Value::String(text.to_owned()) });
+        return Ok(TomlNode { source: ValueSource::Override(index), value: TomlValue::String(text.to_owned()) });
     }
     match DeValue::parse(text) {
-        Ok(parsed) => Ok(node(&parsed, &|_| Origin::Override(index))),
+        Ok(parsed) => Ok(node_from_toml(&parsed, &|_| ValueSource::Override(index))),
         Err(error) => Err(format!("`{text}` is not a TOML value: {}", error.message())),
     }
 }
 
 /// Puts `value` at the end of the path, making tables on the way.
-fn set(at: &mut Node, path: &[&str], value: Node, index: usize) -> Result<(), String> {
+fn set(at: &mut TomlNode, path: &[&str], value: TomlNode, index: usize) -> Result<(), String> {
     let Some((segment, rest)) = path.split_first() else {
         *at = value;
         return Ok(());
     };
     match &mut at.value {
-        Value::Table(entries) => {
+        TomlValue::Table(entries) => {
             let i = entries.iter().position(|entry| entry.name == *segment).unwrap_or_else(|| {
-                let node = Node { origin: Origin::Override(index), value: Value::Table(Vec::new()) };
-                entries.push(Entry { name: (*segment).to_owned(), origin: Origin::Override(index), node });
+                let node = TomlNode { source: ValueSource::Override(index), value: TomlValue::Table(Vec::new()) };
+                entries.push(TomlEntry { name: (*segment).to_owned(), origin: ValueSource::Override(index), node });
                 entries.len() - 1
             });
             set(&mut entries[i].node, rest, value, index)
         }
-        Value::Array(items) => {
+        TomlValue::Array(items) => {
             let n = items.len();
-            match position(items, segment).and_then(|i| items.get_mut(i)) {
+            match element_index(items, segment).and_then(|i| items.get_mut(i)) {
                 Some(item) => set(item, rest, value, index),
                 None => Err(format!("the list has no element `{segment}` (it has {n}, counted from 0)")),
             }

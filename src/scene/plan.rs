@@ -7,15 +7,15 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::document::Document;
-use super::keys::Units;
-use super::keys::accuracy::{Knob, Quantity};
-use super::keys::body::{Element, Fibre, NearField};
-use super::keys::frame::FramePoints;
-use super::keys::laws::Integrator;
-use super::keys::solver::{Output, Solver};
-use super::variant::{CompareSpec, Discretisation};
+use super::spec::Units;
+use super::spec::accuracy::{RefinementParameter, AccuracyQuantity};
+use super::spec::body::{Element, UniformFibre, NearField};
+use super::spec::frame::FramePoints;
+use super::spec::laws::Integrator;
+use super::spec::solver::{Output, Solver};
+use super::variant::{ComparePlan, Discretisation};
 use crate::bem::finite::Interpolation;
-use crate::bem::half_space::Kernels;
+use crate::bem::half_space::KernelCache;
 use crate::body;
 use crate::fem::{self, HexFormulation};
 use crate::frame::{InitialGap, Outline};
@@ -23,10 +23,10 @@ use crate::friction::FrictionLaw;
 use crate::geometry::fibre_axes;
 use crate::history::step::Step;
 use crate::linalg::memory::MemoryLimit;
-use crate::material::strength::Limit;
-use crate::material::{Placement, Stiffness};
+use crate::material::strength::MaterialStrength;
+use crate::material::{RegionMaterial, Stiffness};
 use crate::mesh::Mesh;
-use crate::results::inside::InsideRequest;
+use crate::results::interior_points::InteriorPointRequest;
 use crate::wear::WearLaw;
 
 /// What a scene asks for, checked as far as it can be without solving anything.
@@ -37,11 +37,11 @@ pub struct Plan {
     /// Names of the units.
     pub units: Units,
     /// Body 1 (below) and body 2 (above).
-    pub bodies: [BodySpec; 2],
+    pub bodies: [BodyPlan; 2],
     /// What the materials bear, by name, where the scene says it.
-    pub limits: BTreeMap<String, Limit>,
+    pub strength_limits: BTreeMap<String, MaterialStrength>,
     /// The contact frame.
-    pub frame: FrameSpec,
+    pub frame: FramePlan,
     /// The initial gap.
     pub gap: InitialGap,
     /// The friction law.
@@ -51,7 +51,7 @@ pub struct Plan {
     /// Fraction of the worn depth taken from body 1.
     pub wear_share: f64,
     /// Share of the elements that a meshed body wears by until its mesh moves; `None` where it does not.
-    pub move_mesh: Option<f64>,
+    pub mesh_motion_threshold: Option<f64>,
     /// Integration of wear over cycle jumps.
     pub integrator: Integrator,
     /// The load steps.
@@ -59,21 +59,21 @@ pub struct Plan {
     /// Solver settings.
     pub solver: Solver,
     /// Memory that the run may take.
-    pub memory: MemoryLimit,
+    pub memory_limit: MemoryLimit,
     /// What is written.
     pub output: Output,
     /// What is compared.
-    pub compare: CompareSpec,
+    pub compare: ComparePlan,
     /// Points inside bodies whose displacement and stress is written.
-    pub inside: Vec<InsideRequest>,
+    pub interior_requests: Vec<InteriorPointRequest>,
     /// How accurate results shall be; `None` where cells, increments and jumps are the scene's.
-    pub accuracy: Option<AccuracySpec>,
+    pub accuracy: Option<AccuracyPlan>,
     /// Of the increments of a monotone step each so-manieth is written to files.
     pub fields_every: usize,
     /// Where flexibilities of finite-element bodies are kept between runs; `None` where they are not.
-    pub cache: Option<fem::FlexibilityCache>,
+    pub flexibility_cache: Option<fem::FlexibilityCache>,
     /// What operators of half-spaces are made of, kept for other runs of this process; `None` where it is not.
-    pub kernels: Option<Arc<Kernels>>,
+    pub kernel_cache: Option<Arc<KernelCache>>,
     /// What the user should know before running.
     pub notes: Vec<String>,
     /// Files that the scene names, by key.
@@ -84,9 +84,9 @@ pub struct Plan {
 
 impl Plan {
     /// Lets a run take memory up to `limit`, where one is given in place of the scene's own.
-    pub fn allow(&mut self, limit: Option<MemoryLimit>) {
-        self.memory = limit.unwrap_or(self.memory);
-        if self.memory.is_beyond_machine() {
+    pub fn override_memory_limit(&mut self, limit: Option<MemoryLimit>) {
+        self.memory_limit = limit.unwrap_or(self.memory_limit);
+        if self.memory_limit.exceeds_available() {
             let note = "the memory limit exceeds the memory that is available now: a run that needs more starts anyway \
                         and may be ended by the system";
             self.notes.push(note.to_owned());
@@ -96,33 +96,33 @@ impl Plan {
 
 /// How accurate results shall be.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AccuracySpec {
+pub struct AccuracyPlan {
     /// Relative error.
     pub relative: f64,
     /// Of what.
-    pub of: Vec<Quantity>,
+    pub quantities: Vec<AccuracyQuantity>,
     /// What stays as the scene has it.
-    pub keep: Vec<Knob>,
+    pub fixed_parameters: Vec<RefinementParameter>,
 }
 
 /// A body.
 #[derive(Debug, Clone)]
-pub enum BodySpec {
+pub enum BodyPlan {
     /// Finite elements.
-    Fe(Box<MeshedSpec>),
+    Fe(Box<MeshedBodyPlan>),
     /// Boundary elements.
-    Be(Box<BeSpec>),
+    Be(Box<BeBodyPlan>),
     /// Boundary-element half-space.
-    HalfSpace(Box<Elastic>),
+    HalfSpace(Box<BodyMaterial>),
     /// Half-space whose surface is meshed as far as it goes.
-    Truncated(Box<Truncated>),
+    TruncatedHalfSpace(Box<TruncatedHalfSpacePlan>),
     /// Does not deform.
     Rigid,
 }
 
 /// A material in place.
 #[derive(Debug, Clone)]
-pub struct Elastic {
+pub struct BodyMaterial {
     /// Name of the material.
     pub name: String,
     /// Stiffness in material axes.
@@ -135,9 +135,9 @@ pub struct Elastic {
 
 /// A half-space whose surface is meshed.
 #[derive(Debug, Clone)]
-pub struct Truncated {
+pub struct TruncatedHalfSpacePlan {
     /// Its material.
-    pub elastic: Elastic,
+    pub material: BodyMaterial,
     /// Half of the sides of the square of its elements around the frame.
     pub half_size: f64,
 }
@@ -153,9 +153,9 @@ pub struct FibreAngles {
 
 /// A finite body of boundary elements.
 #[derive(Debug, Clone)]
-pub struct BeSpec {
+pub struct BeBodyPlan {
     /// Its closed surface as a mesh without solids, normals outward, of one material; no foundations.
-    pub meshed: MeshedSpec,
+    pub meshed: MeshedBodyPlan,
     /// The solids whose skin the surface is, if there are any.
     pub solids: Option<Arc<Mesh>>,
     /// How displacement and traction vary over an element.
@@ -164,9 +164,9 @@ pub struct BeSpec {
 
 /// A meshed body.
 #[derive(Debug, Clone)]
-pub struct MeshedSpec {
+pub struct MeshedBodyPlan {
     /// Its material, with its fibre where that is one direction.
-    pub elastic: Elastic,
+    pub material: BodyMaterial,
     /// Whether fibres are given, in whichever way.
     pub has_fibre: bool,
     /// Its mesh.
@@ -176,7 +176,7 @@ pub struct MeshedSpec {
     /// Physical group of the contact surface.
     pub contact: String,
     /// Prescribed displacements.
-    pub supports: Vec<Support>,
+    pub supports: Vec<PrescribedDisplacement>,
     /// Elastic foundations.
     pub foundations: Vec<fem::Foundation>,
     /// Pressures on surface groups, positive towards the body.
@@ -186,7 +186,7 @@ pub struct MeshedSpec {
     /// Force per volume.
     pub body_force: [f64; 3],
     /// What fills each volume group; `None` stands for the elements in no named region.
-    pub regions: Vec<(Option<String>, Placement)>,
+    pub regions: Vec<(Option<String>, RegionMaterial)>,
     /// Element formulation; the mesh's own default if absent.
     pub element: Option<Element>,
     /// Where the near field of the contact is computed.
@@ -195,7 +195,7 @@ pub struct MeshedSpec {
 
 /// Displacement components prescribed on a group; `None` leaves one free.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support {
+pub struct PrescribedDisplacement {
     /// Its key in the scene, dotted: "body1.fixed.0".
     pub key: String,
     /// Physical group.
@@ -208,7 +208,7 @@ pub struct Support {
 
 /// The contact frame.
 #[derive(Debug, Clone, PartialEq)]
-pub enum FrameSpec {
+pub enum FramePlan {
     /// Uniform rectangular cells.
     Grid {
         /// Half of the sides.
@@ -241,7 +241,7 @@ pub enum FrameSpec {
     },
 }
 
-impl FrameSpec {
+impl FramePlan {
     /// Angle of the frame's x from global x, radians.
     pub fn azimuth(&self) -> f64 {
         match self {
@@ -250,33 +250,33 @@ impl FrameSpec {
     }
 }
 
-impl From<Fibre> for FibreAngles {
-    fn from(fibre: Fibre) -> Self {
+impl From<UniformFibre> for FibreAngles {
+    fn from(fibre: UniformFibre) -> Self {
         Self { tilt: fibre.tilt.to_radians(), azimuth: fibre.azimuth.to_radians() }
     }
 }
 
-impl Elastic {
+impl BodyMaterial {
     /// Axes of the material as columns, in axes turned by `azimuth` (radians) from the global ones.
-    pub fn axes(&self, azimuth: f64) -> Matrix3<f64> {
+    pub fn material_axes(&self, azimuth: f64) -> Matrix3<f64> {
         let fibre = self.fibre.unwrap_or(FibreAngles { tilt: 0.0, azimuth: 0.0 });
         fibre_axes(fibre.tilt, fibre.azimuth - azimuth)
     }
 
     /// Stiffness in axes turned by `azimuth` (radians) from the global ones about the normal.
-    pub fn in_axes(&self, azimuth: f64) -> Stiffness {
-        if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.axes(azimuth)) }
+    pub fn stiffness_in_frame(&self, azimuth: f64) -> Stiffness {
+        if self.isotropic { self.stiffness.clone() } else { self.stiffness.rotated(&self.material_axes(azimuth)) }
     }
 }
 
-impl BeSpec {
+impl BeBodyPlan {
     /// What the body takes; `name` is what its messages call it.
-    pub fn inputs(&self, name: &str) -> body::BeSpec {
-        let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.inputs(name);
+    pub fn bem_spec(&self, name: &str) -> body::BeSpec {
+        let fem::FeSpec { supports, pressures, tractions, body_force, mesh, .. } = self.meshed.fem_spec(name);
         body::BeSpec {
             name: name.to_owned(),
             mesh,
-            stiffness: self.meshed.elastic.in_axes(0.0),
+            stiffness: self.meshed.material.stiffness_in_frame(0.0),
             interpolation: self.interpolation,
             supports,
             pressures,
@@ -286,7 +286,7 @@ impl BeSpec {
     }
 }
 
-impl MeshedSpec {
+impl MeshedBodyPlan {
     /// Groups of surfaces of its contact, supports, foundations and loads, some of them more than once.
     pub fn groups(&self) -> impl Iterator<Item = &str> {
         let supports = self.supports.iter().map(|support| &support.group);
@@ -302,7 +302,7 @@ impl MeshedSpec {
     }
 
     /// What the finite-element module takes; `name` is what its messages call the body.
-    pub fn inputs(&self, name: &str) -> fem::FeSpec {
+    pub fn fem_spec(&self, name: &str) -> fem::FeSpec {
         let supports = self.supports.iter().map(|support| fem::Support {
             group: support.group.clone(),
             components: support.values.map(|value| value.is_some()),
@@ -327,25 +327,25 @@ impl MeshedSpec {
     }
 }
 
-impl BodySpec {
+impl BodyPlan {
     /// What it is.
     pub fn discretisation(&self) -> Discretisation {
         match self {
             Self::Fe(_) => Discretisation::FiniteElements,
             Self::Be(_) => Discretisation::BoundaryElements,
             Self::HalfSpace(_) => Discretisation::HalfSpace,
-            Self::Truncated(_) => Discretisation::Truncated,
+            Self::TruncatedHalfSpace(_) => Discretisation::TruncatedHalfSpace,
             Self::Rigid => Discretisation::Rigid,
         }
     }
 
     /// The material, unless rigid.
-    pub fn elastic(&self) -> Option<&Elastic> {
+    pub fn material(&self) -> Option<&BodyMaterial> {
         match self {
-            Self::Fe(fe) => Some(&fe.elastic),
-            Self::Be(be) => Some(&be.meshed.elastic),
+            Self::Fe(fe) => Some(&fe.material),
+            Self::Be(be) => Some(&be.meshed.material),
             Self::HalfSpace(elastic) => Some(elastic),
-            Self::Truncated(body) => Some(&body.elastic),
+            Self::TruncatedHalfSpace(body) => Some(&body.material),
             Self::Rigid => None,
         }
     }
@@ -356,13 +356,13 @@ impl BodySpec {
             Self::Fe(fe) => fe.has_fibre,
             Self::Be(be) => be.meshed.has_fibre,
             Self::HalfSpace(elastic) => elastic.fibre.is_some(),
-            Self::Truncated(body) => body.elastic.fibre.is_some(),
+            Self::TruncatedHalfSpace(body) => body.material.fibre.is_some(),
             Self::Rigid => false,
         }
     }
 
     /// The finite-element body, if it is one.
-    pub fn fe(&self) -> Option<&MeshedSpec> {
+    pub fn as_fe(&self) -> Option<&MeshedBodyPlan> {
         match self {
             Self::Fe(fe) => Some(fe),
             _ => None,
@@ -370,7 +370,7 @@ impl BodySpec {
     }
 
     /// The boundary-element body, if it is one.
-    pub fn be(&self) -> Option<&BeSpec> {
+    pub fn as_be(&self) -> Option<&BeBodyPlan> {
         match self {
             Self::Be(be) => Some(be),
             _ => None,
@@ -378,11 +378,11 @@ impl BodySpec {
     }
 
     /// The meshed body, of finite or boundary elements, if it is one.
-    pub fn meshed(&self) -> Option<&MeshedSpec> {
+    pub fn as_meshed(&self) -> Option<&MeshedBodyPlan> {
         match self {
             Self::Fe(fe) => Some(fe),
             Self::Be(be) => Some(&be.meshed),
-            Self::HalfSpace(_) | Self::Truncated(_) | Self::Rigid => None,
+            Self::HalfSpace(_) | Self::TruncatedHalfSpace(_) | Self::Rigid => None,
         }
     }
 }

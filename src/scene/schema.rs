@@ -7,7 +7,7 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::Value;
 
-use super::keys::Scene;
+use super::spec::Scene;
 
 /// JSON Schema (draft 2020-12) of a scene file; editors complete and check scenes with it.
 pub fn json_schema() -> &'static Value {

@@ -2,18 +2,18 @@
 
 /// The candidate nearest to `word` in edits, if near enough to be meant.
 pub(crate) fn closest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    let plain = normal(word);
+    let plain = normalised(word);
     let most = (plain.chars().count() / 3).max(1);
     candidates
         .iter()
-        .map(|candidate| (edits(&plain, &normal(candidate)), *candidate))
+        .map(|candidate| (edit_distance(&plain, &normalised(candidate)), *candidate))
         .filter(|(distance, _)| *distance <= most)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
 
 /// Words in quotes, separated by commas.
-pub(crate) fn list(words: &[&str], quote: &str) -> String {
+pub(crate) fn quoted_list(words: &[&str], quote: &str) -> String {
     if words.is_empty() {
         return "none".to_owned();
     }
@@ -21,12 +21,12 @@ pub(crate) fn list(words: &[&str], quote: &str) -> String {
 }
 
 /// Small letters, with one kind of hyphen.
-fn normal(word: &str) -> String {
+fn normalised(word: &str) -> String {
     word.to_lowercase().replace(['_', ' '], "-")
 }
 
 /// Least number of insertions, deletions, replacements and swaps of neighbours from one word to the other.
-fn edits(a: &str, b: &str) -> usize {
+fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(64).collect(), b.chars().take(64).collect());
     let mut table = vec![vec![0; b.len() + 1]; a.len() + 1];
     for (i, row) in table.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::keys::body::{Element, NearField};
+use super::spec::body::{Element, NearField};
 use super::suggest::closest;
 use crate::bem::finite::Interpolation;
 use crate::mesh::Mesh;
@@ -18,7 +18,7 @@ pub enum Discretisation {
     /// A half-space.
     HalfSpace,
     /// A half-space whose surface is meshed as far as it goes.
-    Truncated,
+    TruncatedHalfSpace,
     /// Nothing: the body does not deform.
     Rigid,
 }
@@ -26,7 +26,7 @@ pub enum Discretisation {
 impl Discretisation {
     /// All, in the order of messages.
     const ALL: [Self; 5] =
-        [Self::FiniteElements, Self::BoundaryElements, Self::HalfSpace, Self::Truncated, Self::Rigid];
+        [Self::FiniteElements, Self::BoundaryElements, Self::HalfSpace, Self::TruncatedHalfSpace, Self::Rigid];
 
     /// Its name in that of a variant.
     pub fn name(self) -> &'static str {
@@ -34,7 +34,7 @@ impl Discretisation {
             Self::FiniteElements => "FE",
             Self::BoundaryElements => "BE",
             Self::HalfSpace => "HS",
-            Self::Truncated => "THS",
+            Self::TruncatedHalfSpace => "THS",
             Self::Rigid => "rigid",
         }
     }
@@ -42,15 +42,15 @@ impl Discretisation {
 
 /// What stands for body 1 and body 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pair(pub [Discretisation; 2]);
+pub struct DiscretisationPair(pub [Discretisation; 2]);
 
-impl fmt::Display for Pair {
+impl fmt::Display for DiscretisationPair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}-{}", self.0[0].name(), self.0[1].name())
     }
 }
 
-impl std::str::FromStr for Pair {
+impl std::str::FromStr for DiscretisationPair {
     type Err = String;
 
     /// "FE-BE", in letters of any case; the error says what is allowed.
@@ -74,7 +74,7 @@ impl std::str::FromStr for Pair {
 
 /// How a body is meshed where something else stands for it than what it is.
 #[derive(Debug, Clone)]
-pub struct OtherMeshes {
+pub struct AlternativeMeshes {
     /// A closed surface; the skin of its own mesh if absent.
     pub surface: Option<Arc<Mesh>>,
     /// How displacement and traction vary over its elements.
@@ -89,11 +89,11 @@ pub struct OtherMeshes {
 
 /// What is compared.
 #[derive(Debug, Clone)]
-pub struct CompareSpec {
+pub struct ComparePlan {
     /// The variants; the scene as it is and the usual ones if absent.
-    pub variants: Option<Vec<Pair>>,
+    pub variants: Option<Vec<DiscretisationPair>>,
     /// How bodies 1 and 2 are meshed.
-    pub others: [OtherMeshes; 2],
+    pub alternatives: [AlternativeMeshes; 2],
 }
 
 #[cfg(test)]
@@ -104,8 +104,8 @@ mod tests {
     #[test]
     fn variants_are_read_as_they_are_written() {
         for text in ["FE-FE", "BE-rigid", "FE-BE", "HS-HS"] {
-            assert_eq!(text.parse::<Pair>().unwrap().to_string(), text);
-            assert_eq!(text.to_lowercase().parse::<Pair>().unwrap().to_string(), text);
+            assert_eq!(text.parse::<DiscretisationPair>().unwrap().to_string(), text);
+            assert_eq!(text.to_lowercase().parse::<DiscretisationPair>().unwrap().to_string(), text);
         }
         for (text, named) in [
             ("FE", "not a variant"),
@@ -114,7 +114,7 @@ mod tests {
             ("half-space", "\"half\" is not a model of a body; a variant is two of"),
             ("", "not a variant"),
         ] {
-            let error = text.parse::<Pair>().unwrap_err();
+            let error = text.parse::<DiscretisationPair>().unwrap_err();
             assert!(error.contains(named), "{text}: {error}");
         }
     }

@@ -2,33 +2,33 @@
 
 use std::sync::Arc;
 
-use super::failure::{AtKey, Failure};
+use super::failure::{AtKey, SceneError};
 use super::flat_faces;
 use super::memory;
-use super::near_field::Near;
+use super::near_field::NearFieldModel;
 use super::planes;
-use super::settings::cross;
-use super::skips::needs_solves;
-use crate::body::hybrid::{Indicators, Site};
+use super::settings::cross_blocks;
+use super::skips::needs_factor_after_condensation;
+use crate::body::hybrid::{Indicators, HalfSpaceFit};
 use crate::body::{
     BeBody, ElasticBody, FeBody, HalfSpaceBody, HybridBody, RigidBody, TruncatedHalfSpace, TruncatedSpec,
 };
 use crate::coupling::mesh_distance;
 use crate::error::{Context, Error, Result as Checked};
-use crate::fem::{self, FreeMotions, Keep, Resources};
-use crate::frame::map::covered;
+use crate::fem::{self, RigidBodyModes, CacheContents, CondensationResources};
+use crate::frame::face_map::covered_cells;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
-use crate::geometry::place;
+use crate::geometry::format_point;
 use crate::linalg::memory::MemoryLimit;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces};
 use crate::results::near_field::NearFieldRecord;
 use crate::results::truncation::TruncationRecord;
-use crate::scene::keys::frame::FramePoints;
-use crate::scene::plan::{BodySpec, Elastic, FrameSpec, MeshedSpec, Plan};
+use crate::scene::spec::frame::FramePoints;
+use crate::scene::plan::{BodyPlan, BodyMaterial, FramePlan, MeshedBodyPlan, Plan};
 
 /// Keys of the two bodies in the scene.
-pub(super) const KEYS: [&str; 2] = ["body1", "body2"];
+pub(super) const BODY_KEYS: [&str; 2] = ["body1", "body2"];
 
 /// The two sides of the frame.
 pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
@@ -38,32 +38,32 @@ pub(super) const SIDES: [Side; 2] = [Side::Lower, Side::Upper];
 /// # Errors
 /// If it does not.
 pub(super) fn ensure_grid(plan: &Plan, cells: [usize; 2]) -> Checked<()> {
-    let bytes = memory::least_of_grid(plan, cells);
+    let bytes = memory::min_grid_bytes(plan, cells);
     let what = format!("a frame of {} x {} cells with its operator", cells[0], cells[1]);
-    plan.memory.ensure(bytes, &what, "use fewer cells (frame.cells)")
+    plan.memory_limit.ensure_available(bytes, &what, "use fewer cells (frame.cells)")
 }
 
 /// The contact frame of a plan, with the planes of symmetry at which it ends.
-pub(super) fn frame(plan: &Plan) -> Result<ContactFrame, Failure> {
+pub(super) fn contact_frame(plan: &Plan) -> Result<ContactFrame, SceneError> {
     let frame = cells(plan)?;
-    let bounded = planes::bounding(plan, &frame);
-    Ok(ContactFrame { bounded, ..frame })
+    let bounded = planes::symmetry_axes_at_frame_edge(plan, &frame);
+    Ok(ContactFrame { symmetry_bounds: bounded, ..frame })
 }
 
 /// The cells of the frame of a plan.
-fn cells(plan: &Plan) -> Result<ContactFrame, Failure> {
+fn cells(plan: &Plan) -> Result<ContactFrame, SceneError> {
     match plan.frame {
-        FrameSpec::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
+        FramePlan::Grid { half_width, cells, center, azimuth, periodic, ref outline, .. } => {
             ensure_grid(plan, cells).at("frame.cells")?;
             let frame = ContactFrame::grid(half_width, cells, center, azimuth).at("frame")?;
-            let frame = frame.repeated(periodic);
+            let frame = frame.with_periodicity(periodic);
             match outline {
-                Some(outline) => frame.within(outline).at("frame.outline"),
+                Some(outline) => frame.clipped_to(outline).at("frame.outline"),
                 None => Ok(frame),
             }
         }
-        FrameSpec::Mesh { body, points, center, azimuth, normal } => {
-            let fe = plan.bodies[body].meshed().ok_or_else(|| Failure {
+        FramePlan::Mesh { body, points, center, azimuth, normal } => {
+            let fe = plan.bodies[body].as_meshed().ok_or_else(|| SceneError {
                 error: Error::input("the frame takes the faces of a body that has no mesh"),
                 key: "frame.body".to_owned(),
             })?;
@@ -71,60 +71,60 @@ fn cells(plan: &Plan) -> Result<ContactFrame, Failure> {
             let frame = match points {
                 FramePoints::Faces => ContactFrame::from_faces(mesh, &fe.contact, side, center, azimuth),
                 FramePoints::Nodes => {
-                    let (origin, planes) = ((center, azimuth), planes::constraining(plan));
+                    let (origin, planes) = ((center, azimuth), planes::symmetry_nodes(plan));
                     ContactFrame::from_nodes_on_planes(mesh, (&fe.contact, side), origin, &planes)
                 }
             };
-            opposite_cells(plan, frame.at(KEYS[body])?.with_normal(normal.into()), body)
+            cells_over_other_body(plan, frame.at(BODY_KEYS[body])?.with_normal(normal.into()), body)
         }
     }
 }
 
 /// The cells of a frame of body `index`'s faces that lie over faces of the other body, if that is meshed; the others
 /// stay open whatever happens.
-fn opposite_cells(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, Failure> {
+fn cells_over_other_body(plan: &Plan, frame: ContactFrame, index: usize) -> Result<ContactFrame, SceneError> {
     let other = 1 - index;
-    let Some(fe) = plan.bodies[other].meshed() else { return Ok(frame) };
-    let contact = format!("{}.contact", KEYS[other]);
+    let Some(fe) = plan.bodies[other].as_meshed() else { return Ok(frame) };
+    let contact = format!("{}.contact", BODY_KEYS[other]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
-    let covered = covered(&frame, &fe.mesh, &faces, SIDES[other]);
+    let covered = covered_cells(&frame, &fe.mesh, &faces, SIDES[other]);
     if !covered.contains(&true) {
-        for (body, key) in KEYS.into_iter().enumerate() {
-            let Some(fe) = plan.bodies[body].meshed() else { continue };
+        for (body, key) in BODY_KEYS.into_iter().enumerate() {
+            let Some(fe) = plan.bodies[body].as_meshed() else { continue };
             let contact = format!("{key}.contact");
             let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
-            faces_the_other(fe, &faces, &frame, body).at(&contact)?;
+            ensure_faces_other_body(fe, &faces, &frame, body).at(&contact)?;
         }
         let error = Error::input(format!(
             "no face of `{}` of {} lies over faces of `{}` of {} with nine tenths of its area, seen along its normal: check \
              the groups and the places of the two meshes, or take the frame from the body with the smaller faces \
              (frame.body)",
-            plan.bodies[index].meshed().map_or("", |fe| fe.contact.as_str()),
-            KEYS[index],
+            plan.bodies[index].as_meshed().map_or("", |fe| fe.contact.as_str()),
+            BODY_KEYS[index],
             fe.contact,
-            KEYS[other]
+            BODY_KEYS[other]
         ));
-        return Err(Failure { error, key: contact });
+        return Err(SceneError { error, key: contact });
     }
-    Ok(frame.keep(&covered))
+    Ok(frame.retain_cells(&covered))
 }
 
 /// A body that is ready to give its flexibility on the frame.
-pub(super) struct Made {
+pub(super) struct BuiltBody {
     pub body: Box<dyn ElasticBody>,
     /// Bytes that it keeps.
-    pub held_bytes: usize,
+    pub resident_bytes: usize,
     /// Where its near field is computed, if it has a mesh.
     pub near_field: Option<NearFieldRecord>,
     /// How far a half-space whose surface is meshed is from one.
     pub truncation: Option<TruncationRecord>,
     /// What the user should know of how it was made.
-    pub note: Option<String>,
+    pub warning: Option<String>,
 }
 
-impl Made {
+impl BuiltBody {
     fn new(body: impl ElasticBody + 'static, held_bytes: usize) -> Self {
-        Self { body: Box::new(body), held_bytes, near_field: None, truncation: None, note: None }
+        Self { body: Box::new(body), resident_bytes: held_bytes, near_field: None, truncation: None, warning: None }
     }
 
     fn with_near_field(self, record: NearFieldRecord) -> Self {
@@ -133,82 +133,82 @@ impl Made {
 }
 
 /// The rigid motions that the supports of `body` leave free; `None` if it is held, or has none.
-pub(super) fn free_motions(body: &BodySpec, key: &str) -> Result<Option<FreeMotions>, Failure> {
+pub(super) fn free_motions(body: &BodyPlan, key: &str) -> Result<Option<RigidBodyModes>, SceneError> {
     match body {
-        BodySpec::Fe(fe) => fem::free_motions(&fe.inputs(key)).at(key),
-        BodySpec::Be(be) => be.inputs(key).free_motions().at(key),
-        BodySpec::HalfSpace(_) | BodySpec::Truncated(_) | BodySpec::Rigid => Ok(None),
+        BodyPlan::Fe(fe) => fem::find_rigid_body_modes(&fe.fem_spec(key)).at(key),
+        BodyPlan::Be(be) => be.bem_spec(key).free_motions().at(key),
+        BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(None),
     }
 }
 
 /// The half-space of a body that must not be used: why, and its indicators.
-pub(super) struct GivenUp {
+pub(super) struct HybridRejected {
     pub reason: String,
     pub indicators: Indicators,
 }
 
 /// Body `index` (0 or 1) of a plan with its choice of near field, with the stiffness of its worn mesh where there is one, within the
 /// memory `left` for it; or why its half-space must not be used.
-pub(super) fn body(
+pub(super) fn build_body(
     plan: &Plan,
     (index, worn): (usize, Option<Arc<Mesh>>),
-    (frame, near): (&ContactFrame, &Near),
+    (frame, near): (&ContactFrame, &NearFieldModel),
     left: MemoryLimit,
-) -> Result<Result<Made, GivenUp>, Failure> {
-    let key = KEYS[index];
+) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
+    let key = BODY_KEYS[index];
     Ok(Ok(match &plan.bodies[index] {
-        BodySpec::Rigid => Made::new(RigidBody, 0),
-        BodySpec::HalfSpace(elastic) => {
-            let body = half_space_of(plan, elastic, index, frame)?.with_memory(left);
-            memory::ensure(plan, frame, &body, &left).at(key)?;
-            let held = memory::of_half_space(plan, frame, &body);
-            let asked = plan.inside.iter().any(|request| request.side == SIDES[index]);
-            let note = asked.then(|| body.make_inside()).transpose().at("output.inside")?.flatten();
+        BodyPlan::Rigid => BuiltBody::new(RigidBody, 0),
+        BodyPlan::HalfSpace(elastic) => {
+            let body = configured_half_space(plan, elastic, index, frame)?.with_memory(left);
+            memory::ensure_half_space_fits(plan, frame, &body, &left).at(key)?;
+            let held = memory::half_space_bytes(plan, frame, &body);
+            let asked = plan.interior_requests.iter().any(|request| request.side == SIDES[index]);
+            let note = asked.then(|| body.prepare_interior_field()).transpose().at("output.inside")?.flatten();
             let note = note.map(|note| format!("{key}: {note}"));
-            Made { note, ..Made::new(body, held) }
+            BuiltBody { warning: note, ..BuiltBody::new(body, held) }
         }
-        BodySpec::Truncated(spec) => {
-            let stiffness = spec.elastic.in_axes(0.0);
+        BodyPlan::TruncatedHalfSpace(spec) => {
+            let stiffness = spec.material.stiffness_in_frame(0.0);
             let spec = TruncatedSpec { stiffness: &stiffness, half_size: spec.half_size };
-            let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.cache.as_ref(), &left))
+            let body = TruncatedHalfSpace::new(&spec, SIDES[index], frame, (plan.flexibility_cache.as_ref(), &left))
                 .at(&format!("{key}.truncated"))?;
             let (held, note, record) = (
                 body.held_bytes(),
-                body.note().map(str::to_owned),
+                body.cache_warning().map(str::to_owned),
                 TruncationRecord::new(index, body.truncation()),
             );
-            Made { note, truncation: Some(record), ..Made::new(body, held) }
+            BuiltBody { warning: note, truncation: Some(record), ..BuiltBody::new(body, held) }
         }
-        BodySpec::Be(be) => {
+        BodyPlan::Be(be) => {
             face_map(&be.meshed, index, frame)?;
             let contact = (be.meshed.contact.as_str(), SIDES[index]);
-            let body = BeBody::new(&be.inputs(key), contact, frame, (plan.cache.as_ref(), &left)).at(key)?;
-            let (held, note) = (body.held_bytes(), body.note().map(str::to_owned));
-            let elastic = &be.meshed.elastic;
-            let limit = plan.limits.get(&elastic.name).map(|limit| (*limit, elastic.axes(0.0)));
-            Made { note, ..Made::new(body.with_limit(limit), held) }
+            let body = BeBody::new(&be.bem_spec(key), contact, frame, (plan.flexibility_cache.as_ref(), &left)).at(key)?;
+            let (held, note) = (body.held_bytes(), body.cache_warning().map(str::to_owned));
+            let elastic = &be.meshed.material;
+            let limit = plan.strength_limits.get(&elastic.name).map(|limit| (*limit, elastic.material_axes(0.0)));
+            BuiltBody { warning: note, ..BuiltBody::new(body.with_limit(limit), held) }
         }
-        BodySpec::Fe(fe) => {
+        BodyPlan::Fe(fe) => {
             // Made again with the body; here for the key of what is wrong with it.
             face_map(fe, index, frame)?;
-            if let Some(site) = near.site() {
-                return half_space_under(plan, fe, (index, frame, site), left);
+            if let Some(site) = near.half_space_fit() {
+                return build_hybrid(plan, fe, (index, frame, site), left);
             }
-            let keep = if needs_solves(plan, frame) { Keep::FactorToo } else { Keep::Flexibility };
-            let resources = Resources { cache: plan.cache.as_ref(), keep, memory: left };
+            let keep = if needs_factor_after_condensation(plan, frame) { CacheContents::FlexibilityAndFactor } else { CacheContents::Flexibility };
+            let resources = CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents: keep, memory: left };
             let contact = (fe.contact.as_str(), SIDES[index]);
-            let body = FeBody::worn(fe.inputs(key), contact, frame, &resources, worn).at(key)?;
-            let held = memory::held(&body);
-            let body = body.with_limits(plan.limits.clone());
+            let body = FeBody::with_worn_mesh(fe.fem_spec(key), contact, frame, &resources, worn).at(key)?;
+            let held = memory::resident_bytes(&body);
+            let body = body.with_limits(plan.strength_limits.clone());
             let reason = match near {
-                Near::Mesh(why) | Near::GivenUp(why) => Some(why.clone()),
-                Near::Own | Near::HalfSpace(_) => None,
+                NearFieldModel::Mesh(why) | NearFieldModel::RejectedHalfSpace(why) => Some(why.clone()),
+                NearFieldModel::Unmeshed | NearFieldModel::HalfSpace(_) => None,
             };
-            Made::new(body, held).with_near_field(NearFieldRecord {
+            BuiltBody::new(body, held).with_near_field(NearFieldRecord {
                 body: index + 1,
                 near_field: "mesh",
                 reason,
-                bow: None,
+                max_face_deviation: None,
                 own_error: None,
                 indicators: None,
             })
@@ -217,70 +217,70 @@ pub(super) fn body(
 }
 
 /// Body `index` as the half-space of `site`, corrected by its mesh.
-fn half_space_under(
+fn build_hybrid(
     plan: &Plan,
-    fe: &MeshedSpec,
-    (index, frame, site): (usize, &ContactFrame, &Site),
+    fe: &MeshedBodyPlan,
+    (index, frame, site): (usize, &ContactFrame, &HalfSpaceFit),
     left: MemoryLimit,
-) -> Result<Result<Made, GivenUp>, Failure> {
-    let key = KEYS[index];
-    let resources = Resources { cache: plan.cache.as_ref(), keep: Keep::Flexibility, memory: left };
+) -> Result<Result<BuiltBody, HybridRejected>, SceneError> {
+    let key = BODY_KEYS[index];
+    let resources = CondensationResources { cache: plan.flexibility_cache.as_ref(), cache_contents: CacheContents::Flexibility, memory: left };
     let contact = (fe.contact.as_str(), SIDES[index]);
-    let body = HybridBody::new(fe.inputs(key), contact, frame, site, &resources).at(key)?;
+    let body = HybridBody::new(fe.fem_spec(key), contact, frame, site, &resources).at(key)?;
     let indicators = *body.indicators();
-    if let Some(reason) = indicators.objection() {
-        return Ok(Err(GivenUp { reason, indicators }));
+    if let Some(reason) = indicators.rejection_reason() {
+        return Ok(Err(HybridRejected { reason, indicators }));
     }
-    let (held, note, own_error) = (body.held_bytes(), body.note().map(str::to_owned), body.own_error());
-    let body = body.with_limits(plan.limits.clone());
-    Ok(Ok(Made { note, ..Made::new(body, held) }.with_near_field(NearFieldRecord {
+    let (held, note, own_error) = (body.held_bytes(), body.cache_warning().map(str::to_owned), body.applied_load_error());
+    let body = body.with_limits(plan.strength_limits.clone());
+    Ok(Ok(BuiltBody { warning: note, ..BuiltBody::new(body, held) }.with_near_field(NearFieldRecord {
         body: index + 1,
         near_field: "half-space",
         reason: None,
-        bow: flat_faces::largest_bow(plan, fe, index, frame)?,
+        max_face_deviation: flat_faces::max_curvature_correction(plan, fe, index, frame)?,
         own_error,
         indicators: Some(indicators),
     })))
 }
 
 /// Body `index` of `elastic` as a half-space with the settings of a plan.
-pub(super) fn half_space_of(
+pub(super) fn configured_half_space(
     plan: &Plan,
-    elastic: &Elastic,
+    elastic: &BodyMaterial,
     index: usize,
     frame: &ContactFrame,
-) -> Result<HalfSpaceBody, Failure> {
-    let stiffness = elastic.in_axes(0.0);
+) -> Result<HalfSpaceBody, SceneError> {
+    let stiffness = elastic.stiffness_in_frame(0.0);
     let body =
-        HalfSpaceBody::sharing(&stiffness, SIDES[index], frame, plan.kernels.clone()).at(KEYS[index])?;
-    let body = body.with_cache(plan.cache.clone());
-    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross(plan, frame)))
+        HalfSpaceBody::with_kernels(&stiffness, SIDES[index], frame, plan.kernel_cache.clone()).at(BODY_KEYS[index])?;
+    let body = body.with_cache(plan.flexibility_cache.clone());
+    Ok(body.with_tolerance(plan.solver.compression_tolerance).with_blocks(cross_blocks(plan, frame)))
 }
 
 /// Body `index` of `elastic` as a half-space.
-pub(super) fn half_space(
-    elastic: &Elastic,
+pub(super) fn bare_half_space(
+    elastic: &BodyMaterial,
     index: usize,
     frame: &ContactFrame,
-) -> Result<HalfSpaceBody, Failure> {
-    HalfSpaceBody::new(&elastic.in_axes(0.0), SIDES[index], frame).at(KEYS[index])
+) -> Result<HalfSpaceBody, SceneError> {
+    HalfSpaceBody::new(&elastic.stiffness_in_frame(0.0), SIDES[index], frame).at(BODY_KEYS[index])
 }
 
 /// The map between `frame` and the contact faces of body `index`; cells that they do not cover are the frame's
 /// mistake where it is a grid.
-pub(super) fn face_map(fe: &MeshedSpec, index: usize, frame: &ContactFrame) -> Result<FaceMap, Failure> {
-    let contact = format!("{}.contact", KEYS[index]);
+pub(super) fn face_map(fe: &MeshedBodyPlan, index: usize, frame: &ContactFrame) -> Result<FaceMap, SceneError> {
+    let contact = format!("{}.contact", BODY_KEYS[index]);
     let faces = group_faces(&fe.mesh, &fe.contact).at(&contact)?;
     if frame.grid.is_some() {
-        faces_the_other(fe, &faces, frame, index).at(&contact)?;
+        ensure_faces_other_body(fe, &faces, frame, index).at(&contact)?;
     }
     let key = if frame.grid.is_some() { "frame.half_width" } else { &contact };
-    FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| KEYS[index].to_owned()).at(key)
+    FaceMap::new(frame, &fe.mesh, &faces, SIDES[index]).context(|| BODY_KEYS[index].to_owned()).at(key)
 }
 
 /// Refuses a contact group none of whose faces look towards the other body over a plane frame.
-fn faces_the_other(
-    fe: &MeshedSpec,
+fn ensure_faces_other_body(
+    fe: &MeshedBodyPlan,
     faces: &[SurfaceFace],
     frame: &ContactFrame,
     index: usize,
@@ -297,36 +297,36 @@ fn faces_the_other(
          below and body 2 above; name the group of the other side, or turn the mesh",
         faces.len(),
         fe.contact,
-        KEYS[1 - index],
-        KEYS[index],
-        place(&towards.into())
+        BODY_KEYS[1 - index],
+        BODY_KEYS[index],
+        format_point(&towards.into())
     )))
 }
 
 /// The distances of the surfaces that `plan` has meshes of, cell by cell; `heights` of the two bodies over the cells, and how their
 /// near fields are chosen.
-pub(super) fn distances(
+pub(super) fn surface_distances(
     plan: &Plan,
     frame: &ContactFrame,
     heights: [Option<Vec<f64>>; 2],
-    near: &[Near; 2],
-) -> Result<Vec<f64>, Failure> {
+    near: &[NearFieldModel; 2],
+) -> Result<Vec<f64>, SceneError> {
     let mut faces = [Vec::new(), Vec::new()];
     for (index, (faces, body)) in faces.iter_mut().zip(&plan.bodies).enumerate() {
-        if let Some(fe) = body.meshed() {
-            *faces = group_faces(&fe.mesh, &fe.contact).at(KEYS[index])?;
+        if let Some(fe) = body.as_meshed() {
+            *faces = group_faces(&fe.mesh, &fe.contact).at(BODY_KEYS[index])?;
         }
     }
     let mut surfaces = [None, None];
     for (index, heights) in heights.into_iter().enumerate() {
-        surfaces[index] = plan.bodies[index].meshed().zip(heights).map(|(fe, heights)| MeshedSurface {
+        surfaces[index] = plan.bodies[index].as_meshed().zip(heights).map(|(fe, heights)| MeshedSurface {
             mesh: &fe.mesh,
             faces: &faces[index],
             side: SIDES[index],
-            heights,
+            mean_heights: heights,
         });
-        if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].is_bowed()) {
-            surface.heights = surface.bowed_heights(frame);
+        if let Some(surface) = surfaces[index].as_mut().filter(|_| near[index].corrects_face_curvature()) {
+            surface.mean_heights = surface.curved_heights(frame);
         }
     }
     mesh_distance(frame, surfaces.each_ref().map(Option::as_ref)).at("gap")

@@ -4,50 +4,50 @@
 //! other around a contact. That is no bound (the solver checks each state in the other cells and forms what it needs), but
 //! it is nearly always right.
 
-use super::bodies::{KEYS, distances, face_map, free_motions};
-use super::failure::{AtKey, Failure};
-use super::near_field::Near;
+use super::bodies::{BODY_KEYS, surface_distances, face_map, free_motions};
+use super::failure::{AtKey, SceneError};
+use super::near_field::NearFieldModel;
 use crate::frame::{ContactFrame, GapShape};
 use crate::history::step::{Cycles, Normal, Step, Tangential};
-use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::{BodySpec, Plan, Support};
-use crate::skip::{Skip, Skipped};
+use crate::scene::spec::solver::Coupling;
+use crate::scene::plan::{BodyPlan, Plan, PrescribedDisplacement};
+use crate::skip::{OmittableWork, OmittedWork};
 
 /// A cell whose initial gap is below this multiple of the largest approach is a candidate.
 const MARGIN: f64 = 1.25;
 
 /// Share of the frame's cells from which on all are formed: the checks cost more than a smaller flexibility saves.
-const WORTH_IT: f64 = 0.6;
+const MAX_ACTIVE_SHARE: f64 = 0.6;
 
 /// `frame` with its candidates, where they are fewer than its cells.
 ///
 /// # Errors
 /// If a support, or a gap, of the plan is wrong.
-pub(super) fn with_candidates(
+pub(super) fn with_active_cells(
     plan: &Plan,
     mut frame: ContactFrame,
-    near: &[Near; 2],
-) -> Result<ContactFrame, Failure> {
-    let Some(reach) = reach(plan, &frame, near) else { return Ok(frame) };
-    if !all_at_rest(plan)? {
+    near: &[NearFieldModel; 2],
+) -> Result<ContactFrame, SceneError> {
+    let Some(reach) = active_gap_limit(plan, &frame, near) else { return Ok(frame) };
+    if !undeformed_before_contact(plan)? {
         return Ok(frame);
     }
     let gap = initial_gap(plan, &frame, near)?;
-    let first = if frame.is_level() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
+    let first = if frame.has_uniform_axes() { gap.iter().copied().fold(f64::INFINITY, f64::min) } else { 0.0 };
     let cells: Vec<bool> = gap.iter().map(|gap| gap - first <= reach).collect();
     let count = cells.iter().filter(|&&is| is).count();
-    if count > 0 && (count as f64) < WORTH_IT * cells.len() as f64 {
+    if count > 0 && (count as f64) < MAX_ACTIVE_SHARE * cells.len() as f64 {
         frame.candidates = Some(cells);
     }
     Ok(frame)
 }
 
 /// The entry of the ledger for cells that are no candidates.
-pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
+pub(super) fn omitted_work(frame: &ContactFrame) -> Option<OmittedWork> {
     let cells = frame.candidates.as_ref()?;
     let others = cells.iter().filter(|&&is| !is).count();
-    Some(Skipped::new(
-        Skip::OpenCells,
+    Some(OmittedWork::new(
+        OmittableWork::OpenCells,
         format!("flexibility of meshed bodies on {others} of {} cells", cells.len()),
         "their initial gap is wider than the approach: it is formed when contact comes there",
     ))
@@ -56,16 +56,16 @@ pub(super) fn skipped(frame: &ContactFrame) -> Option<Skipped> {
 /// Initial gap (mm) up to which cells are candidates; `None` if all are.
 ///
 /// It takes steps of a factor of the root of two, so that runs with like approaches share an entry of the cache.
-fn reach(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Option<f64> {
-    let condensed = |(body, near): (&BodySpec, &Near)| body.fe().is_some() && near.is_condensed();
+fn active_gap_limit(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Option<f64> {
+    let condensed = |(body, near): (&BodyPlan, &NearFieldModel)| body.as_fe().is_some() && near.is_condensed();
     let meshed = plan.bodies.iter().zip(near).any(condensed);
-    if !plan.solver.skip.skips().has(Skip::OpenCells) || plan.solver.coupling == Coupling::Block || !meshed {
+    if !plan.solver.skip.allowed_skips().allows(OmittableWork::OpenCells) || plan.solver.coupling == Coupling::Block || !meshed {
         return None;
     }
     let mut approach: f64 = 0.0;
     for step in &plan.steps {
         // A rotation closes cells far from the centre.
-        if step.tilt.is_some() || (step.spin.is_some() && !frame.is_level()) {
+        if step.tilt.is_some() || (step.spin.is_some() && !frame.has_uniform_axes()) {
             return None;
         }
         match step.normal {
@@ -75,14 +75,14 @@ fn reach(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Option<f64> {
         }
     }
     // Where cells are inclined, motion in the frame's plane closes them too.
-    let sideways = if frame.is_level() { 0.0 } else { plan.steps.iter().try_fold(0.0, along_the_plane)? };
+    let sideways = if frame.has_uniform_axes() { 0.0 } else { plan.steps.iter().try_fold(0.0, tangential_travel)? };
     let needed = MARGIN * approach + sideways;
     (approach > 0.0).then(|| 2f64.powf((2.0 * needed.log2()).ceil() / 2.0))
 }
 
 /// `before` and what `step` moves body 2 along the frame's plane at most, mm: a bound of the way of all steps; `None` if it is
 /// unknown.
-fn along_the_plane(before: f64, step: &Step) -> Option<f64> {
+fn tangential_travel(before: f64, step: &Step) -> Option<f64> {
     let shift = match step.tangential {
         Some(Tangential::Force(_)) => return None,
         Some(Tangential::Shift([x, y])) => x.hypot(y),
@@ -92,10 +92,10 @@ fn along_the_plane(before: f64, step: &Step) -> Option<f64> {
 }
 
 /// Whether no meshed body floats, or deforms without contact.
-fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
-    for (body, key) in plan.bodies.iter().zip(KEYS) {
-        let Some(fe) = body.meshed() else { continue };
-        let moved = |support: &Support| {
+fn undeformed_before_contact(plan: &Plan) -> Result<bool, SceneError> {
+    for (body, key) in plan.bodies.iter().zip(BODY_KEYS) {
+        let Some(fe) = body.as_meshed() else { continue };
+        let moved = |support: &PrescribedDisplacement| {
             let values = support.values.iter().flatten();
             values.chain(support.gradient.iter().flatten()).any(|&value| value != 0.0)
         };
@@ -108,18 +108,18 @@ fn all_at_rest(plan: &Plan) -> Result<bool, Failure> {
 }
 
 /// Distance of the undeformed surfaces in each cell, `[N]`, mm.
-pub(super) fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[Near; 2]) -> Result<Vec<f64>, Failure> {
+pub(super) fn initial_gap(plan: &Plan, frame: &ContactFrame, near: &[NearFieldModel; 2]) -> Result<Vec<f64>, SceneError> {
     let mut heights = [None, None];
     if plan.gap.shape == GapShape::Mesh {
         for (index, heights) in heights.iter_mut().enumerate() {
-            let fe = plan.bodies[index].meshed();
+            let fe = plan.bodies[index].as_meshed();
             *heights = fe
-                .map(|fe| Ok::<_, Failure>(face_map(fe, index, frame)?.heights(frame, &fe.mesh)))
+                .map(|fe| Ok::<_, SceneError>(face_map(fe, index, frame)?.mean_heights(frame, &fe.mesh)))
                 .transpose()?;
         }
     }
     if heights.iter().any(Option::is_some) {
-        return distances(plan, frame, heights, near);
+        return surface_distances(plan, frame, heights, near);
     }
     plan.gap.evaluate(frame).at("gap")
 }

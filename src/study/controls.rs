@@ -2,32 +2,32 @@
 
 use nalgebra::Vector3;
 
-use super::bodies::{KEYS, SIDES, free_motions};
-use super::failure::Failure;
+use super::bodies::{BODY_KEYS, SIDES, free_motions};
+use super::failure::SceneError;
 use super::planes;
-use crate::body::floating::{free_translations, share_a_motion};
+use crate::body::rigid_body_modes::{unconstrained_translations, have_common_motion};
 use crate::error::Error;
-use crate::fem::FreeMotions;
+use crate::fem::RigidBodyModes;
 use crate::frame::ContactFrame;
 use crate::history::step::{CycleMotion, Drive, Normal, Spin, Step, Tangential, Tilt};
-use crate::scene::keys::solver::Coupling;
+use crate::scene::spec::solver::Coupling;
 use crate::scene::plan::Plan;
 
 /// Share of a displacement along a free direction that is rounding.
-pub(super) const NO_PART: f64 = 1e-9;
+pub(super) const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Refuses friction on a boundary-element body that floats: what balances its loads before the contact does shears its surface.
-fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(), Failure> {
-    if plan.bodies[index].be().is_none() || plan.friction.ellipse().is_none() {
+fn refuse_friction_on_unconstrained_be(plan: &Plan, index: usize, motions: &RigidBodyModes) -> Result<(), SceneError> {
+    if plan.bodies[index].as_be().is_none() || plan.friction.ellipse().is_none() {
         return Ok(());
     }
     let error = Error::input(format!(
         "{} of boundary elements floats by {}: with friction it must be held, for slip is counted from the state without contact, which its supports do \
          not determine; support it (`fixed`, `symmetry`), make it one of finite elements (kind = \"fe\"), or leave out friction",
-        KEYS[index],
+        BODY_KEYS[index],
         motions.names.join(", ")
     ));
-    Err(Failure { error, key: KEYS[index].to_owned() })
+    Err(SceneError { error, key: BODY_KEYS[index].to_owned() })
 }
 
 /// Refuses moments that no cell can bear, what contradicts planes of symmetry under the contact, displacements along directions in
@@ -37,13 +37,13 @@ fn refuse_friction(plan: &Plan, index: usize, motions: &FreeMotions) -> Result<(
 ///
 /// # Errors
 /// At the key of the first one.
-pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
+pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
     refuse_moments_without_lever(plan, frame)?;
-    planes::refuse_contradictions(plan, frame)?;
-    let mut floating: Vec<(usize, FreeMotions, Vec<[f64; 6]>)> = Vec::new();
-    for (index, key) in KEYS.into_iter().enumerate() {
+    planes::refuse_symmetry_contradictions(plan, frame)?;
+    let mut floating: Vec<(usize, RigidBodyModes, Vec<[f64; 6]>)> = Vec::new();
+    for (index, key) in BODY_KEYS.into_iter().enumerate() {
         if let Some(motions) = free_motions(&plan.bodies[index], key)? {
-            refuse_friction(plan, index, &motions)?;
+            refuse_friction_on_unconstrained_be(plan, index, &motions)?;
             let relative = relative(&motions, index, frame);
             floating.push((index, motions, relative));
         }
@@ -55,10 +55,10 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
             SIDES[*first].name(),
             motions.names.join(", ")
         ));
-        return Err(Failure { error, key: "solver.coupling".to_owned() });
+        return Err(SceneError { error, key: "solver.coupling".to_owned() });
     }
     if let [(_, lower, a), (_, upper, b)] = &floating[..]
-        && share_a_motion(a, b, frame.size())
+        && have_common_motion(a, b, frame.size())
     {
         let error = Error::input(format!(
             "both bodies float and can move together without force: body 1 by {}, body 2 by {}; fix more components of \
@@ -66,31 +66,31 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
             lower.names.join(", "),
             upper.names.join(", ")
         ));
-        return Err(Failure { error, key: KEYS[1].to_owned() });
+        return Err(SceneError { error, key: BODY_KEYS[1].to_owned() });
     }
     let all: Vec<[f64; 6]> = floating.iter().flat_map(|(.., relative)| relative).copied().collect();
-    let free = free_translations(&all, frame.size());
+    let free = unconstrained_translations(&all, frame.size());
     let who: Vec<String> = floating
         .iter()
         .map(|(index, motions, _)| format!("{} floats by {}", SIDES[*index].name(), motions.names.join(", ")))
         .collect();
     plan.steps.iter().enumerate().try_for_each(|(index, step)| {
-        if let Some(key) = turned(step) {
+        if let Some(key) = rotation_key(step) {
             let error = Error::input(format!(
                 "step \"{}\" controls a rotation, which takes held bodies ({}): support it, or leave `{key}` out",
                 step.name,
                 who.join("; ")
             ));
-            return Err(Failure { error, key: place(&plan.steps, index, key) });
+            return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
         }
-        let Some((key, instead)) = displaced(step, &free) else { return Ok(()) };
+        let Some((key, instead)) = displacement_along_free_direction(step, &free) else { return Ok(()) };
         let error = Error::input(format!(
             "step \"{}\" prescribes a displacement along a direction in which nothing holds the body ({}): its place \
              follows from its loads; {instead}, or support it along that direction",
             step.name,
             who.join("; ")
         ));
-        Err(Failure { error, key: place(&plan.steps, index, key) })
+        Err(SceneError { error, key: step_key(&plan.steps, index, key) })
     })
 }
 
@@ -99,15 +99,15 @@ pub(super) fn refuse_impossible_controls(plan: &Plan, frame: &ContactFrame) -> R
 ///
 /// # Errors
 /// At its key.
-fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
-    if !frame.is_level() {
+fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    if !frame.has_uniform_axes() {
         return Ok(());
     }
     let mut reach = [0.0_f64; 2];
     for [x, y] in (0..frame.n_cells()).map(|cell| frame.plane_coordinates(cell)) {
         reach = [reach[0].max(x.abs()), reach[1].max(y.abs())];
     }
-    let least = NO_PART * frame.size();
+    let least = ROUNDING_SHARE * frame.size();
     for (index, step) in plan.steps.iter().enumerate() {
         let [about_x, about_y] = if let Some(Tilt::Moment(moment)) = step.tilt { moment } else { [0.0; 2] };
         let about_n = if let Some(Spin::Moment(moment)) = step.spin { moment } else { 0.0 };
@@ -123,7 +123,7 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
                      resists it; give the frame more cells across, or leave `{key}` out",
                     step.name
                 ));
-                return Err(Failure { error, key: place(&plan.steps, index, key) });
+                return Err(SceneError { error, key: step_key(&plan.steps, index, key) });
             }
         }
     }
@@ -131,20 +131,20 @@ fn refuse_moments_without_lever(plan: &Plan, frame: &ContactFrame) -> Result<(),
 }
 
 /// Where `key` of a step stands in the scene, in which the load points of a history are one entry.
-pub(super) fn place(steps: &[Step], index: usize, key: &str) -> String {
-    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+pub(super) fn step_key(steps: &[Step], index: usize, key: &str) -> String {
+    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let entry = steps[..=index].iter().filter(first).count() - 1;
-    let key = if steps[index].row.is_some() { "history" } else { key };
+    let key = if steps[index].history_row.is_some() { "history" } else { key };
     format!("steps.{entry}.{key}")
 }
 
 /// Motions of body 2 relative to body 1 in the frame's axes at its origin.
-fn relative(motions: &FreeMotions, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
+fn relative(motions: &RigidBodyModes, index: usize, frame: &ContactFrame) -> Vec<[f64; 6]> {
     let axes = frame.axes;
-    (0..motions.n())
+    (0..motions.n_modes())
         .map(|j| {
             let [shift, turn] = motions
-                .about(&frame.origin, j)
+                .motion_about(&frame.origin, j)
                 .map(|global| axes.to_local(&global) * SIDES[index].gap_sign());
             [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
         })
@@ -152,7 +152,7 @@ fn relative(motions: &FreeMotions, index: usize, frame: &ContactFrame) -> Vec<[f
 }
 
 /// The key by which `step` controls a rotation.
-fn turned(step: &Step) -> Option<&'static str> {
+fn rotation_key(step: &Step) -> Option<&'static str> {
     let tilt = step.tilt.map(|tilt| match tilt {
         Tilt::Rotation(_) => "rotation",
         Tilt::Moment(_) => "moment",
@@ -165,9 +165,9 @@ fn turned(step: &Step) -> Option<&'static str> {
 }
 
 /// The key of a displacement of `step` along one of the `free` translations, and what to prescribe instead.
-fn displaced(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'static str)> {
+fn displacement_along_free_direction(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'static str)> {
     let along = |direction: Vector3<f64>| {
-        free.iter().any(|free| free.dot(&direction).abs() > NO_PART * direction.norm())
+        free.iter().any(|free| free.dot(&direction).abs() > ROUNDING_SHARE * direction.norm())
     };
     if matches!(step.normal, Some(Normal::Approach(_))) && along(Vector3::z()) {
         return Some(("approach", "prescribe `normal_force`, which is added to them, or leave it out"));
@@ -178,8 +178,8 @@ fn displaced(step: &Step, free: &[Vector3<f64>]) -> Option<(&'static str, &'stat
         return Some(("shift", "prescribe `tangential_force`, which is added to them, or leave it out"));
     }
     let moved = match &step.cycles.as_ref()?.motion {
-        CycleMotion::Closed(closed) if closed.drive == Drive::Shift => closed.offsets(),
-        CycleMotion::Closed(_) => return None,
+        CycleMotion::ClosedPath(closed) if closed.drive == Drive::Shift => closed.offsets(),
+        CycleMotion::ClosedPath(_) => return None,
         CycleMotion::Sliding { angle } => vec![[angle.cos(), angle.sin()]],
     };
     let moves = moved.iter().any(|[x, y]| along(Vector3::new(*x, *y, 0.0)));

@@ -4,7 +4,7 @@ use crate::error::Error;
 
 /// An error met while a plan was made ready.
 #[derive(Debug, Clone)]
-pub struct Failure {
+pub struct SceneError {
     /// What went wrong.
     pub error: Error,
     /// The key of the scene that it concerns, dotted.
@@ -13,11 +13,11 @@ pub struct Failure {
 
 /// Adds the key to a `Result`.
 pub(super) trait AtKey<T> {
-    fn at(self, key: &str) -> Result<T, Failure>;
+    fn at(self, key: &str) -> Result<T, SceneError>;
 }
 
 impl<T> AtKey<T> for crate::error::Result<T> {
-    fn at(self, key: &str) -> Result<T, Failure> {
-        self.map_err(|error| Failure { error, key: key.to_owned() })
+    fn at(self, key: &str) -> Result<T, SceneError> {
+        self.map_err(|error| SceneError { error, key: key.to_owned() })
     }
 }

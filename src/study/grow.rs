@@ -1,33 +1,33 @@
 //! Frames that are enlarged when wear brings the contact to their edge.
 //!
 //! A quarter of the cells that the frame began with are added on each side, twice at most, so that the largest frame has four times
-//! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`Snapshot::onto`]).
+//! the cells. Cells so far stay where they are: the state goes on in them bit by bit ([`RunCheckpoint::transfer_to`]).
 
-use super::bodies::{self, KEYS, ensure_grid};
-use super::failure::Failure;
+use super::bodies::{self, BODY_KEYS, ensure_grid};
+use super::failure::SceneError;
 use super::moving;
 use super::near_field;
-use super::prepare::Study;
-use crate::body::hybrid::Unsuited;
+use super::prepare::Simulation;
+use crate::body::hybrid::Unsuitable;
 use crate::error::{Error, Result};
 use crate::frame::{ContactFrame, Grid};
-use crate::geometry::number;
-use crate::history::Snapshot;
-use crate::scene::plan::{FrameSpec, Plan};
-use crate::skip::{Skipped, Work};
+use crate::geometry::format_number;
+use crate::history::RunCheckpoint;
+use crate::scene::plan::{FramePlan, Plan};
+use crate::skip::{OmittedWork, OmissionKind};
 
 /// A frame is enlarged so often at most.
-pub const MOST: usize = 2;
+pub const MAX_GROWTHS: usize = 2;
 
 /// Difference of the gaps of a cell on two frames over the largest gap that counts as none: averages over the faces of a mesh
 /// are rounded.
-const SAME: f64 = 1e-9;
+const GAP_TOLERANCE: f64 = 1e-9;
 
 /// The same of what own loads of a body with a half-space do to it, over the largest of that: polynomials and quadrature are those of the frame.
-const OWN: f64 = 1e-4;
+const OWN_LOAD_GAP_TOLERANCE: f64 = 1e-4;
 
 /// What the study on the larger frame goes on from.
-pub struct Outgrown {
+pub struct FrameGrowth {
     /// The frame that contact has outgrown.
     pub frame: ContactFrame,
     /// Initial gap there, `[3, N]` by planes, mm.
@@ -35,22 +35,22 @@ pub struct Outgrown {
     /// Whether the near fields of the bodies there are those of half-spaces under their meshes.
     pub half_spaces: [bool; 2],
     /// The state before the jump in which it did.
-    pub snapshot: Snapshot,
+    pub checkpoint: RunCheckpoint,
 }
 
 /// Why the frame of a plan, enlarged `growths` times so far, is not enlarged (once more); `None` if it is.
-pub fn refusal(plan: &Plan, growths: usize) -> Option<String> {
+pub fn why_not_growable(plan: &Plan, growths: usize) -> Option<String> {
     let why = match &plan.frame {
-        FrameSpec::Grid { grow: false, .. } => "frame.grow is false: set it to true and go on with --resume",
-        FrameSpec::Grid { outline: Some(_), .. } => "a frame with an outline is not enlarged",
-        FrameSpec::Grid { periodic, .. } if *periodic != [false; 2] => "a periodic frame is not enlarged",
-        FrameSpec::Mesh { .. } => {
+        FramePlan::Grid { grow: false, .. } => "frame.grow is false: set it to true and go on with --resume",
+        FramePlan::Grid { outline: Some(_), .. } => "a frame with an outline is not enlarged",
+        FramePlan::Grid { periodic, .. } if *periodic != [false; 2] => "a periodic frame is not enlarged",
+        FramePlan::Mesh { .. } => {
             "a frame of the faces of a mesh is not enlarged: mesh a larger contact group"
         }
-        FrameSpec::Grid { .. } if growths >= MOST => {
+        FramePlan::Grid { .. } if growths >= MAX_GROWTHS => {
             "the frame has four times the cells it began with, and is not enlarged again"
         }
-        FrameSpec::Grid { .. } => return None,
+        FramePlan::Grid { .. } => return None,
     };
     Some(why.to_owned())
 }
@@ -59,38 +59,38 @@ pub fn refusal(plan: &Plan, growths: usize) -> Option<String> {
 ///
 /// # Errors
 /// If it is none that can be enlarged, or the cells do not fit into the memory.
-pub fn frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFrame, Failure> {
-    let start = bodies::frame(plan)?;
+pub fn grown_frame(plan: &Plan, growths: usize) -> std::result::Result<ContactFrame, SceneError> {
+    let start = bodies::contact_frame(plan)?;
     if growths == 0 {
         return Ok(start);
     }
-    enlarged(plan, &start, growths).map_err(|error| Failure { error, key: "frame.grow".to_owned() })
+    enlarged(plan, &start, growths).map_err(|error| SceneError { error, key: "frame.grow".to_owned() })
 }
 
 fn enlarged(plan: &Plan, start: &ContactFrame, growths: usize) -> Result<ContactFrame> {
     let Some(grid) = start.whole_grid() else { return Err(no_grid()) };
-    let more = grid.cells.map(|n| if growths < MOST { n.div_ceil(4) } else { n / 2 });
+    let more = grid.cells.map(|n| if growths < MAX_GROWTHS { n.div_ceil(4) } else { n / 2 });
     if more.contains(&0) {
         return Err(Error::input("a frame of one cell across is not enlarged"));
     }
     ensure_grid(plan, [0, 1].map(|axis| grid.cells[axis].saturating_add(2 * more[axis])))?;
-    start.wider(more)?.ok_or_else(no_grid)
+    start.enlarged(more)?.ok_or_else(no_grid)
 }
 
 fn no_grid() -> Error {
     Error::input("only a grid frame without an outline that does not repeat itself is enlarged")
 }
 
-impl Outgrown {
+impl FrameGrowth {
     /// Refuses a larger `frame` under which a body has no place for the half-space that it has had so far.
     ///
     /// # Errors
     /// If that is so, or the body is not sound.
-    pub fn ensure_places(&self, plan: &Plan, frame: &ContactFrame) -> std::result::Result<(), Failure> {
-        for (index, key) in KEYS.into_iter().enumerate() {
-            let Some(fe) = plan.bodies[index].fe().filter(|_| self.half_spaces[index]) else { continue };
-            if let Err(Unsuited(why)) = near_field::place(plan, fe, index, frame)? {
-                return Err(Failure {
+    pub fn ensure_half_spaces_fit(&self, plan: &Plan, frame: &ContactFrame) -> std::result::Result<(), SceneError> {
+        for (index, key) in BODY_KEYS.into_iter().enumerate() {
+            let Some(fe) = plan.bodies[index].as_fe().filter(|_| self.half_spaces[index]) else { continue };
+            if let Err(Unsuitable(why)) = near_field::fit_half_space(plan, fe, index, frame)? {
+                return Err(SceneError {
                     error: other_near_field(key, &no_place(&why)),
                     key: "frame.grow".to_owned(),
                 });
@@ -104,11 +104,11 @@ impl Outgrown {
     /// # Errors
     /// If a near field is no longer that of a half-space, or has become that; if the surfaces have another gap in the cells so
     /// far, or come nearer beyond them; if a body cannot be solved.
-    pub fn onto(self, plan: &Plan, study: &Study) -> Result<(Snapshot, Vec<usize>)> {
+    pub fn transfer_to(self, plan: &Plan, study: &Simulation) -> Result<(RunCheckpoint, Vec<usize>)> {
         let model = study.model();
-        for (index, key) in KEYS.into_iter().enumerate() {
+        for (index, key) in BODY_KEYS.into_iter().enumerate() {
             let record = study.near_fields.iter().find(|record| record.body == index + 1);
-            if study.is_half_space(index + 1) != self.half_spaces[index] {
+            if study.has_half_space_near_field(index + 1) != self.half_spaces[index] {
                 let reason = record.and_then(|record| record.reason.as_deref());
                 let why = reason
                     .map_or_else(|| "so far that of its mesh, to that of a half-space".to_owned(), no_place);
@@ -116,10 +116,10 @@ impl Outgrown {
             }
         }
         let (Some(before), Some(now)) = (self.frame.grid, model.frame.grid) else { return Err(no_grid()) };
-        let places = before.places_in(&now);
-        same_gap(&self.gap, &model.initial_gap, &places, OWN * study.largest_own_gap())?;
-        let mut snapshot = self.snapshot.onto(&places, model, &plan.steps, None)?;
-        snapshot.tell(note(plan, &snapshot, &before, &now));
+        let places = before.indices_in(&now);
+        ensure_same_gap(&self.gap, &model.initial_gap, &places, OWN_LOAD_GAP_TOLERANCE * study.max_gap_of_own_loads())?;
+        let mut snapshot = self.checkpoint.transfer_to(&places, model, &plan.steps, None)?;
+        snapshot.add_warning(note(plan, &snapshot, &before, &now));
         Ok((snapshot, places))
     }
 }
@@ -136,10 +136,10 @@ fn no_place(why: &str) -> String {
 }
 
 /// Whether gaps are the same to rounding and an `uncertainty`, mm.
-fn same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> Result<()> {
+fn ensure_same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> Result<()> {
     let [n_before, n] = [before.len() / 3, now.len() / 3];
     let largest = before.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));
-    let most = SAME * largest + uncertainty;
+    let most = GAP_TOLERANCE * largest + uncertainty;
     for plane in 0..3 {
         for (cell, &place) in places.iter().enumerate() {
             let difference = now[plane * n + place] - before[plane * n_before + cell];
@@ -158,9 +158,9 @@ fn same_gap(before: &[f64], now: &[f64], places: &[usize], uncertainty: f64) -> 
 }
 
 /// Says when the frame grew, and to what.
-fn note(plan: &Plan, snapshot: &Snapshot, before: &Grid, now: &Grid) -> String {
-    let after = moving::after(plan, snapshot);
-    let [x, y] = now.half_width().map(number);
+fn note(plan: &Plan, snapshot: &RunCheckpoint, before: &Grid, now: &Grid) -> String {
+    let after = moving::position_in_run(plan, snapshot);
+    let [x, y] = now.half_width().map(format_number);
     format!(
         "wear brought the contact to the edge of the frame{after}; the frame was enlarged from {} x {} to {} x {} cells, half_width = \
          [{x}, {y}]: where that is known before, a frame of this size from the start saves the work done twice",
@@ -169,11 +169,11 @@ fn note(plan: &Plan, snapshot: &Snapshot, before: &Grid, now: &Grid) -> String {
 }
 
 /// The entry of the ledger for the cells that a frame may get.
-pub(super) fn skipped(plan: &Plan) -> Option<Skipped> {
+pub(super) fn omitted_work(plan: &Plan) -> Option<OmittedWork> {
     let wears = plan.steps.iter().any(|step| step.wear && step.cycles.is_some())
-        && plan.wear.intensity(plan.friction.ellipse()).is_some();
-    (wears && refusal(plan, 0).is_none()).then(|| {
+        && plan.wear.specific_rate(plan.friction.ellipse()).is_some();
+    (wears && why_not_growable(plan, 0).is_none()).then(|| {
         let why = "they join when wear brings the contact to its edge (frame.grow)";
-        Skipped::new(Work::Other, "cells beyond the frame", why)
+        OmittedWork::new(OmissionKind::Other, "cells beyond the frame", why)
     })
 }

@@ -1,67 +1,67 @@
 //! Whether the points that `output.inside` asks for lie in their bodies.
 
-use super::bodies::{KEYS, SIDES};
-use super::failure::{AtKey, Failure};
+use super::bodies::{BODY_KEYS, SIDES};
+use super::failure::{AtKey, SceneError};
 use super::memory;
-use crate::body::half_space::first_above;
+use crate::body::half_space::first_point_above_surface;
 use crate::error::Error;
 use crate::frame::ContactFrame;
-use crate::geometry::{Point, number, place};
-use crate::results::inside::InsideRequest;
-use crate::scene::plan::{BodySpec, Plan};
+use crate::geometry::{Point, format_number, format_point};
+use crate::results::interior_points::InteriorPointRequest;
+use crate::scene::plan::{BodyPlan, Plan};
 
 /// Refuses points outside of their bodies.
 ///
 /// # Errors
 /// If there is one, or there is no memory for them.
-pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), Failure> {
-    memory::ensure_inside(plan, frame).at("output.inside")?;
-    plan.inside.iter().enumerate().try_for_each(|(i, request)| {
+pub(super) fn check(plan: &Plan, frame: &ContactFrame) -> Result<(), SceneError> {
+    memory::ensure_points_fit(plan, frame).at("output.inside")?;
+    plan.interior_requests.iter().enumerate().try_for_each(|(i, request)| {
         let key = format!("output.inside.{i}");
         let index = usize::from(request.side == SIDES[1]);
         match &plan.bodies[index] {
-            BodySpec::HalfSpace(_) => below(plan, frame, (&key, request)),
-            BodySpec::Be(be) => {
+            BodyPlan::HalfSpace(_) => below(plan, frame, (&key, request)),
+            BodyPlan::Be(be) => {
                 let points = request.points();
-                let outside = be.inputs(KEYS[index]).outside(&points).at(&key)?;
-                outside.map_or(Ok(()), |first| beyond(plan, (&key, request), &points[first]))
+                let outside = be.bem_spec(BODY_KEYS[index]).first_point_outside(&points).at(&key)?;
+                outside.map_or(Ok(()), |first| refuse_outside_point(plan, (&key, request), &points[first]))
             }
             // Refused when the scene is read.
-            BodySpec::Fe(_) | BodySpec::Truncated(_) | BodySpec::Rigid => Ok(()),
+            BodyPlan::Fe(_) | BodyPlan::TruncatedHalfSpace(_) | BodyPlan::Rigid => Ok(()),
         }
     })
 }
 
 /// All points of a rectangle lie on a side of a plane if its corners do.
-fn below(plan: &Plan, frame: &ContactFrame, (key, request): (&str, &InsideRequest)) -> Result<(), Failure> {
+fn below(plan: &Plan, frame: &ContactFrame, (key, request): (&str, &InteriorPointRequest)) -> Result<(), SceneError> {
     for (name, corner) in request.corners() {
-        if let Some((_, height)) = first_above(request.side, frame, &[corner]).at(key)? {
+        if let Some((_, height)) = first_point_above_surface(request.side, frame, &[corner]).at(key)? {
             let error = Error::input(format!(
                 "the corner {} of \"{}\" lies {} {} outside of {}, a half-space whose surface is the plane of the frame: its points are {} \
                  that plane",
-                place(&corner.into()),
+                format_point(&corner.into()),
                 request.name,
-                number(height),
+                format_number(height),
                 plan.units.length,
                 request.side.name(),
                 if request.side == SIDES[0] { "below" } else { "above" },
             ));
-            return Err(Failure { error, key: format!("{key}.{name}") });
+            return Err(SceneError { error, key: format!("{key}.{name}") });
         }
     }
     Ok(())
 }
 
-fn beyond(plan: &Plan, (key, request): (&str, &InsideRequest), point: &Point) -> Result<(), Failure> {
+fn refuse_outside_point(plan: &Plan, (key, request): (&str, &InteriorPointRequest), point: &Point) -> Result<(), SceneError> {
     let corners = request.corners();
     let corner = corners.iter().find(|(_, corner)| corner == point);
     let error = Error::input(format!(
         "the point {} ({}) of \"{}\" lies outside of the surface of {}: move `from`, `to` or `across`, or end them on the surface",
-        place(&<[f64; 3]>::from(*point)),
+        format_point(&<[f64; 3]>::from(*point)),
         plan.units.length,
         request.name,
         request.side.name(),
     ));
     // Of a point between the corners no key is at fault.
-    Err(Failure { error, key: corner.map_or_else(|| key.to_owned(), |(name, _)| format!("{key}.{name}")) })
+    Err(SceneError { error, key: corner.map_or_else(|| key.to_owned(), |(name, _)| format!("{key}.{name}")) })
 }

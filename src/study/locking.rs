@@ -3,26 +3,26 @@
 use std::collections::BTreeSet;
 
 use crate::element::ElementKind;
-use crate::error::doubtful;
-use crate::fem::{HexFormulation, Regions};
-use crate::geometry::number;
+use crate::error::warning;
+use crate::fem::{HexFormulation, ElementMaterials};
+use crate::geometry::format_number;
 use crate::material::Stiffness;
 use crate::mesh::Mesh;
-use crate::scene::plan::MeshedSpec;
+use crate::scene::plan::MeshedBodyPlan;
 
 /// Poisson's ratio of the volume from which plain elements of first order are too stiff by more than some percent. Tried with a rigid sphere on a
 /// clamped block, load against that of mean dilatation: `hex8` 2.5, 8, 31, 154 % and ten times too stiff at 0.3, 0.45, 0.49, 0.499 and 0.4999.
-const PLAIN: f64 = 0.445;
+const LOCKING_RATIO_STANDARD: f64 = 0.445;
 
 /// The same for enhanced hexahedra: 0, 1.2, 5 and 18 % at 0.45, 0.49, 0.499 and 0.4999.
-const ENHANCED: f64 = 0.485;
+const LOCKING_RATIO_ENHANCED: f64 = 0.485;
 
 /// The ratio from which elements of a kind lock; `None` for those that do not.
 fn limit(kind: ElementKind, formulation: HexFormulation) -> Option<f64> {
     match (kind, formulation) {
-        (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(PLAIN),
-        (ElementKind::Hex8, HexFormulation::Standard) => Some(PLAIN),
-        (ElementKind::Hex8, HexFormulation::Enhanced) => Some(ENHANCED),
+        (ElementKind::Tet4 | ElementKind::Wedge6 | ElementKind::Pyramid5, _) => Some(LOCKING_RATIO_STANDARD),
+        (ElementKind::Hex8, HexFormulation::Standard) => Some(LOCKING_RATIO_STANDARD),
+        (ElementKind::Hex8, HexFormulation::Enhanced) => Some(LOCKING_RATIO_ENHANCED),
         _ => None,
     }
 }
@@ -33,15 +33,15 @@ fn name(kind: ElementKind, formulation: HexFormulation) -> &'static str {
 }
 
 /// A warning if elements of the body `key` lock in what they are made of.
-pub(super) fn doubt(fe: &MeshedSpec, key: &str) -> Option<String> {
+pub(super) fn locking_warning(fe: &MeshedBodyPlan, key: &str) -> Option<String> {
     let mut placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
-    if !placed.any(|placed| placed.stiffness.volume_poisson() >= PLAIN) {
+    if !placed.any(|placed| placed.stiffness.volumetric_poisson_ratio() >= LOCKING_RATIO_STANDARD) {
         return None;
     }
-    let inputs = fe.inputs(key);
-    let regions = Regions::new(&inputs).ok()?;
+    let inputs = fe.fem_spec(key);
+    let regions = ElementMaterials::new(&inputs).ok()?;
     let found = Locking::new(&fe.mesh, &regions, inputs.formulation)?;
-    Some(doubtful(&found.message(key)))
+    Some(warning(&found.message(key)))
 }
 
 /// The elements of a body that lock.
@@ -54,7 +54,7 @@ struct Locking {
 }
 
 impl Locking {
-    fn new(mesh: &Mesh, regions: &Regions, formulation: HexFormulation) -> Option<Self> {
+    fn new(mesh: &Mesh, regions: &ElementMaterials, formulation: HexFormulation) -> Option<Self> {
         // Neighbours mostly are of one material.
         let mut last: Option<(&Stiffness, f64)> = None;
         let mut found = Self {
@@ -68,7 +68,7 @@ impl Locking {
             let Some(limit) = limit(kind, formulation) else { continue };
             let placed = regions.material(i);
             let known = last.filter(|(stiffness, _)| std::ptr::eq(*stiffness, &placed.stiffness));
-            let ratio = known.map_or_else(|| placed.stiffness.volume_poisson(), |(_, ratio)| ratio);
+            let ratio = known.map_or_else(|| placed.stiffness.volumetric_poisson_ratio(), |(_, ratio)| ratio);
             last = Some((&placed.stiffness, ratio));
             if ratio < limit {
                 continue;
@@ -97,7 +97,7 @@ impl Locking {
              nu = {}), which they can follow only by not deforming, so that the body comes out too stiff, perhaps many times; {mend}",
             self.elements,
             kinds.join(", "),
-            number(*ratio),
+            format_number(*ratio),
         )
     }
 }

@@ -26,15 +26,15 @@ mod settings;
 mod skips;
 pub mod sweep;
 
-pub use failure::Failure;
-pub use forecast::{Forecast, forecast};
-pub use prepare::{Study, prepare, prepare_on, prepare_worn};
+pub use failure::SceneError;
+pub use forecast::{RunEstimate, estimate};
+pub use prepare::{Simulation, build, build_on_frame, build_with};
 
 /// What the user should know of how bodies and frame of a plan fit.
 ///
 /// # Errors
 /// If they do not fit.
-pub fn notes(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, Failure> {
-    let frame = bodies::frame(plan)?;
-    fit::check(plan, &frame, &near_field::choose(plan, &frame)?)
+pub fn fit_warnings(plan: &crate::scene::plan::Plan) -> Result<Vec<String>, SceneError> {
+    let frame = bodies::contact_frame(plan)?;
+    fit::check(plan, &frame, &near_field::choose_near_fields(plan, &frame)?)
 }

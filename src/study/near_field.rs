@@ -1,45 +1,45 @@
 //! Where the near field of each meshed body is computed: in a half-space that the finite elements correct, or in the mesh.
 
-use super::bodies::{KEYS, SIDES};
-use super::failure::{AtKey, Failure};
+use super::bodies::{BODY_KEYS, SIDES};
+use super::failure::{AtKey, SceneError};
 use super::moving;
-use crate::body::hybrid::{Site, Unsuited};
+use crate::body::hybrid::{HalfSpaceFit, Unsuitable};
 use crate::error::Error;
 use crate::frame::ContactFrame;
-use crate::scene::keys::body::NearField;
-use crate::scene::keys::solver::Coupling;
-use crate::scene::plan::{BodySpec, MeshedSpec, Plan};
+use crate::scene::spec::body::NearField;
+use crate::scene::spec::solver::Coupling;
+use crate::scene::plan::{BodyPlan, MeshedBodyPlan, Plan};
 
 /// How a body comes by its flexibility on the frame.
 #[derive(Debug, Clone)]
-pub(super) enum Near {
+pub(super) enum NearFieldModel {
     /// It has no mesh.
-    Own,
+    Unmeshed,
     /// Its mesh is condensed, and why no half-space is taken.
     Mesh(String),
     /// Its mesh is condensed, for its half-space was tried and is not good enough: why.
-    GivenUp(String),
+    RejectedHalfSpace(String),
     /// A half-space, corrected by its mesh.
-    HalfSpace(Box<Site>),
+    HalfSpace(Box<HalfSpaceFit>),
 }
 
-impl Near {
+impl NearFieldModel {
     /// The half-space, if that is taken.
-    pub fn site(&self) -> Option<&Site> {
+    pub fn half_space_fit(&self) -> Option<&HalfSpaceFit> {
         match self {
             Self::HalfSpace(site) => Some(site),
-            Self::Own | Self::Mesh(_) | Self::GivenUp(_) => None,
+            Self::Unmeshed | Self::Mesh(_) | Self::RejectedHalfSpace(_) => None,
         }
     }
 
     /// Whether its flat faces are bowed in the gap: displacements of a half-space do not follow them.
-    pub fn is_bowed(&self) -> bool {
-        self.site().is_some()
+    pub fn corrects_face_curvature(&self) -> bool {
+        self.half_space_fit().is_some()
     }
 
     /// Whether the mesh is condensed to the nodes under the frame.
     pub fn is_condensed(&self) -> bool {
-        matches!(self, Self::Mesh(_) | Self::GivenUp(_))
+        matches!(self, Self::Mesh(_) | Self::RejectedHalfSpace(_))
     }
 }
 
@@ -47,43 +47,43 @@ impl Near {
 ///
 /// # Errors
 /// If a body asks for a half-space that it has no place for, or is not sound.
-pub(super) fn choose(plan: &Plan, frame: &ContactFrame) -> Result<[Near; 2], Failure> {
-    let mut choices = [Near::Own, Near::Own];
+pub(super) fn choose_near_fields(plan: &Plan, frame: &ContactFrame) -> Result<[NearFieldModel; 2], SceneError> {
+    let mut choices = [NearFieldModel::Unmeshed, NearFieldModel::Unmeshed];
     for (index, choice) in choices.iter_mut().enumerate() {
-        if matches!(plan.bodies[index], BodySpec::Truncated(_)) {
-            *choice = Near::Mesh("its surface is meshed".to_owned());
+        if matches!(plan.bodies[index], BodyPlan::TruncatedHalfSpace(_)) {
+            *choice = NearFieldModel::Mesh("its surface is meshed".to_owned());
         }
-        if let Some(fe) = plan.bodies[index].meshed() {
-            *choice = of_body(plan, fe, index, frame)?;
+        if let Some(fe) = plan.bodies[index].as_meshed() {
+            *choice = choose_near_field(plan, fe, index, frame)?;
         }
     }
     Ok(choices)
 }
 
-fn of_body(plan: &Plan, fe: &MeshedSpec, index: usize, frame: &ContactFrame) -> Result<Near, Failure> {
-    if plan.bodies[index].be().is_some() {
+fn choose_near_field(plan: &Plan, fe: &MeshedBodyPlan, index: usize, frame: &ContactFrame) -> Result<NearFieldModel, SceneError> {
+    if plan.bodies[index].as_be().is_some() {
         if plan.solver.coupling == Coupling::Block {
             let error = Error::input(format!(
                 "{} is one of boundary elements, which the block system does not take: remove it, \"schur\" is the default",
-                KEYS[index]
+                BODY_KEYS[index]
             ));
-            return Err(Failure { error, key: "solver.coupling".to_owned() });
+            return Err(SceneError { error, key: "solver.coupling".to_owned() });
         }
-        return Ok(Near::Mesh("boundary elements have that of their mesh".to_owned()));
+        return Ok(NearFieldModel::Mesh("boundary elements have that of their mesh".to_owned()));
     }
     if fe.near_field == NearField::Mesh {
-        return Ok(Near::Mesh("near_field is \"mesh\"".to_owned()));
+        return Ok(NearFieldModel::Mesh("near_field is \"mesh\"".to_owned()));
     }
-    match (place(plan, fe, index, frame)?, fe.near_field) {
-        (Ok(site), _) => Ok(Near::HalfSpace(Box::new(site))),
-        (Err(Unsuited(why)), NearField::HalfSpace) => Err(Failure {
+    match (fit_half_space(plan, fe, index, frame)?, fe.near_field) {
+        (Ok(site), _) => Ok(NearFieldModel::HalfSpace(Box::new(site))),
+        (Err(Unsuitable(why)), NearField::HalfSpace) => Err(SceneError {
             error: Error::input(format!(
                 "{} has no place for the near field of a half-space: {why}; take \"auto\" or \"mesh\"",
-                KEYS[index]
+                BODY_KEYS[index]
             )),
-            key: format!("{}.near_field", KEYS[index]),
+            key: format!("{}.near_field", BODY_KEYS[index]),
         }),
-        (Err(Unsuited(why)), _) => Ok(Near::Mesh(why)),
+        (Err(Unsuitable(why)), _) => Ok(NearFieldModel::Mesh(why)),
     }
 }
 
@@ -91,20 +91,20 @@ fn of_body(plan: &Plan, fe: &MeshedSpec, index: usize, frame: &ContactFrame) -> 
 ///
 /// # Errors
 /// If the body is not sound.
-pub(super) fn place(
+pub(super) fn fit_half_space(
     plan: &Plan,
-    fe: &MeshedSpec,
+    fe: &MeshedBodyPlan,
     index: usize,
     frame: &ContactFrame,
-) -> Result<std::result::Result<Site, Unsuited>, Failure> {
+) -> Result<std::result::Result<HalfSpaceFit, Unsuitable>, SceneError> {
     let moves = moving::worn_bodies(plan).any(|(worn, ..)| worn == index);
     if plan.solver.coupling == Coupling::Block {
-        return Ok(Err(Unsuited(
+        return Ok(Err(Unsuitable(
             "the block system takes the equations of meshes (solver.coupling)".to_owned(),
         )));
     }
-    if plan.move_mesh.is_some() && moves {
-        return Ok(Err(Unsuited("its mesh moves with wear (wear.move_mesh)".to_owned())));
+    if plan.mesh_motion_threshold.is_some() && moves {
+        return Ok(Err(Unsuitable("its mesh moves with wear (wear.move_mesh)".to_owned())));
     }
-    Site::find(&fe.inputs(KEYS[index]), &fe.contact, SIDES[index], frame).at(KEYS[index])
+    HalfSpaceFit::find(&fe.fem_spec(BODY_KEYS[index]), &fe.contact, SIDES[index], frame).at(BODY_KEYS[index])
 }

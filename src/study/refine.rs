@@ -1,13 +1,13 @@
 //! The sizes of the next mesh of a body, from the estimated error of its stress at the ends of the steps.
 
 use crate::error::{Error, Result};
-use crate::fem::{CHANGE, ErrorEstimate, size_ratios};
+use crate::fem::{SIZE_RATIO_BOUNDS, ErrorEstimate, size_ratios};
 use crate::mesh::Mesh;
 use crate::mesh::size_field::{SizeBounds, edge_length, nodal_sizes};
 
 /// What the next mesh shall be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct RefinementTarget {
     /// Error of the stress relative to its norm, in the energy norm; half of the present one if absent.
     pub error: Option<f64>,
     /// Least size of an element.
@@ -34,20 +34,20 @@ pub struct SizeField {
 }
 
 /// Default of the least and the largest size, in units of the least and the largest present one.
-const BOUNDS: [f64; 2] = [CHANGE[0], CHANGE[1]];
+const BOUNDS: [f64; 2] = [SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]];
 
 /// The size field that brings the errors of all `estimates` of a body down to the wanted one.
 ///
 /// # Errors
 /// If there is no stress, or the bounds contradict one another.
-pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &Wanted) -> Result<SizeField> {
-    let largest_error = estimates.iter().map(ErrorEstimate::relative).fold(0.0, f64::max);
+pub fn size_field(mesh: &Mesh, estimates: &[ErrorEstimate], wanted: &RefinementTarget) -> Result<SizeField> {
+    let largest_error = estimates.iter().map(ErrorEstimate::relative_error).fold(0.0, f64::max);
     if largest_error == 0.0 {
         return Err(Error::input("the body bears no stress: there is nothing to refine for"));
     }
     let error = wanted.error.unwrap_or(0.5 * largest_error);
     let cells: Vec<_> = mesh.volume_cells().collect();
-    let volumes = &estimates[0].volume;
+    let volumes = &estimates[0].cell_volumes;
     let sizes: Vec<f64> =
         cells.iter().zip(volumes).map(|(&cell, &volume)| edge_length(mesh.kind(cell), volume)).collect();
     let degree =

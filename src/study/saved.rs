@@ -1,11 +1,11 @@
 //! Time that was not spent, estimated from the time of what was done.
 
-use super::forecast::{FLOPS, matrix_seconds};
+use super::forecast::{FLOPS_PER_SECOND, dense_matrix_seconds};
 use crate::frame::ContactFrame;
 use crate::history::record::IncrementRecord;
 use crate::history::step::{CycleMotion, Step};
-use crate::scene::plan::{BodySpec, Plan};
-use crate::skip::{Basis, Saved, Skip, Skipped, Work};
+use crate::scene::plan::{BodyPlan, Plan};
+use crate::skip::{Basis, Saved, OmittableWork, OmittedWork, OmissionKind};
 
 /// Time of contact problems without the skip over that with it: medians over the scenes of docs/skips.md.
 const TANGENTIAL_UNKNOWNS: f64 = 1.9;
@@ -28,7 +28,7 @@ const USUAL_SHARE: f64 = 0.3;
 #[derive(Debug, Clone, Default)]
 pub struct Spent {
     /// What each step of the plan took; those of one name have it in the first.
-    pub steps: Vec<StepSpent>,
+    pub steps: Vec<StepTime>,
     /// Seconds to make the bodies ready.
     pub bodies: f64,
     /// Seconds to make the operators ready.
@@ -39,7 +39,7 @@ pub struct Spent {
 
 /// What a step takes.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct StepSpent {
+pub struct StepTime {
     /// Seconds of its contact problems.
     pub seconds: f64,
     /// Entries of its history.
@@ -56,7 +56,7 @@ impl Spent {
         records: &[IncrementRecord],
         [bodies, operators]: [f64; 2],
     ) -> Self {
-        let mut steps = vec![StepSpent::default(); plan.steps.len()];
+        let mut steps = vec![StepTime::default(); plan.steps.len()];
         for record in records {
             let Some(place) = plan.steps.iter().position(|step| step.name == record.name) else { continue };
             let step = &mut steps[place];
@@ -70,26 +70,26 @@ impl Spent {
 }
 
 /// Says of the entries of `ledger` what they save, where that is not known yet.
-pub fn estimate(plan: &Plan, frame: &ContactFrame, spent: &Spent, ledger: &mut [Skipped]) {
+pub fn estimate(plan: &Plan, frame: &ContactFrame, spent: &Spent, ledger: &mut [OmittedWork]) {
     // Meshes that move are factorised anew, whatever the cache had.
-    let making = ledger.iter().filter(|entry| !matches!(entry.work, Work::CommonSteps | Work::Image));
+    let making = ledger.iter().filter(|entry| !matches!(entry.kind, OmissionKind::CommonSteps | OmissionKind::Image));
     let measured: f64 = making.filter_map(|entry| entry.saved).map(|saved| saved.seconds).sum();
     for entry in ledger.iter_mut().filter(|entry| entry.saved.is_none()) {
-        let seconds = match entry.work {
-            Work::Named(skip) => Some(of_skip(plan, frame, spent, skip)),
-            Work::Cycles => Some(of_cycles(plan, spent)),
-            Work::MovingMeshes => Some((spent.bodies + measured) * entries(&plan.steps, spent)),
-            Work::CommonSteps | Work::Image | Work::Other => None,
+        let seconds = match entry.kind {
+            OmissionKind::Named(skip) => Some(of_skip(plan, frame, spent, skip)),
+            OmissionKind::Cycles => Some(of_cycles(plan, spent)),
+            OmissionKind::MovingMeshes => Some((spent.bodies + measured) * entries(&plan.steps, spent)),
+            OmissionKind::CommonSteps | OmissionKind::Image | OmissionKind::Other => None,
         };
         let known = seconds.filter(|seconds| seconds.is_finite());
         entry.saved = known.map(|seconds| Saved { seconds: seconds.max(0.0), basis: Basis::Estimated });
     }
 }
 
-fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: Skip) -> f64 {
+fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: OmittableWork) -> f64 {
     let friction = plan.friction.ellipse();
     let rubs = |step: &Step| step.friction && friction.is_some();
-    let wears = |step: &Step| step.wear && plan.wear.intensity(friction).is_some();
+    let wears = |step: &Step| step.wear && plan.wear.specific_rate(friction).is_some();
     // Seconds of the steps that `counts`, times what the work would add to them.
     let more = |factor: f64, counts: &dyn Fn(&Step) -> bool| {
         let steps = plan.steps.iter().zip(&spent.steps);
@@ -97,24 +97,24 @@ fn of_skip(plan: &Plan, frame: &ContactFrame, spent: &Spent, skip: Skip) -> f64 
         (factor - 1.0) * seconds
     };
     match skip {
-        Skip::TangentialUnknowns => more(TANGENTIAL_UNKNOWNS, &|step| !rubs(step) && !wears(step)),
-        Skip::SlidingFriction => more(SLIDING_FRICTION, &|step| rubs(step) && step.cycles.is_some()),
-        Skip::NormalComponents => {
+        OmittableWork::TangentialUnknowns => more(TANGENTIAL_UNKNOWNS, &|step| !rubs(step) && !wears(step)),
+        OmittableWork::SlidingFriction => more(SLIDING_FRICTION, &|step| rubs(step) && step.cycles.is_some()),
+        OmittableWork::NormalComponents => {
             more(NORMAL_COMPONENTS, &|step| rubs(step) && !wears(step) && step.cycles.is_none())
         }
-        Skip::TangentialGap => more(TANGENTIAL_GAP, &|_| true),
-        Skip::SecondHalfSpace => {
-            let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodySpec::HalfSpace(_)));
+        OmittableWork::TangentialGap => more(TANGENTIAL_GAP, &|_| true),
+        OmittableWork::SecondHalfSpace => {
+            let half_spaces = plan.bodies.iter().all(|body| matches!(body, BodyPlan::HalfSpace(_)));
             more(if half_spaces { SECOND_HALF_SPACE } else { SECOND_NEAR_FIELD }, &|_| true)
         }
-        Skip::VanishingBlocks => more(VANISHING_BLOCKS, &|_| true),
-        Skip::DistantEntries => matrix_seconds(frame.n_cells()) - spent.operators,
-        Skip::DistantCells => {
+        OmittableWork::VanishingBlocks => more(VANISHING_BLOCKS, &|_| true),
+        OmittableWork::DistantEntries => dense_matrix_seconds(frame.n_cells()) - spent.operators,
+        OmittableWork::DistantCells => {
             more(spent.share.unwrap_or(USUAL_SHARE).powf(DISTANT_CELLS).clamp(1.0, 10.0), &|_| true)
         }
-        Skip::MirrorHalf => more(MIRROR_HALF, &|_| true),
-        Skip::OpenCells => of_open_cells(frame),
-        Skip::ColdStarts => more(COLD_STARTS, &|_| true),
+        OmittableWork::MirrorHalf => more(MIRROR_HALF, &|_| true),
+        OmittableWork::OpenCells => of_open_cells(frame),
+        OmittableWork::ColdStarts => more(COLD_STARTS, &|_| true),
     }
 }
 
@@ -123,7 +123,7 @@ fn of_open_cells(frame: &ContactFrame) -> f64 {
     let candidates =
         frame.candidates.as_ref().map_or(frame.n_cells(), |cells| cells.iter().filter(|&&is| is).count());
     let cubes = [frame.n_cells(), candidates].map(|n| (3.0 * n as f64).powi(3));
-    (cubes[0] - cubes[1]) / FLOPS
+    (cubes[0] - cubes[1]) / FLOPS_PER_SECOND
 }
 
 /// Entries of steps with wear.
@@ -133,8 +133,8 @@ fn entries(steps: &[Step], spent: &Spent) -> f64 {
 
 /// Seconds of the cycles between those that are solved.
 fn of_cycles(plan: &Plan, spent: &Spent) -> f64 {
-    let of = |(step, spent): (&Step, &StepSpent)| match &step.cycles {
-        Some(cycles) if matches!(cycles.motion, CycleMotion::Closed(_)) && spent.cycles > 0.0 => {
+    let of = |(step, spent): (&Step, &StepTime)| match &step.cycles {
+        Some(cycles) if matches!(cycles.motion, CycleMotion::ClosedPath(_)) && spent.cycles > 0.0 => {
             spent.seconds * (cycles.count / spent.cycles - 1.0).max(0.0)
         }
         _ => 0.0,

@@ -5,12 +5,12 @@ use crate::contact::{Method, SolverOptions};
 use crate::coupling::{self, HalfSpaceOperators};
 use crate::frame::ContactFrame;
 use crate::linalg::precision::Precision;
-use crate::scene::keys::solver;
+use crate::scene::spec::solver;
 use crate::scene::plan::Plan;
-use crate::skip::Skip;
+use crate::skip::OmittableWork;
 
 /// How the bodies are tied to the frame.
-pub(super) fn way(plan: &Plan) -> coupling::Coupling {
+pub(super) fn coupling_method(plan: &Plan) -> coupling::Coupling {
     match plan.solver.coupling {
         solver::Coupling::Schur => coupling::Coupling::Schur,
         solver::Coupling::Block => coupling::Coupling::Block,
@@ -19,14 +19,14 @@ pub(super) fn way(plan: &Plan) -> coupling::Coupling {
 
 /// How the operators of half-spaces on `frame` are made.
 pub(super) fn operators<'p>(plan: &'p Plan, frame: &ContactFrame) -> HalfSpaceOperators<'p> {
-    let summed = plan.solver.skip.skips().has(Skip::SecondHalfSpace);
-    HalfSpaceOperators { cross: cross(plan, frame), summed, kernels: plan.kernels.as_deref() }
+    let summed = plan.solver.skip.allowed_skips().allows(OmittableWork::SecondHalfSpace);
+    HalfSpaceOperators { cross: cross_blocks(plan, frame), summed, kernels: plan.kernel_cache.as_deref() }
 }
 
 /// Whether half-space operators on `frame` leave out what vanishes or is distant.
-pub(super) fn cross(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
-    let skip = if frame.grid.is_some() { Skip::VanishingBlocks } else { Skip::DistantEntries };
-    if plan.solver.skip.skips().has(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
+pub(super) fn cross_blocks(plan: &Plan, frame: &ContactFrame) -> CrossBlocks {
+    let skip = if frame.grid.is_some() { OmittableWork::VanishingBlocks } else { OmittableWork::DistantEntries };
+    if plan.solver.skip.allowed_skips().allows(skip) { CrossBlocks::SkipVanishing } else { CrossBlocks::Keep }
 }
 
 /// The solver settings of a plan.
@@ -42,7 +42,7 @@ pub(super) fn options(plan: &Plan) -> SolverOptions {
             solver::Method::Uzawa => Method::Uzawa,
         },
         max_iterations: plan.solver.max_iterations,
-        skip: plan.solver.skip.skips(),
+        skip: plan.solver.skip.allowed_skips(),
         precision: match plan.solver.precision {
             solver::Precision::Mixed => Precision::Single,
             solver::Precision::Double => Precision::Double,

@@ -4,23 +4,23 @@ use crate::friction::{FrictionEllipse, tilt_interpolation};
 
 /// Wear intensity of a cell along principal axes turned by `angle` (radians) from local x, 1/MPa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WearIntensity {
+pub struct SpecificWearRate {
     /// Intensities (i1, i2) along the principal axes, 1/MPa.
     pub i: [f64; 2],
     /// Angle of the first principal axis from local x.
     pub angle: f64,
 }
 
-impl WearIntensity {
+impl SpecificWearRate {
     /// The depth |v|_i that a slip v wears per pressure, mm/MPa.
-    pub fn path(&self) -> impl Fn([f64; 2]) -> f64 {
+    pub fn path_per_slip(&self) -> impl Fn([f64; 2]) -> f64 {
         let (sin, cos) = self.angle.sin_cos();
         let [along, across] = self.i;
         move |v| (along * (cos * v[0] + sin * v[1])).hypot(across * (-sin * v[0] + cos * v[1]))
     }
 
     /// Worn volume per friction energy, k = i / mu, if it is the same in all directions of slip.
-    pub fn per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
+    pub fn volume_per_energy(&self, friction: &FrictionEllipse) -> Option<f64> {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
         let k = [self.i[0] / friction.mu[0], self.i[1] / friction.mu[1]];
         let turned = (self.angle - friction.angle).sin().abs() > 1e-12;
@@ -68,17 +68,17 @@ pub enum WearLaw {
 
 impl WearLaw {
     /// The intensity of every cell, `None` without wear (or, for the energy law, without friction).
-    pub fn intensity(&self, friction: Option<FrictionEllipse>) -> Option<WearIntensity> {
+    pub fn specific_rate(&self, friction: Option<FrictionEllipse>) -> Option<SpecificWearRate> {
         match *self {
             Self::None => None,
-            Self::Archard { i } => Some(WearIntensity { i: [i, i], angle: 0.0 }),
-            Self::Orthotropic { i, angle } => Some(WearIntensity { i, angle }),
-            Self::Frp { i_l, i_t, i_n, tilt, azimuth } => Some(WearIntensity {
+            Self::Archard { i } => Some(SpecificWearRate { i: [i, i], angle: 0.0 }),
+            Self::Orthotropic { i, angle } => Some(SpecificWearRate { i, angle }),
+            Self::Frp { i_l, i_t, i_n, tilt, azimuth } => Some(SpecificWearRate {
                 i: [tilt_interpolation(i_l, i_n, tilt), tilt_interpolation(i_t, i_n, tilt)],
                 angle: azimuth,
             }),
             Self::Energy { k } => {
-                friction.map(|f| WearIntensity { i: [k * f.mu[0], k * f.mu[1]], angle: f.angle })
+                friction.map(|f| SpecificWearRate { i: [k * f.mu[0], k * f.mu[1]], angle: f.angle })
             }
         }
     }

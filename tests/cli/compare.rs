@@ -13,7 +13,7 @@ fn json(path: &Path) -> Value {
 
 const STEEL: &str = "fibre = { tilt = 30.0 }\n[materials.steel]\nmodel = \"isotropic\"\nE = 210e3\nnu = 0.3";
 
-fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::Pair> {
+fn pairs(names: &[&str]) -> Vec<orthowear::scene::variant::DiscretisationPair> {
     names.iter().map(|name| name.parse().unwrap()).collect()
 }
 
@@ -124,7 +124,7 @@ fn what_a_half_space_has_no_place_for_is_named() {
         let plan = orthowear::scene::read(&path, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"));
         let (_, variants) =
             orthowear::study::compare::variants(&plan, &[]).unwrap_or_else(|f| panic!("{}", f.error));
-        variants.into_iter().flat_map(|variant| variant.notes).collect()
+        variants.into_iter().flat_map(|variant| variant.warnings).collect()
     };
     assert_eq!(notes(&[]), "");
     let sides = "body1.fixed=[{ group = \"base\", components = [\"x\", \"y\"] }]";

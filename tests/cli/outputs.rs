@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use orthowear::error::{Error, Kind};
+use orthowear::error::{Error, ErrorKind};
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::results::output::OutputDir;
+use orthowear::results::output_dir::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
 
@@ -30,7 +30,7 @@ fn run_into(
         recorder.increment_done(&record(increment), &FrameState::default()).expect("a record");
     }
     let mut summary = Summary::new("test", "", Units::default());
-    summary.conclude(&outcome);
+    summary.set_outcome(&outcome);
     recorder.finish(&mut summary).expect("written results");
     summary
 }
@@ -87,7 +87,7 @@ fn a_failed_run_leaves_only_its_summary() {
     for _ in 0..3 {
         let output = OutputDir::open(dir.path()).expect("an output directory");
         let mut summary = Summary::new("", "", Units::default());
-        summary.fail(&Error::input("body1.mesh: no such file"));
+        summary.set_failure(&Error::input("body1.mesh: no such file"));
         Recorder::writing_to(Some(output)).finish(&mut summary).expect("a written summary");
     }
     assert_eq!(names(dir.path()), ["previous-1", "summary.json"]);
@@ -129,15 +129,15 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     };
     let mut output = OutputDir::open(dir.path()).expect("an output directory");
     output.write("frame_0001.vtu", content).expect("a written file");
-    output.last().expect("a lasting folder");
+    output.keep_staged_files().expect("a lasting folder");
     let files = output.files().to_vec();
     fs::write(dir.path().join("checkpoint-1.bin"), "of this run").expect("a written file");
     drop(output);
     let suspended = |dir: &Path| {
         let mut output = OutputDir::open(dir).expect("an output directory");
-        assert!(output.adopt(files.clone()).expect("readable files").is_empty(), "a file is missing");
+        assert!(output.restage(files.clone()).expect("readable files").is_empty(), "a file is missing");
         let mut summary = Summary::new("test", "", Units::default());
-        summary.conclude(&Ok(Outcome::Interrupted));
+        summary.set_outcome(&Ok(Outcome::Interrupted));
         Recorder::writing_to(Some(output))
             .with_records(vec![record(1)])
             .finish(&mut summary)
@@ -156,7 +156,7 @@ fn a_run_that_ends_before_it_goes_on_loses_nothing() {
     suspended(dir.path());
     fs::remove_file(dir.path().join(".incoming/frame_0001.vtu")).expect("removed");
     fs::remove_file(aside).expect("removed");
-    let missing = OutputDir::open(dir.path()).and_then(|mut output| output.adopt(files.clone()));
+    let missing = OutputDir::open(dir.path()).and_then(|mut output| output.restage(files.clone()));
     assert_eq!(missing.expect("readable files"), ["frame_0001.vtu"]);
 }
 
@@ -168,7 +168,7 @@ fn vanished_files_fail_the_run() {
     output.write("frame.pvd", |_| Ok(())).expect("a written file");
     fs::remove_file(dir.path().join(".incoming/frame.pvd")).expect("removed");
     let mut summary = Summary::new("test", "", Units::default());
-    summary.conclude(&Ok(Outcome::Converged));
+    summary.set_outcome(&Ok(Outcome::Converged));
     let error = output.finish(&mut summary).expect_err("a file is gone");
     assert!(error.exit_code() == 4 && error.to_string().contains("frame.pvd"), "{error}");
     let summary = json(&dir.path().join("summary.json"));
@@ -183,9 +183,9 @@ fn numbers_that_are_not_finite_are_never_written_silently() {
     let wrong = IncrementRecord { peak_pressure: f64::NAN, ..record(1) };
     recorder.increment_done(&wrong, &FrameState::default()).expect("a record");
     let mut summary = Summary::new("", "", Units::default());
-    summary.conclude(&Ok(Outcome::Converged));
+    summary.set_outcome(&Ok(Outcome::Converged));
     let error = recorder.finish(&mut summary).expect_err("not finite");
-    assert_eq!(error.kind(), Kind::Numerical);
+    assert_eq!(error.kind(), ErrorKind::Numerical);
     let written = json(&dir.path().join("summary.json"));
     assert_eq!(written["status"], "failed");
     assert!(written["error"].as_str().is_some_and(|text| text.contains("peak_pressure")), "{written}");
@@ -199,9 +199,9 @@ fn places_that_cannot_be_written_are_named() {
     let file = dir.path().join("taken");
     fs::write(&file, "").expect("a written file");
     let error = OutputDir::open(&file).expect_err("a file");
-    assert!(error.kind() == Kind::Input && error.to_string().contains("taken"), "{error}");
+    assert!(error.kind() == ErrorKind::Input && error.to_string().contains("taken"), "{error}");
     let error = OutputDir::open(&file.join("below")).expect_err("below a file");
-    assert!(error.kind() == Kind::Resources && error.to_string().contains("taken"), "{error}");
+    assert!(error.kind() == ErrorKind::Resources && error.to_string().contains("taken"), "{error}");
 }
 
 /// Truth: a full disk (the device that is always full) is an error with exit code 4 that names the file.
@@ -215,7 +215,7 @@ fn a_full_disk_is_reported_with_the_path() {
     let error = output
         .write("history.csv", |file| file.write_all(b"a").map_err(|e| Error::resources(e.to_string())))
         .expect_err("a full disk");
-    assert_eq!((error.kind(), error.exit_code()), (Kind::Resources, 4));
+    assert_eq!((error.kind(), error.exit_code()), (ErrorKind::Resources, 4));
     let message = error.to_string();
     assert!(message.contains("history.csv") && message.contains("free some space"), "{message}");
 }

@@ -154,7 +154,7 @@ fn other_scenes_are_refused() {
     assert_eq!(job.checkpoints(), kept);
 
     let found = orthowear::results::checkpoint::read(&job.out).unwrap().unwrap();
-    let mut origin = found.origin.clone();
+    let mut origin = found.provenance.clone();
     origin.version = "0.0.9".to_owned();
     orthowear::results::checkpoint::write(&job.out, found.number + 1, &origin, &"of another version")
         .unwrap();

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use orthowear::fem::{CacheEntry, CacheKey, FlexibilityCache, Lookup};
-use orthowear::linalg::cache::List;
+use orthowear::fem::{FlexibilityEntry, CacheKey, FlexibilityCache, CacheLookup};
+use orthowear::linalg::cache::CachedList;
 use orthowear::linalg::dense::SymmetricDense;
 use orthowear::linalg::sparse::SymmetricTriplets;
 use sha2::{Digest, Sha256};
@@ -20,7 +20,7 @@ struct Place {
     _folder: tempfile::TempDir,
     cache: FlexibilityCache,
     key: CacheKey,
-    entry: CacheEntry,
+    entry: FlexibilityEntry,
     list: Vec<f64>,
     paths: [PathBuf; 2],
 }
@@ -36,7 +36,7 @@ impl Place {
         for i in 0..N * N {
             flexibility.values_mut()[i] = 1.0 / (1.0 + (i / N + i % N) as f64);
         }
-        let entry = CacheEntry { flexibility, residual: 1e-15, seconds: 2.5, needed_bytes: 77 };
+        let entry = FlexibilityEntry { flexibility, residual: 1e-15, computing_seconds: 2.5, factorisation_bytes: 77 };
         let list: Vec<f64> = (0..30).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
         cache.write(&key, &entry).expect("a file");
         cache.write_list(&key, "list", &list).expect("a file");
@@ -52,27 +52,27 @@ impl Place {
     /// Puts `bytes` in the place of both files: whether what is read is what was written, or refused.
     fn examine(&self, bytes: &[u8], sealed: bool) -> String {
         self.paths.iter().for_each(|path| put(path, bytes));
-        let _found = (self.cache.expects_list(&self.key, "list"), self.cache.expects(&self.key, N));
+        let _found = (self.cache.has_list(&self.key, "list"), self.cache.peek_factorisation_bytes(&self.key, N));
         let list = self.cache.read_list(&self.key, "list").expect("memory");
         let entry = self.cache.read(&self.key, N).expect("memory");
         if !sealed {
             assert!(
-                !matches!(&list, List::Hit(values) if *values != self.list),
+                !matches!(&list, CachedList::Hit(values) if *values != self.list),
                 "a list that was not written"
             );
             assert!(
-                !matches!(&entry, Lookup::Hit(found) if **found != self.entry),
+                !matches!(&entry, CacheLookup::Hit(found) if **found != self.entry),
                 "an entry that was not written"
             );
         }
         let text = |how: &str, hit: bool| format!("{how} {hit};");
         let list = match list {
-            List::Damaged(how) => text(&how, false),
-            found => text("", found != List::Miss),
+            CachedList::Damaged(how) => text(&how, false),
+            found => text("", found != CachedList::Miss),
         };
         let entry = match entry {
-            Lookup::Damaged(how) => text(&how, false),
-            found => text("", found != Lookup::Miss),
+            CacheLookup::Damaged(how) => text(&how, false),
+            found => text("", found != CacheLookup::Miss),
         };
         list + &entry
     }

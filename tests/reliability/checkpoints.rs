@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
-use orthowear::history::Snapshot;
+use orthowear::history::RunCheckpoint;
 use orthowear::results::checkpoint::{self, FILES};
-use orthowear::results::keeper::Kept;
+use orthowear::results::checkpoint_writer::CheckpointData;
 use sha2::{Digest, Sha256};
 
 use crate::harness::{Reader, put};
@@ -78,7 +78,7 @@ pub fn left() -> &'static [Vec<u8>; 2] {
 }
 
 /// What is read from a folder with the one file.
-fn read(folder: &Path, bytes: &[u8]) -> Result<Option<Kept<Snapshot>>, String> {
+fn read(folder: &Path, bytes: &[u8]) -> Result<Option<CheckpointData<RunCheckpoint>>, String> {
     put(&folder.join(FILES[0]), bytes);
     let found = checkpoint::read(folder).map_err(|error| {
         assert_eq!(error.exit_code(), 2);
@@ -107,11 +107,11 @@ fn every_damage_of_a_checkpoint_is_found() {
     for bytes in flipped.chain(cut).chain(longer).chain(foreign) {
         put(&path, &bytes);
         let found = checkpoint::read(folder.path()).expect("a checkpoint").expect("a checkpoint");
-        assert!(found.number == number(before) && found.notes.len() == 1, "{:?}", found.notes);
+        assert!(found.number == number(before) && found.warnings.len() == 1, "{:?}", found.warnings);
     }
     fs::write(&path, newest).expect("a file");
     let found = checkpoint::read(folder.path()).expect("a checkpoint").expect("a checkpoint");
-    assert!(found.number == number(newest) && found.notes.is_empty());
+    assert!(found.number == number(newest) && found.warnings.is_empty());
 }
 
 /// Truth (rel-corrupt-checkpoint, rel-no-panics): what is not a checkpoint that was written is refused; one that is sealed with the

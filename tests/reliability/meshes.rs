@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use orthowear::mesh::structured::{GradedBlock, Solids};
-use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, faces, gmsh, quality, surface};
+use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::{CellRef, ElementField, Mesh, PhysicalGroup, faces, gmsh, quality, closed_surface};
 
 use crate::harness::Reader;
 
@@ -214,7 +214,7 @@ fn version_2(mesh: &Mesh, form: Form) -> Vec<u8> {
 }
 
 /// A block of few cells with a field of directions.
-pub fn block(solids: Solids, cells: [usize; 3]) -> Mesh {
+pub fn block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     let block = GradedBlock { solids, ..GradedBlock::uniform([1.0, 1.0], 1.0, cells) };
     let mut mesh = block.mesh().expect("a mesh");
     let elements: Vec<u64> = mesh.volume_cells().map(|cell| mesh.tag(cell)).collect();
@@ -225,7 +225,7 @@ pub fn block(solids: Solids, cells: [usize; 3]) -> Mesh {
 
 /// A block in text of version 4.1.
 pub fn block_text(cells: [usize; 3]) -> Vec<u8> {
-    version_4(&block(Solids::Hex8, cells), Form::Text)
+    version_4(&block(BlockElements::Hex8, cells), Form::Text)
 }
 
 /// What of a mesh outlasts writing and reading: everything but the place it came from and the order within groups.
@@ -270,7 +270,7 @@ fn examine(bytes: &[u8]) -> String {
     let outcome = |ended: Result<String, orthowear::error::Error>| ended.unwrap_or_else(|e| e.to_string());
     let checked = quality::check(&mesh).map(|found| format!("{:?}", found.warnings()));
     write!(text, " {}", outcome(checked)).expect("a text");
-    write!(text, " {}", outcome(surface::outward(&mesh).map(|(_, notes)| format!("{notes:?}"))))
+    write!(text, " {}", outcome(closed_surface::orient_outward(&mesh).map(|(_, notes)| format!("{notes:?}"))))
         .expect("a text");
     let _outer = faces::outer_faces(&mesh);
     for group in &mesh.groups {
@@ -284,7 +284,7 @@ fn examine(bytes: &[u8]) -> String {
 /// cells that exist), written and read again it is the same, and what looks at it first does not panic.
 #[test]
 fn mesh_files() {
-    let small = [block(Solids::Hex8, [2, 1, 1]), block(Solids::Tet4, [1, 1, 1])];
+    let small = [block(BlockElements::Hex8, [2, 1, 1]), block(BlockElements::Tet4, [1, 1, 1])];
     let forms = [Form::Text, Form::Binary(false), Form::Binary(true)];
     let mut seeds: Vec<Vec<u8>> = small
         .iter()

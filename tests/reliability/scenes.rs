@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use orthowear::linalg::memory::MemoryLimit;
-use orthowear::scene::document::{Document, Value};
-use orthowear::scene::mistake::Place;
+use orthowear::scene::document::{Document, TomlValue};
+use orthowear::scene::diagnostic::Location;
 use orthowear::scene::{self, Plan};
 
 use crate::harness::{Reader, not_finite, put};
@@ -195,7 +195,7 @@ pub const LOADS: &str = "approach,shift_x,shift_y\n0.01,0,0\n0.02,0.001,0\n# mor
 
 /// Directions of all solids of the block.
 pub fn axes() -> String {
-    let mesh = meshes::block(orthowear::mesh::structured::Solids::Hex8, [3, 3, 2]);
+    let mesh = meshes::block(orthowear::mesh::structured::BlockElements::Hex8, [3, 3, 2]);
     let tags = mesh.volume_cells().map(|cell| mesh.tag(cell));
     tags.map(|tag| format!("{tag},1,0.1,0.2,0,1,0\n")).collect()
 }
@@ -218,7 +218,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
 pub fn bare(mut plan: Plan) -> Plan {
     plan.document = Document::new(Path::new("scene"), String::new(), &[], &[]);
     plan.document.folder.clear();
-    plan.memory = MemoryLimit::given(1 << 30);
+    plan.memory_limit = MemoryLimit::of_scene(1 << 30);
     plan
 }
 
@@ -238,7 +238,7 @@ fn examine(path: &Path, bytes: &[u8]) -> String {
             for mistake in &mistakes.list {
                 assert!(!mistake.message.is_empty());
                 assert!(!mistake.message.contains("please report"), "{mistakes}");
-                if let Place::File(range) = &mistake.place {
+                if let Location::File(range) = &mistake.location {
                     assert!(
                         mistakes.text.get(range.clone()).is_some(),
                         "{range:?} of {} bytes",
@@ -254,7 +254,7 @@ fn examine(path: &Path, bytes: &[u8]) -> String {
 
 /// Checks that a plan holds numbers only and is the same when its document is written and read.
 pub fn check_plan(path: &Path, plan: Plan) -> String {
-    let Value::Table(entries) = &plan.document.root.value else { panic!("a document without a table") };
+    let TomlValue::Table(entries) = &plan.document.root.value else { panic!("a document without a table") };
     let key = |name: &str| serde_json::Value::from(name).to_string().replace('\u{7f}', "\\u007f");
     let written: String =
         entries.iter().map(|entry| format!("{} = {}\n", key(&entry.name), entry.node.to_toml())).collect();

@@ -8,7 +8,7 @@ use orthowear::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer};
 use orthowear::history::step::{
-    Closed, CycleMotion, Cycles, Drive, Integrator, Jumps, Normal, Step, Tangential,
+    ClosedPath, CycleMotion, Cycles, Drive, Integrator, JumpPolicy, Normal, Step, Tangential,
 };
 use orthowear::history::{Model, RunResult, run};
 use orthowear::material::{Orthotropic, Stiffness};
@@ -149,7 +149,7 @@ pub fn step(name: &str) -> Step {
         friction: true,
         wear: true,
         cycles: None,
-        row: None,
+        history_row: None,
         rolling: None,
     }
 }
@@ -172,22 +172,22 @@ pub fn shift(distance: f64, angle: f64) -> Step {
 
 /// Fretting cycles along x in equal jumps.
 pub fn fretting(count: u64, amplitude: f64, jumps: usize, integrator: Integrator) -> Step {
-    let motion = CycleMotion::Closed(Closed {
+    let motion = CycleMotion::ClosedPath(ClosedPath {
         drive: Drive::Shift,
         amplitude: [amplitude, 0.0],
         angle: 0.0,
         increments: 1,
-        resolve: None,
+        resolved_cycles: None,
     });
-    let (count, jumps) = (count as f64, Jumps::Number(jumps));
+    let (count, jumps) = (count as f64, JumpPolicy::Number(jumps));
     let cycles = Cycles { count, motion, jumps, integrator, beyond_critical: false };
     Step { cycles: Some(cycles), ..step("fretting") }
 }
 
 /// The closed path of a step of cycles.
-pub fn path_of(step: &mut Step) -> &mut Closed {
+pub fn path_of(step: &mut Step) -> &mut ClosedPath {
     match step.cycles.as_mut().map(|cycles| &mut cycles.motion) {
-        Some(CycleMotion::Closed(closed)) => closed,
+        Some(CycleMotion::ClosedPath(closed)) => closed,
         _ => panic!("no closed path"),
     }
 }

@@ -7,7 +7,7 @@ use orthowear::history::step::{Normal, Step, Tangential};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::linalg::precision::Precision;
 use orthowear::material::Stiffness;
-use orthowear::skip::Skips;
+use orthowear::skip::AllowedOmissions;
 
 use crate::common::{
     Silent, half_spaces, indent, press, rectangle, reference, relative, shift, solve, solve_with, sphere,
@@ -372,7 +372,7 @@ fn too_few_iterations_are_loud() {
 fn skipping_changes_nothing() {
     let model = sphere_on_frp(30.0, 1.2, 24);
     let steps = [Step { friction: false, ..indent(0.02) }, shift(0.008, 0.0)];
-    let [with, without] = [Skips::ALL, Skips::NONE].map(|skip| {
+    let [with, without] = [AllowedOmissions::ALL, AllowedOmissions::NONE].map(|skip| {
         let options = SolverOptions { skip, tolerance: 1e-9, ..SolverOptions::default() };
         solve_with(&model, &steps, &options)
     });

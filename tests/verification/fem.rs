@@ -36,7 +36,7 @@ pub fn patch_test(
     let energy = 0.5 * volume * sigma.dot(&Vector6::from(strain));
     let body = FeModel::new(spec(mesh, stiffness, formulation, supports)).unwrap().condense(&[]).unwrap();
     let model = body.model();
-    let u = body.free_displacement();
+    let u = body.contact_free_displacement();
     let scale = exact.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
     assert!(
         largest_difference(u, &exact) < 1e-12 * scale,
@@ -130,7 +130,7 @@ fn uniaxial_rotated_orthotropic() {
         let mut spec = spec(mesh, stiffness.clone(), formulation, supports);
         spec.tractions = vec![("x1".into(), [100.0, 0.0, 0.0]), ("x0".into(), [-100.0, 0.0, 0.0])];
         let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
-        let u = body.free_displacement();
+        let u = body.contact_free_displacement();
         assert!((u[along_x][0] / 3.0 / strain[0] - 1.0).abs() < 1e-9);
         assert!((u[along_y][1] / strain[1] - 1.0).abs() < 1e-9);
         let stress = body.model().stress(u).unwrap();
@@ -175,7 +175,7 @@ fn self_weight_column() {
         let mut spec = spec(mesh, Stiffness::isotropic(1000.0, 0.0).unwrap(), formulation, vec![clamp("z0")]);
         spec.body_force = [0.0, 0.0, -0.01];
         let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
-        let u = body.free_displacement();
+        let u = body.contact_free_displacement();
         assert!((u[top][2] + 0.0005).abs() < 1e-12 * 0.0005 * 1e2);
         let reactions = body.model().reactions(u).unwrap();
         let sum: f64 = reactions.iter().map(|r| r[2]).sum();
@@ -238,6 +238,6 @@ fn regions_have_their_own_stiffness() {
     spec.regions.push((Some("upper".into()), soft.into()));
     spec.pressures = vec![("z1".into(), 10.0)];
     let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
-    let shortening = -body.free_displacement()[top][2];
+    let shortening = -body.contact_free_displacement()[top][2];
     assert!((shortening / (10.0 * (3.0 / 1000.0 + 1.0 / 500.0)) - 1.0).abs() < 1e-12);
 }

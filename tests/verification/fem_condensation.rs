@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use orthowear::element::ElementKind::{self, Hex8};
-use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, Method, Resources, Support};
+use orthowear::fem::{CondensedBody, FeModel, FlexibilityCache, HexFormulation, CondensationMethod, CondensationResources, Support};
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::linalg::two_level::TwoLevelSolver;
 
@@ -86,7 +86,7 @@ fn condensation_is_exact() {
         }
         let f = forces(contact.len(), 1);
         let full = body.solve(&f).unwrap();
-        let free = at_contact(&body, body.free_displacement());
+        let free = at_contact(&body, body.contact_free_displacement());
         let solved = at_contact(&body, &full);
         let scale = solved.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in 0..contact.len() {
@@ -155,7 +155,7 @@ fn analysis_foretells_the_memory() {
     let analysis = model.analyse(&top).unwrap();
     assert_eq!(analysis.n_free(), 6 * 49 * 3);
     let least = 8 * analysis.factor_entries() + 8 * (3 * top.len()).pow(2);
-    assert!(analysis.memory_bytes() > least && analysis.memory_bytes() < 10 * least);
+    assert!(analysis.factorisation_peak_bytes() > least && analysis.factorisation_peak_bytes() < 10 * least);
     assert!(model.condense_as(analysis).unwrap().residual() < 1e-12);
 }
 
@@ -165,7 +165,7 @@ fn analysis_foretells_the_memory() {
 fn cached_bodies_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let cache = FlexibilityCache::new(folder.path(), 1 << 30);
-    let resources = Resources { cache: Some(&cache), ..Resources::default() };
+    let resources = CondensationResources { cache: Some(&cache), ..CondensationResources::default() };
     let mesh = block(Hex8, [5, 4, 4], [1.0; 3], rough);
     let top = mesh.group_nodes("z1").unwrap();
     let body = |loaded: bool| {
@@ -176,12 +176,12 @@ fn cached_bodies_are_the_same() {
     let mut restored = false;
     for loaded in [false, true] {
         let plain = body(loaded).condense(&top).unwrap();
-        assert_eq!(plain.origin().saved_seconds, None);
+        assert_eq!(plain.origin().seconds_saved_by_cache, None);
         for _ in 0..2 {
             let cached = body(loaded).condense_with(&top, &resources).unwrap();
             assert!(cached.flexibility() == plain.flexibility() && cached.residual() == plain.residual());
-            assert_eq!(cached.free_displacement(), plain.free_displacement());
-            restored |= cached.had_factor();
+            assert_eq!(cached.contact_free_displacement(), plain.contact_free_displacement());
+            restored |= cached.factor_was_cached();
             let f = forces(3 * top.len(), 5);
             assert_eq!(cached.solve(&f).unwrap(), plain.solve(&f).unwrap());
         }
@@ -190,7 +190,7 @@ fn cached_bodies_are_the_same() {
     // Loads do not enter the flexibility: both bodies share one entry; the loaded one has left its factor beside it.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     let cached = body(false).condense_with(&top, &resources).unwrap();
-    assert!(cached.origin().saved_seconds.is_some_and(|seconds| seconds > 0.0));
+    assert!(cached.origin().seconds_saved_by_cache.is_some_and(|seconds| seconds > 0.0));
 }
 
 /// A rough block, held at its base or free, and 24 nodes of its top.
@@ -206,10 +206,10 @@ fn rough_block(cells: usize, held: bool) -> (FeModel, Vec<usize>) {
 /// Condensed within one byte less than a factorisation needs.
 fn without_factor(cells: usize, held: bool, threads: usize) -> CondensedBody {
     let (model, contact) = rough_block(cells, held);
-    let needed = model.analyse(&contact).unwrap().memory_bytes();
-    let memory = MemoryLimit::given(needed as u64 - 1);
+    let needed = model.analyse(&contact).unwrap().factorisation_peak_bytes();
+    let memory = MemoryLimit::of_scene(needed as u64 - 1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| model.condense_with(&contact, &Resources { memory, ..Resources::default() }).unwrap())
+    pool.install(|| model.condense_with(&contact, &CondensationResources { memory, ..CondensationResources::default() }).unwrap())
 }
 
 /// Truth: the inverse of K does not depend on how it is computed. Tolerance 1e-9 of the largest entry: the columns are
@@ -219,9 +219,9 @@ fn conjugate_gradients_give_what_the_factor_gives() {
     for held in [true, false] {
         let (model, contact) = rough_block(14, held);
         let direct = model.condense(&contact).unwrap();
-        assert_eq!(direct.origin().method, Method::Factorisation);
+        assert_eq!(direct.origin().method, CondensationMethod::Factorisation);
         let iterative = without_factor(14, held, 1);
-        assert!(matches!(iterative.origin().method, Method::ConjugateGradients(_)));
+        assert!(matches!(iterative.origin().method, CondensationMethod::ConjugateGradients(_)));
         assert!(iterative.residual() < 1e-9, "{}", iterative.residual());
         let scale = direct.flexibility().values().iter().fold(0.0f64, |most, v| most.max(v.abs()));
         let pairs = direct.flexibility().values().iter().zip(iterative.flexibility().values());

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::element::ElementKind::Hex8;
-use orthowear::fem::{FeModel, FeSpec, HexFormulation, Regions, Support, check_materials};
+use orthowear::fem::{FeModel, FeSpec, HexFormulation, ElementMaterials, Support, check_materials};
 use orthowear::geometry::fibre_axes;
-use orthowear::material::{ElementAxes, Orientation, Placed, Placement, Ply, Winding, WoundLayer};
+use orthowear::material::{ElementAxes, Orientation, PlacedMaterial, RegionMaterial, Ply, Winding, WoundLayer};
 use orthowear::mesh::Mesh;
 
 use crate::common::assert_order;
@@ -15,16 +15,16 @@ use super::crystals::{CFRP, cfrp_of_tables};
 use super::fem_bodies::{clamp, largest_difference, spec};
 use super::fem_meshes::{block, rough};
 
-fn placed(orientation: Orientation) -> Placed {
-    Placed { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
+fn placed(orientation: Orientation) -> PlacedMaterial {
+    PlacedMaterial { name: "cfrp".into(), stiffness: cfrp_of_tables(), orientation }
 }
 
-fn single(orientation: Orientation) -> Placement {
-    Placement::Single(Box::new(placed(orientation)))
+fn single(orientation: Orientation) -> RegionMaterial {
+    RegionMaterial::Single(Box::new(placed(orientation)))
 }
 
 /// A body of one placement without loads.
-fn body(mesh: Mesh, placement: Placement, supports: Vec<Support>) -> FeSpec {
+fn body(mesh: Mesh, placement: RegionMaterial, supports: Vec<Support>) -> FeSpec {
     let mut body = spec(mesh, cfrp_of_tables(), HexFormulation::Enhanced, supports);
     body.regions = vec![(None, placement)];
     body
@@ -39,7 +39,7 @@ fn by_element(mesh: &Mesh, axes: impl Fn(u64) -> Matrix3<f64>) -> Orientation {
         let second = axes.column(1) * 0.5 + axes.column(0) * 0.2;
         table.add(tag, (axes.column(0) * 3.0).into(), Some(second.into())).unwrap();
     }
-    Orientation::Elements(Arc::new(table))
+    Orientation::PerElement(Arc::new(table))
 }
 
 /// Truth: one direction is the same however it is given: the body's fibre, a table with and without a second
@@ -57,13 +57,13 @@ fn one_direction_is_the_same_in_every_way() {
     let ways = [
         single(uniform.clone()),
         single(by_element(&mesh, |_| axes)),
-        single(Orientation::Elements(Arc::new(only_first))),
-        Placement::Layup(vec![Ply { z: [-1.0, 3.0], placed: placed(uniform) }]),
+        single(Orientation::PerElement(Arc::new(only_first))),
+        RegionMaterial::Layup(vec![Ply { z_range: [-1.0, 3.0], material: placed(uniform) }]),
     ];
     for way in ways {
         let spec = body(mesh.clone(), way, vec![clamp("z0")]);
-        assert!(check_materials(&spec).unwrap().iter().all(|f| f.mistakes.is_empty() && f.notes.is_empty()));
-        let regions = Regions::new(&spec).unwrap();
+        assert!(check_materials(&spec).unwrap().iter().all(|f| f.errors.is_empty() && f.notes.is_empty()));
+        let regions = ElementMaterials::new(&spec).unwrap();
         for i in 0..regions.n_elements() {
             let error = (regions.stiffness(i) - truth.voigt()).amax() / truth.voigt().amax();
             assert!(error < 1e-14, "{error:e}");
@@ -85,7 +85,7 @@ fn a_turned_body_with_turned_directions_gives_the_turned_answer() {
     let solve = |mesh: Mesh, orientation: Orientation, force: Vector3<f64>| {
         let mut spec = body(mesh, single(orientation), vec![clamp("z0")]);
         spec.body_force = force.into();
-        FeModel::new(spec).unwrap().condense(&[]).unwrap().free_displacement().to_vec()
+        FeModel::new(spec).unwrap().condense(&[]).unwrap().contact_free_displacement().to_vec()
     };
     let u = solve(mesh.clone(), by_element(&mesh, direction), force);
     let turned_directions = by_element(&turned, |tag| turn * direction(tag));
@@ -147,7 +147,7 @@ fn hoop_wound_tube_under_internal_pressure() {
         spec.pressures = vec![("x0".into(), pressure)];
         let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
         let radial = |(node, x): (&usize, &Vector3<f64>)| {
-            let u = Vector3::from(body.free_displacement()[*node]);
+            let u = Vector3::from(body.contact_free_displacement()[*node]);
             (u.x * x.x + u.y * x.y) / x.x.hypot(x.y)
         };
         inner.iter().zip(&points).map(radial).sum::<f64>() / inner.len() as f64
@@ -158,7 +158,7 @@ fn hoop_wound_tube_under_internal_pressure() {
     assert_order(&errors, &cells, 1.8, "a wound tube");
     assert!(errors[2] < 5e-3, "{errors:?}");
     let mesh = tube(8);
-    let axes = Regions::new(&body(mesh.clone(), single(winding(90.0)), vec![])).unwrap();
+    let axes = ElementMaterials::new(&body(mesh.clone(), single(winding(90.0)), vec![])).unwrap();
     let listed = by_element(&mesh, |tag| *axes.axes(tag as usize - 1));
     let (wound, listed) = (solve(tube(8), winding(90.0)), solve(mesh, listed));
     assert!((listed / wound - 1.0).abs() < 1e-12, "{listed} {wound}");
@@ -202,10 +202,10 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
         };
         let mesh = block(Hex8, [2, 2, 8], [2.0, 1.0, 1.0], stretch);
         let layup = plies.iter().zip(&borders).map(|((thickness, angle), &bottom)| Ply {
-            z: [bottom, bottom + thickness],
-            placed: placed(Orientation::Uniform(fibre_axes(0.0, f64::to_radians(*angle)))),
+            z_range: [bottom, bottom + thickness],
+            material: placed(Orientation::Uniform(fibre_axes(0.0, f64::to_radians(*angle)))),
         });
-        let layup = Placement::Layup(layup.collect());
+        let layup = RegionMaterial::Layup(layup.collect());
         let mean: Matrix3<f64> = plies
             .iter()
             .map(|(thickness, angle)| reduced_stiffness(f64::to_radians(*angle)) * *thickness)
@@ -220,7 +220,7 @@ fn laminates_have_the_stiffness_of_classical_lamination_theory() {
 
 /// Mean in-plane stresses (xx, yy, xy) of a box 2 x 1 x 1 whose sides take part in a uniform strain, by the work of the
 /// reactions: E = 1/2 strain : stress volume, polarised with unit strains.
-fn mean_stress(mesh: &Mesh, layup: &Placement, strain: [f64; 3]) -> Vector3<f64> {
+fn mean_stress(mesh: &Mesh, layup: &RegionMaterial, strain: [f64; 3]) -> Vector3<f64> {
     let field = |strain: [f64; 3], x: [f64; 3]| {
         [strain[0] * x[0] + 0.5 * strain[2] * x[1], strain[1] * x[1] + 0.5 * strain[2] * x[0]]
     };
@@ -242,7 +242,7 @@ fn mean_stress(mesh: &Mesh, layup: &Placement, strain: [f64; 3]) -> Vector3<f64>
     });
     let points = mesh.points.clone();
     let body = FeModel::new(body(mesh, layup.clone(), supports)).unwrap().condense(&[]).unwrap();
-    let reactions = body.model().reactions(body.free_displacement()).unwrap();
+    let reactions = body.model().reactions(body.contact_free_displacement()).unwrap();
     let virtual_work = |strain: [f64; 3]| {
         let work = |(force, x): (&[f64; 3], &[f64; 3])| {
             let [u, v] = field(strain, *x);
@@ -259,24 +259,24 @@ fn mean_stress(mesh: &Mesh, layup: &Placement, strain: [f64; 3]) -> Vector3<f64>
 fn plies_that_do_not_fit_the_mesh_are_found() {
     let mesh = || block(Hex8, [2, 2, 4], [1.0; 3], |x| x);
     let ply = |low: f64, high: f64| Ply {
-        z: [low, high],
-        placed: placed(Orientation::Uniform(Matrix3::identity())),
+        z_range: [low, high],
+        material: placed(Orientation::Uniform(Matrix3::identity())),
     };
     let findings =
-        |plies: Vec<Ply>| check_materials(&body(mesh(), Placement::Layup(plies), vec![])).unwrap().remove(0);
+        |plies: Vec<Ply>| check_materials(&body(mesh(), RegionMaterial::Layup(plies), vec![])).unwrap().remove(0);
     let short = findings(vec![ply(0.0, 0.5), ply(0.5, 0.75)]);
-    assert!(short.mistakes[0].contains("outside all plies (4 elements in all)"), "{short:?}");
+    assert!(short.errors[0].contains("outside all plies (4 elements in all)"), "{short:?}");
     let thin = findings(vec![ply(0.0, 0.1), ply(0.1, 1.0)]);
-    assert!(thin.mistakes[0].starts_with("ply 1 of 2, from 0.000000 to 0.100000, holds no"), "{thin:?}");
+    assert!(thin.errors[0].starts_with("ply 1 of 2, from 0.000000 to 0.100000, holds no"), "{thin:?}");
     let across = findings(vec![ply(0.0, 0.55), ply(0.55, 1.0)]);
-    assert!(across.mistakes.is_empty());
+    assert!(across.errors.is_empty());
     assert!(
         across.notes[0].starts_with("4 of 16 elements") && across.notes[0].contains("20.0 %"),
         "{across:?}"
     );
     let mut table = ElementAxes::new("fibres.csv");
     (1..=15).for_each(|tag| table.add(tag, [1.0, 0.0, 0.0], None).unwrap());
-    let missing = body(mesh(), single(Orientation::Elements(Arc::new(table))), vec![clamp("z0")]);
+    let missing = body(mesh(), single(Orientation::PerElement(Arc::new(table))), vec![clamp("z0")]);
     let message = FeModel::new(missing).err().expect("a refusal").to_string();
     assert!(message.contains("element 16 of box: no fibre is given for it in fibres.csv"), "{message}");
 }

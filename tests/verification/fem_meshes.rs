@@ -6,13 +6,13 @@ use orthowear::element::ElementKind::{self, Hex8, Point1, Tet4};
 use orthowear::element::ShapeFunctions;
 use orthowear::fem::Support;
 use orthowear::mesh::faces::outer_faces;
-use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
+use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
 /// Adds cells of one kind with a group of all of them.
 pub fn add_cells(mesh: &mut Mesh, kind: ElementKind, name: &str, nodes: Vec<usize>) {
     let n = nodes.len() / kind.n_nodes();
     let block = mesh.blocks.len();
-    mesh.blocks.push(Block { kind, nodes, tags: (1..=n as u64).collect() });
+    mesh.blocks.push(CellBlock { kind, nodes, tags: (1..=n as u64).collect() });
     let cells = (0..n).map(|cell| CellRef { block, cell }).collect();
     let tag = mesh.groups.len() as i64 + 1;
     mesh.groups.push(PhysicalGroup { name: name.to_string(), dim: kind.dim(), tag, cells });

@@ -1,8 +1,8 @@
 //! Bodies that must be refused, and what the message must say.
 
 use orthowear::element::ElementKind::{Hex8, Tet4};
-use orthowear::error::Kind;
-use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support, free_motions};
+use orthowear::error::ErrorKind;
+use orthowear::fem::{FeModel, FeSpec, HexFormulation, Support, find_rigid_body_modes};
 use orthowear::linalg::memory::MemoryLimit;
 
 use super::fem_bodies::{ALL, clamp, isotropic, spec};
@@ -10,7 +10,7 @@ use super::fem_meshes::{add_cells, block, prescribe};
 
 fn refusal(spec: FeSpec) -> String {
     let error = FeModel::new(spec).err().expect("a refusal");
-    assert_eq!(error.kind(), Kind::Input);
+    assert_eq!(error.kind(), ErrorKind::Input);
     error.to_string()
 }
 
@@ -29,9 +29,9 @@ fn assert_says(message: &str, words: &[&str]) {
 #[test]
 fn refuses_to_assemble_beyond_the_memory() {
     let entries = FeModel::new(cube(vec![clamp("z0")])).unwrap().stiffness().n_stored();
-    let limit = MemoryLimit::given(16 * entries as u64);
-    let error = FeModel::within(cube(vec![clamp("z0")]), &limit).err().expect("a refusal");
-    assert_eq!(error.kind(), Kind::Resources);
+    let limit = MemoryLimit::of_scene(16 * entries as u64);
+    let error = FeModel::with_memory_limit(cube(vec![clamp("z0")]), &limit).err().expect("a refusal");
+    assert_eq!(error.kind(), ErrorKind::Resources);
     assert_says(error.message(), &["assembling 54 unknowns", "coarser mesh", "solver.memory_limit"]);
 }
 
@@ -82,7 +82,7 @@ fn refuses_inverted_elements() {
 
 /// The names of the motions that the supports leave free, in one line.
 fn free_names(spec: FeSpec) -> String {
-    free_motions(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
+    find_rigid_body_modes(&spec).expect("sound supports").map_or(String::new(), |free| free.names.join(", "))
 }
 
 /// Truth: the rigid motions that leave the prescribed dofs at rest, found by hand.
@@ -148,7 +148,7 @@ fn refuses_loose_and_hinged_parts() {
     let loose = refusal(two_cubes([5.0, 0.0, 0.0]));
     assert_says(&loose, &["part of 8 nodes", "2 parts", "translation x"]);
     let hinged = FeModel::new(two_cubes([1.0, 0.0, 1.0])).unwrap().condense(&[]).err().expect("singular");
-    assert_eq!(hinged.kind(), Kind::Input);
+    assert_eq!(hinged.kind(), ErrorKind::Input);
     assert_says(&hinged.to_string(), &["body1", "singular at the node at (", "direction"]);
 }
 

@@ -1,20 +1,20 @@
 //! Elastic foundations, planes of symmetry and far-field displacements.
 
 use orthowear::element::ElementKind::Hex8;
-use orthowear::fem::{Bedding, CondensedBody, FeModel, FeSpec, Foundation, Support};
-use orthowear::fem::{HexFormulation::Enhanced, free_motions, symmetry_component};
+use orthowear::fem::{FoundationStiffness, CondensedBody, FeModel, FeSpec, Foundation, Support};
+use orthowear::fem::{HexFormulation::Enhanced, find_rigid_body_modes, symmetry_component};
 use orthowear::material::Stiffness;
 
 use super::fem_bodies::{ALL, ELEMENTS, clamp, isotropic, largest_difference, rotated_orthotropic, spec};
 use super::fem_meshes::{block, rough, wavy};
 
-fn bedded(group: &str, bedding: Bedding) -> Vec<Foundation> {
-    vec![Foundation { group: group.into(), bedding }]
+fn bedded(group: &str, bedding: FoundationStiffness) -> Vec<Foundation> {
+    vec![Foundation { group: group.into(), stiffness }]
 }
 
 fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
     let body = FeModel::new(spec).expect("a body").condense(&[]).expect("a factor");
-    let u = body.free_displacement().to_vec();
+    let u = body.contact_free_displacement().to_vec();
     (body, u)
 }
 
@@ -25,14 +25,14 @@ fn solved(spec: FeSpec) -> (CondensedBody, Vec<[f64; 3]>) {
 fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
     let (p, k, h, e) = (3.0, 250.0, 2.0, 210e3);
     for (kind, formulation) in ELEMENTS {
-        for bedding in [Bedding::Normal(k), Bedding::Components([0.0, 0.0, k])] {
+        for bedding in [FoundationStiffness::Normal(k), FoundationStiffness::Components([0.0, 0.0, k])] {
             // Coarse elements of order 2 would fold.
             let map = if kind.n_nodes() > 8 { |x: [f64; 3]| x } else { wavy };
             let mesh = block(kind, [3, 2, 3], [1.0, 1.5, h], map);
             let mut body = spec(mesh, isotropic(), formulation, vec![]);
             body.pressures = vec![("z1".into(), p)];
             body.foundations = bedded("z0", bedding);
-            let names = free_motions(&body).expect("sound supports").expect("free along its base").names;
+            let names = find_rigid_body_modes(&body).expect("sound supports").expect("free along its base").names;
             assert_eq!(names.join(", "), "translation x, translation y, rotation about z");
             let (solved, u) = solved(body);
             for (x, u) in solved.model().mesh().points.iter().zip(&u) {
@@ -42,8 +42,8 @@ fn a_block_on_a_foundation_sinks_by_the_pressure_over_its_stiffness() {
         }
     }
     let mut held = spec(block(Hex8, [2; 3], [1.0; 3], |x| x), isotropic(), Enhanced, vec![]);
-    held.foundations = bedded("z0", Bedding::Components([1.0, 2.0, 3.0]));
-    assert!(free_motions(&held).expect("sound supports").is_none());
+    held.foundations = bedded("z0", FoundationStiffness::Components([1.0, 2.0, 3.0]));
+    assert!(find_rigid_body_modes(&held).expect("sound supports").is_none());
 }
 
 /// Truth: a long beam on a foundation, loaded at its end by P, sinks there by 2 P lambda / (k b), lambda^4 = k b / (4 E I),
@@ -63,7 +63,7 @@ fn a_beam_on_a_foundation() {
         gradient: [[0.0; 3]; 3],
     };
     let mut beam = spec(mesh, material, Enhanced, vec![guide]);
-    beam.foundations = bedded("z0", Bedding::Normal(k));
+    beam.foundations = bedded("z0", FoundationStiffness::Normal(k));
     let force = 1e-3;
     beam.tractions = vec![("x0".into(), [0.0, 0.0, -force / (b * h)])];
     let (body, u) = solved(beam);
@@ -137,9 +137,9 @@ fn a_plane_of_symmetry() {
 #[test]
 fn refuses_wrong_foundations() {
     for (group, bedding, words) in [
-        ("z0", Bedding::Normal(-1.0), ["z0", "positive"]),
-        ("z0", Bedding::Components([0.0; 3]), ["z0", "positive"]),
-        ("ground", Bedding::Normal(1.0), ["ground", "z0"]),
+        ("z0", FoundationStiffness::Normal(-1.0), ["z0", "positive"]),
+        ("z0", FoundationStiffness::Components([0.0; 3]), ["z0", "positive"]),
+        ("ground", FoundationStiffness::Normal(1.0), ["ground", "z0"]),
     ] {
         let mut body = spec(block(Hex8, [2; 3], [1.0; 3], |x| x), isotropic(), Enhanced, vec![]);
         body.foundations = bedded(group, bedding);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BodyField, ElasticBody, Estimate, StressField};
+use orthowear::body::{BodyField, ElasticBody, ErrorEstimation, StressField};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
 use orthowear::fem::RecoveryPoints;
@@ -15,17 +15,17 @@ use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::linalg::operator::Flexibility;
-use orthowear::mesh::{Block, Mesh};
-use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};
-use orthowear::results::fields::{FieldKind, FieldWriter};
+use orthowear::mesh::{CellBlock, Mesh};
+use orthowear::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
+use orthowear::results::field_writer::{FieldKind, FieldWriter};
 use orthowear::results::frame_fields::{FrameMesh, frame_grid};
-use orthowear::results::locate::{Locator, SurfacePoint};
-use orthowear::results::output::OutputDir;
+use orthowear::results::cell_locator::{CellLocator, SurfacePoint};
+use orthowear::results::output_dir::OutputDir;
 use orthowear::results::recorder::Recorder;
 use orthowear::results::summary::{Summary, Units};
-use orthowear::results::surface::Surface;
+use orthowear::results::surface_properties::SurfaceProperties;
 use orthowear::results::volume::volume_grid;
-use orthowear::results::vtu::{DataArray, UnstructuredGrid, Values};
+use orthowear::results::vtu::{DataArray, UnstructuredGrid, ArrayValues};
 
 /// A body whose displacement is the affine field of [`displacement`], whatever the tractions.
 struct AffineBody(Vec<[f64; 3]>);
@@ -56,13 +56,13 @@ impl ElasticBody for AffineBody {
         &self,
         _tractions: &[f64],
         _displacement: &[[f64; 3]],
-        _estimate: Estimate,
+        _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         let stress = |x: &[f64; 3]| [x[0], x[1], x[2], 10.0 + x[0], 20.0 + x[1], 30.0 + x[2]];
         let n = self.0.len();
         // The meshes of these tests are one cell.
         let points =
-            RecoveryPoints { node: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
+            RecoveryPoints { mesh_nodes: (0..n).collect(), cell_points: (0..n).collect(), offsets: vec![0, n] };
         Ok(Some(StressField {
             points: Arc::new(points),
             stress: self.0.iter().map(stress).collect(),
@@ -76,7 +76,7 @@ impl ElasticBody for AffineBody {
 /// Displacement and stress.
 fn whole_field(body: &AffineBody) -> BodyField {
     let field = body.recover(&[]).expect("a field");
-    let stress = body.recover_stress(&[], &field.displacement, Estimate::Skipped).expect("a stress");
+    let stress = body.recover_stress(&[], &field.displacement, ErrorEstimation::Skip).expect("a stress");
     BodyField { stress, ..field }
 }
 
@@ -103,7 +103,7 @@ fn frame() -> ContactFrame {
 fn reals(arrays: &[DataArray], name: &str) -> Vec<f64> {
     let array = arrays.iter().find(|array| array.name == name).unwrap_or_else(|| panic!("no array {name}"));
     match &array.values {
-        Values::Float64(values) => values.clone(),
+        ArrayValues::Float64(values) => values.clone(),
         _ => panic!("{name} is not real"),
     }
 }
@@ -134,7 +134,7 @@ fn quadratic_tetrahedron() -> Mesh {
 fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -> Mesh {
     let middle = |&(i, j): &(usize, usize)| [0, 1, 2].map(|k| 0.5 * (corners[i][k] + corners[j][k]));
     let points: Vec<[f64; 3]> = corners.iter().copied().chain(edges.iter().map(middle)).collect();
-    let block = Block { kind, nodes: (0..points.len()).collect(), tags: vec![1] };
+    let block = CellBlock { kind, nodes: (0..points.len()).collect(), tags: vec![1] };
     Mesh { source: "by hand".into(), points, blocks: vec![block], ..Default::default() }
 }
 
@@ -142,7 +142,7 @@ fn one_cell(kind: ElementKind, corners: &[[f64; 3]], edges: &[(usize, usize)]) -
 #[test]
 fn frame_fields_are_the_planes_by_cell() {
     let (frame, state) = (frame(), state(6));
-    let grid = frame_grid(&frame, (&FrameMesh::new(&frame), &Surface::default()), &state).expect("a grid");
+    let grid = frame_grid(&frame, (&FrameMesh::new(&frame), &SurfaceProperties::default()), &state).expect("a grid");
     assert_eq!((grid.points.len(), grid.types.as_slice()), (12, [9; 6].as_slice()), "shared corners");
     let (s, c) = 30_f64.to_radians().sin_cos();
     let traction = reals(&grid.cell_data, "traction");
@@ -170,8 +170,8 @@ fn surfaces_carry_displacement_and_traction() {
     // Body 1 looks at the frame with its top, body 2 with its base.
     for (side, sign, height) in [(Side::Lower, -1.0, 0.0), (Side::Upper, 1.0, lowest)] {
         let contact: Vec<usize> = (0..mesh.n_points()).filter(|&i| mesh.points[i][2] == height).collect();
-        let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &contact };
-        let output = BodyOutput { side, body: &body, shape };
+        let shape = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact };
+        let output = BodyOutput { side, body: &body, location: shape };
         let tractions = [[1.0, 2.0, 3.0]; 4];
         let grid =
             surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &tractions).expect("a grid");
@@ -192,8 +192,8 @@ fn surfaces_carry_displacement_and_traction() {
 #[test]
 fn a_frame_without_grid_is_searched_to_the_same_end() {
     let grid = frame();
-    let polygons = grid.clone().keep(&[true; 6]);
-    let locators = [&grid, &polygons].map(|frame| Locator::new(frame, Side::Lower));
+    let polygons = grid.clone().retain_cells(&[true; 6]);
+    let locators = [&grid, &polygons].map(|frame| CellLocator::new(frame, Side::Lower));
     let along = |i: usize, j: usize| {
         let local = Vector3::new(-1.2 + 0.15 * i as f64, -0.75 + 0.125 * j as f64, 0.0);
         grid.triads[0].to_global(&local) + grid.origin
@@ -222,10 +222,10 @@ fn json_fields(arrays: &[DataArray]) -> serde_json::Value {
         .map(|array| {
             let width = array.components.len();
             let values = match &array.values {
-                Values::Float64(v) if width > 0 => serde_json::json!(v.chunks(width).collect::<Vec<_>>()),
-                Values::Float64(v) => serde_json::json!(v),
-                Values::Int64(v) => serde_json::json!(v),
-                Values::UInt8(v) => serde_json::json!(v),
+                ArrayValues::Float64(v) if width > 0 => serde_json::json!(v.chunks(width).collect::<Vec<_>>()),
+                ArrayValues::Float64(v) => serde_json::json!(v),
+                ArrayValues::Int64(v) => serde_json::json!(v),
+                ArrayValues::UInt8(v) => serde_json::json!(v),
             };
             (array.name.as_str(), serde_json::json!({ "components": array.components, "values": values }))
         })
@@ -289,9 +289,9 @@ fn meshio_and_vtk_read_what_was_given() {
         BodyOutput {
             side: Side::Lower,
             body: &lower,
-            shape: BodyShape::Mesh { mesh: &cube, contact_nodes: &[4, 5, 6, 7] },
+            location: RecoveryLocation::MeshNodes { mesh: &cube, contact_nodes: &[4, 5, 6, 7] },
         },
-        BodyOutput { side: Side::Upper, body: &upper, shape: BodyShape::Frame },
+        BodyOutput { side: Side::Upper, body: &upper, location: RecoveryLocation::FrameCells },
     ];
 
     let writer = FieldWriter::new(&frame, bodies.clone(), &[FieldKind::Vtu, FieldKind::Volume]);
@@ -303,18 +303,18 @@ fn meshio_and_vtk_read_what_was_given() {
         recorder.increment_done(&record, state).expect("written fields");
     }
     let mut summary = Summary::new("", "", Units::default());
-    summary.conclude(&Ok(Outcome::Converged));
+    summary.set_outcome(&Ok(Outcome::Converged));
     recorder.finish(&mut summary).expect("written results");
 
     let mut files = BTreeMap::new();
     for (i, state) in states.iter().enumerate() {
-        let grid = frame_grid(&frame, (&cells, &Surface::default()), state).expect("a grid");
+        let grid = frame_grid(&frame, (&cells, &SurfaceProperties::default()), state).expect("a grid");
         files.insert(format!("frame_000{}.vtu", i + 1), json_grid(&grid, false));
         let planes = &state.tractions;
         let tractions: Vec<[f64; 3]> = (0..6).map(|c| [0, 1, 2].map(|k| planes[6 * k + c])).collect();
         for body in &bodies {
             let mut field = body.body.recover(planes).expect("a field");
-            let stress = body.body.recover_stress(planes, &field.displacement, Estimate::Wanted);
+            let stress = body.body.recover_stress(planes, &field.displacement, ErrorEstimation::Estimate);
             field.stress = stress.expect("a stress");
             let grid = surface_grid(body, (&frame, &cells), &field, &tractions).expect("a grid");
             files.insert(format!("{}_000{}.vtu", body.side.key(), i + 1), json_grid(&grid, true));
@@ -398,7 +398,7 @@ fn pictures_are_valid_and_small() {
         recorder.increment_done(&record, &state).expect("kept");
     }
     let mut summary = Summary::new("", "", Units::default());
-    summary.conclude(&Ok(Outcome::Converged));
+    summary.set_outcome(&Ok(Outcome::Converged));
     recorder.finish(&mut summary).expect("written results");
     let pictures = ["pressure.svg", "zones.svg", "profiles.svg", "history.svg"];
     assert_eq!(summary.files, [&pictures[..], &["history.csv"]].concat());

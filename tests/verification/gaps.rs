@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use orthowear::frame::heights::Heights;
+use orthowear::frame::height_table::HeightTable;
 use orthowear::frame::{ContactFrame, GapShape, InitialGap};
 use orthowear::history::record::{IncrementRecord, Outcome};
 use orthowear::history::{Model, RunResult};
@@ -107,7 +107,7 @@ fn a_turned_height_map_is_its_surface() {
             values.push(x * x / 40.0 + y * y / 16.0 + 3.0);
         }
     }
-    let map = Heights { values, shape: [n, n], spacing: Some([spacing; 2]), angle };
+    let map = HeightTable { values, shape: [n, n], spacing: Some([spacing; 2]), angle };
     let grid = (0.5, 40);
     let [smooth, sampled] = [ellipsoid, GapShape::Heights(map)].map(|shape| {
         let gap = InitialGap { shape, offset, exact: false };

@@ -8,7 +8,7 @@ use orthowear::geometry::GridSymmetry;
 use orthowear::history::RunResult;
 use orthowear::history::image::{Entries, Recording};
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::study::prepare;
+use orthowear::study::build;
 
 const SCENE: &str = r#"
 [materials.cfrp]
@@ -79,13 +79,13 @@ impl Observer for Hearing {
         Ok(())
     }
 
-    fn interrupted(&self) -> bool {
+    fn cancelled(&self) -> bool {
         self.entries.len() >= self.most
     }
 }
 
 /// Does something with the study of the scene with changes.
-fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::study::Study<'_>) -> T) -> T {
+fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::study::Simulation<'_>) -> T) -> T {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
     let scene = changes.iter().fold(SCENE.to_owned(), |text, (from, to)| {
@@ -94,7 +94,7 @@ fn with<T>(changes: &[(&str, &str)], work: impl FnOnce(&orthowear::study::Study<
     });
     fs::write(&path, scene).expect("a written file");
     let plan = orthowear::scene::read(&path, &[]).unwrap_or_else(|m| panic!("{:?}", m.to_error()));
-    let study = prepare(&plan, &mut |_, _| {}, &AtomicBool::new(false)).ok().flatten().expect("a study");
+    let study = build(&plan, &mut |_, _| {}, &AtomicBool::new(false)).ok().flatten().expect("a study");
     work(&study)
 }
 
@@ -114,7 +114,7 @@ fn images_are_delivered_where_all_is_one() {
     let (recording, _) = record(1 << 30);
     let recording = recording.expect("a recording");
     let mirror = GridSymmetry::ALL[1];
-    assert_eq!(mirror.vector([1.0, 2.0]), [1.0, -2.0]);
+    assert_eq!(mirror.apply([1.0, 2.0]), [1.0, -2.0]);
     let deliver = |changes: &[(&str, &str)], symmetry: GridSymmetry| {
         with(changes, |study| {
             let mut hearing = Hearing::new(0);

@@ -47,7 +47,7 @@ fn frp_interpolation() {
             assert!((ellipse.mu[0] - mu[0]).abs() < 1e-15 && (ellipse.mu[1] - mu[1]).abs() < 1e-15);
             assert_eq!(ellipse.angle, 0.3);
             // i_j = k mu_j for every tilt with the source's data.
-            let wear = WearLaw::Energy { k: 1.25e-9 }.intensity(Some(ellipse)).expect("wear");
+            let wear = WearLaw::Energy { k: 1.25e-9 }.specific_rate(Some(ellipse)).expect("wear");
             let frp = WearLaw::Frp {
                 i_l: 5.0e-10,
                 i_t: 6.25e-10,
@@ -55,7 +55,7 @@ fn frp_interpolation() {
                 tilt: sign * tilt.to_radians(),
                 azimuth: 0.3,
             };
-            let direct = frp.intensity(None).expect("wear");
+            let direct = frp.specific_rate(None).expect("wear");
             for k in 0..2 {
                 assert!((wear.i[k] - direct.i[k]).abs() < 1e-24);
             }
@@ -68,6 +68,6 @@ fn frp_interpolation() {
 fn nothing_from_nothing() {
     assert!(FrictionLaw::None.ellipse().is_none());
     assert!(FrictionLaw::Coulomb { mu: 0.0 }.ellipse().is_none());
-    assert!(WearLaw::None.intensity(None).is_none());
-    assert!(WearLaw::Energy { k: 1.0 }.intensity(None).is_none());
+    assert!(WearLaw::None.specific_rate(None).is_none());
+    assert!(WearLaw::Energy { k: 1.0 }.specific_rate(None).is_none());
 }

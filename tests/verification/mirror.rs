@@ -5,7 +5,7 @@ use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
 use orthowear::history::step::{Integrator, Rolling, Step};
 use orthowear::history::{Model, RunResult};
-use orthowear::skip::{Skip, Skips};
+use orthowear::skip::{OmittableWork, AllowedOmissions};
 use orthowear::wear::WearLaw;
 
 use crate::common::{
@@ -14,7 +14,7 @@ use crate::common::{
 };
 use crate::observed::pull;
 
-fn solve(model: &Model, steps: &[Step], skip: Skips) -> RunResult {
+fn solve(model: &Model, steps: &[Step], skip: AllowedOmissions) -> RunResult {
     let options = SolverOptions { tolerance: 1e-11, skip, ..SolverOptions::default() };
     let result = solve_with(model, steps, &options);
     assert_eq!(result.outcome, Outcome::Converged);
@@ -48,7 +48,7 @@ fn same(model: &Model, steps: &[Step], across: usize) {
 /// Compares a run on halves with one on all cells, to a share of the largest.
 fn compare(model: &Model, steps: &[Step], across: usize, share: f64) {
     let [half, whole] =
-        [Skips::ALL, Skips::ALL.without(Skip::MirrorHalf)].map(|skip| solve(model, steps, skip));
+        [AllowedOmissions::ALL, AllowedOmissions::ALL.without(OmittableWork::MirrorHalf)].map(|skip| solve(model, steps, skip));
     assert_eq!([told(&half).len(), told(&whole).len()], [1, 0]);
     assert!(is_image(model, &half, across));
     let last = whole.records.last().expect("steps");
@@ -132,7 +132,7 @@ fn rolling() {
 fn what_is_not_symmetric_is_whole() {
     let steps = [indent(0.02), shift(0.008, 0.0)];
     let whole = |model: &Model, steps: &[Step]| {
-        let run = solve(model, steps, Skips::ALL);
+        let run = solve(model, steps, AllowedOmissions::ALL);
         assert!(told(&run).is_empty() && !is_image(model, &run, 1), "{:?}", told(&run));
     };
     let mut model = sphere_on_frp(30.0, 1.4, 20);
@@ -149,11 +149,11 @@ fn what_is_not_symmetric_is_whole() {
     whole(&model, &[indent(0.02), cycles.clone()]);
     model.wear = frp_wear(30.0);
     path_of(&mut cycles).angle = 0.1;
-    let run = solve(&model, &[indent(0.02), cycles], Skips::ALL);
+    let run = solve(&model, &[indent(0.02), cycles], AllowedOmissions::ALL);
     assert_eq!(told(&run), ["half of the cells in the iterations of step indent"]);
     assert!(!is_image(&model, &run, 1));
     let mut equal = half_spaces(&steel(), Some(&steel()), (0.6, 20), sphere(10.0));
     equal.friction = frp_friction(30.0);
-    let run = solve(&equal, &[press(1000.0), pull([100.0, 1.0])], Skips::ALL);
+    let run = solve(&equal, &[press(1000.0), pull([100.0, 1.0])], AllowedOmissions::ALL);
     assert_eq!(told(&run), ["half of the cells in the iterations of step press"]);
 }

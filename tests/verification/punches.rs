@@ -26,7 +26,7 @@ pub fn frame(outline: &Outline, extent: f64, cells: usize) -> ContactFrame {
     let spacing = 2.0 * extent / cells as f64;
     let n = cells + 2;
     ContactFrame::grid([0.5 * n as f64 * spacing; 2], [n, n], [0.0; 2], 0.0)
-        .and_then(|grid| grid.within(outline))
+        .and_then(|grid| grid.clipped_to(outline))
         .expect("an admissible frame")
 }
 

@@ -6,14 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
-use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer};
-use orthowear::history::{RunResult, Snapshot};
-use orthowear::linalg::course::Course;
+use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer};
+use orthowear::history::{RunResult, RunCheckpoint};
+use orthowear::linalg::course::OperatorHistory;
 use orthowear::linalg::operator::Flexibility;
 use orthowear::results::checkpoint;
-use orthowear::results::origin::Origin;
+use orthowear::results::provenance::Provenance;
 use orthowear::scene::Plan;
-use orthowear::study::{Study, prepare_on};
+use orthowear::study::{Simulation, build_on_frame};
 
 use crate::common::usual_or_finest;
 
@@ -33,16 +33,16 @@ impl Observer for Keeping<'_> {
         Ok(())
     }
 
-    fn keep(&mut self, _: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
+    fn on_checkpoint(&mut self, _: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
         let folder = self.folder.join(self.checkpoints.to_string());
         fs::create_dir(&folder).expect("a folder");
         self.checkpoints += 1;
-        checkpoint::write(&folder, 1, &origin(), &(snapshot(), self.operator.course()))
+        checkpoint::write(&folder, 1, &origin(), &(snapshot(), self.operator.history()))
     }
 }
 
-fn origin() -> Origin {
-    Origin::new(serde_json::Value::Null, Vec::new())
+fn origin() -> Provenance {
+    Provenance::new(serde_json::Value::Null, Vec::new())
 }
 
 /// Everything of a run that follows from the scene, as text and bits.
@@ -95,10 +95,10 @@ fn run(
 ) -> (Outcome, usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        let study = prepare_on(plan, frame, &mut |_, _| {}, &AtomicBool::new(false));
-        let study: Study = study.ok().flatten().expect("a study");
+        let study = build_on_frame(plan, frame, &mut |_, _| {}, &AtomicBool::new(false));
+        let study: Simulation = study.ok().flatten().expect("a study");
         let operator = study.model().flexibility.as_ref();
-        let from: Option<(Snapshot, Course)> = from.map(|from| {
+        let from: Option<(RunCheckpoint, OperatorHistory)> = from.map(|from| {
             let found = checkpoint::read(from).expect("a checkpoint").expect("a checkpoint");
             found.state().expect("a state")
         });

@@ -8,7 +8,7 @@ use orthowear::history::record::Outcome;
 use orthowear::history::step::{Rolling, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::material::Stiffness;
-use orthowear::skip::Skips;
+use orthowear::skip::AllowedOmissions;
 use orthowear::wear::WearLaw;
 
 use crate::common::{half_spaces, im7, press, rectangle, relative, solve, solve_with, sphere, steel, step};
@@ -233,7 +233,7 @@ fn rolling_with_little_friction_across() {
     model.friction = FrictionLaw::Elliptic { mu: [0.3, 0.0009], angle: 77_f64.to_radians() };
     let steps = [press(50.0), roll(0, [0.001, 0.0], 0.0)];
     let windows = converged(&model, &steps);
-    let whole = solve_with(&model, &steps, &SolverOptions { skip: Skips::NONE, ..SolverOptions::default() });
+    let whole = solve_with(&model, &steps, &SolverOptions { skip: AllowedOmissions::NONE, ..SolverOptions::default() });
     assert_eq!(whole.outcome, Outcome::Converged);
     let [a, b] = [&windows, &whole].map(|result| result.records[1].tangential_force);
     assert!((0..2).all(|k| (a[k] - b[k]).abs() < 1e-6 * a[0].hypot(a[1])), "{a:?} {b:?}");

@@ -11,8 +11,8 @@ mod sliding;
 use orthowear::contact::{Method, SolverOptions};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, Jumps, Step};
-use orthowear::skip::Skips;
+use orthowear::history::step::{Integrator, JumpPolicy, Step};
+use orthowear::skip::AllowedOmissions;
 use orthowear::wear::WearLaw;
 
 use crate::common::{
@@ -150,7 +150,7 @@ fn wear_off_and_cold_starts() {
     let result = solve(&model, &[Step { wear: false, ..indent(0.02) }, off]);
     assert_eq!(result.records.last().expect("records").worn_volume, 0.0);
     let steps = [indent(0.02), fretting(50_000, 0.08, 2, Integrator::Sdirk2), shift(0.0, 0.0), step("rest")];
-    let [warm, cold] = [Skips::ALL, Skips::NONE].map(|skip| {
+    let [warm, cold] = [AllowedOmissions::ALL, AllowedOmissions::NONE].map(|skip| {
         let options = SolverOptions { skip, ..SolverOptions::default() };
         solve_with(&model, &steps, &options).records.last().expect("records").clone()
     });
@@ -184,7 +184,7 @@ fn nothing_is_left_to_wear() {
     let mut model = sphere_on_frp(0.0, 1.6, 16);
     model.wear = frp_wear(0.0);
     let mut cycles = fretting(1_000_000_000, 0.08, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(1e-2);
+    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
     let smooth = Step { friction: false, name: "smooth".into(), ..fretting(10, 0.08, 1, Integrator::Sdirk2) };
     let result = solve(&model, &[indent(0.02), cycles]);
     assert_eq!(result.outcome, Outcome::Converged, "{:?}", result.warnings);
@@ -307,7 +307,7 @@ fn worn_volumes_do_not_depend_on_the_solver() {
     };
     let usual = worn(SolverOptions::default());
     for options in [
-        SolverOptions { skip: Skips::NONE, ..SolverOptions::default() },
+        SolverOptions { skip: AllowedOmissions::NONE, ..SolverOptions::default() },
         SolverOptions { method: Method::BarzilaiBorwein, ..SolverOptions::default() },
     ] {
         for (found, wanted) in worn(options).iter().zip(usual) {

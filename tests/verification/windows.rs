@@ -4,7 +4,7 @@ use orthowear::contact::{Method, SolverOptions};
 use orthowear::history::Model;
 use orthowear::history::record::Outcome;
 use orthowear::history::step::{Rolling, Spin, Step, Tangential, Tilt};
-use orthowear::skip::Skips;
+use orthowear::skip::AllowedOmissions;
 
 use crate::common::{
     frp_friction, half_spaces, indent, press, relative, shift, solve_with, sphere, sphere_on_frp, steel, step,
@@ -75,7 +75,7 @@ fn pressures_first_change_nothing() {
     same(&model, &steps, Method::Newton);
     let options = SolverOptions::default();
     let [apart, whole] =
-        [Skips::ALL, Skips::NONE].map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
+        [AllowedOmissions::ALL, AllowedOmissions::NONE].map(|skip| solve_with(&model, &steps, &SolverOptions { skip, ..options }));
     let told = |run: &orthowear::history::RunResult| {
         run.skipped.iter().filter(|skip| skip.what.starts_with("normal components")).count()
     };

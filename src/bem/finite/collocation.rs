@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use super::elements::BoundaryElements;
 use super::influence::Influence;
-use super::system::Problem;
-use crate::linalg::hierarchical::{ClusterTree, Collocation, CollocationLayout, Extent, Groups};
+use super::system::BoundaryValueProblem;
+use crate::linalg::hierarchical::{ClusterTree, CollocationKernel, CollocationLayout, BoundingBox, ElementNumbering};
 
 /// Most elements of a leaf of the tree.
 const LEAF: usize = 8;
@@ -14,41 +14,41 @@ const LEAF: usize = 8;
 const ADMISSIBILITY: f64 = 2.0;
 
 /// Elements and nodes in the order of the tree.
-pub(super) struct Order {
+pub(super) struct TreeOrder {
     pub elements: Vec<usize>,
     /// Number of the node at each place.
     pub nodes: Vec<usize>,
     /// Its element and place in it.
-    pub places: Vec<(usize, usize)>,
+    pub node_locations: Vec<(usize, usize)>,
 }
 
 /// What the entries come from.
-pub(super) struct Kernel<'a> {
-    pub problem: &'a Problem<'a>,
-    pub order: &'a Order,
-    pub scale: f64,
+pub(super) struct BoundaryKernel<'a> {
+    pub problem: &'a BoundaryValueProblem<'a>,
+    pub order: &'a TreeOrder,
+    pub traction_scale: f64,
     pub motions: &'a DMatrix<f64>,
-    pub with: Summed,
+    pub summed_columns: SummedColumns,
 }
 
 /// Columns that are only summed up.
 #[derive(Clone, Copy)]
-pub(super) struct Summed {
+pub(super) struct SummedColumns {
     /// Whether the translations of held dofs are.
-    pub held: bool,
+    pub prescribed_translations: bool,
     /// What is known is divided by this; `None` if it is zero.
-    pub known: Option<f64>,
+    pub boundary_value_scale: Option<f64>,
     /// Factor of those along the free motions, and their number.
     pub motions: (f64, usize),
 }
 
-impl Summed {
+impl SummedColumns {
     pub fn count(&self) -> usize {
-        3 * usize::from(self.held) + usize::from(self.known.is_some()) + self.motions.1
+        3 * usize::from(self.prescribed_translations) + usize::from(self.boundary_value_scale.is_some()) + self.motions.1
     }
 }
 
-impl Order {
+impl TreeOrder {
     /// The dof at a place.
     pub fn dof(&self, at: usize) -> usize {
         3 * self.nodes[at / 3] + at % 3
@@ -58,26 +58,26 @@ impl Order {
         let places: Vec<(usize, usize)> =
             order.iter().flat_map(|&i| (0..elements.nodes_of(i).len()).map(move |node| (i, node))).collect();
         let nodes = places.iter().map(|&(i, node)| elements.nodes_of(i).start + node).collect();
-        Self { elements: order.to_vec(), nodes, places }
+        Self { elements: order.to_vec(), nodes, node_locations: places }
     }
 }
 
-impl Collocation for Kernel<'_> {
+impl CollocationKernel for BoundaryKernel<'_> {
     fn entries(&self, node: usize, element: usize, values: &mut [f64]) {
-        let Problem { elements, held, known, .. } = self.problem;
+        let BoundaryValueProblem { elements, displacement_known: held, boundary_values: known, .. } = self.problem;
         let element = self.order.elements[element];
-        let influence = influence(elements, self.order.places[node], element);
+        let influence = influence(elements, self.order.node_locations[node], element);
         let nodes = elements.nodes_of(element);
         let (values, summed) = values.split_at_mut(9 * nodes.len());
         summed.fill(0.0);
-        let (translations, summed) = summed.split_at_mut(if self.with.held { 9 } else { 0 });
-        let (of_known, of_motions) = summed.split_at_mut(if self.with.known.is_some() { 3 } else { 0 });
+        let (translations, summed) = summed.split_at_mut(if self.summed_columns.prescribed_translations { 9 } else { 0 });
+        let (of_known, of_motions) = summed.split_at_mut(if self.summed_columns.boundary_value_scale.is_some() { 3 } else { 0 });
         for (a, node) in nodes.enumerate() {
-            let (single, double) = (&influence.single[a], &influence.double[a]);
+            let (single, double) = (&influence.single_layer[a], &influence.double_layer[a]);
             for c in 0..3 {
                 let dof = 3 * node + c;
                 let (unknown, of_held) = if held[dof] {
-                    (single.column(c) * -self.scale, -double.column(c))
+                    (single.column(c) * -self.traction_scale, -double.column(c))
                 } else {
                     (double.column(c).into_owned(), single.column(c).into_owned())
                 };
@@ -85,14 +85,14 @@ impl Collocation for Kernel<'_> {
                 if held[dof] {
                     (0..3).for_each(|r| translations[3 * c + r] -= of_held[r]);
                 }
-                if let Some(size) = self.with.known {
+                if let Some(size) = self.summed_columns.boundary_value_scale {
                     let value = known[dof] / size;
                     (0..3).for_each(|r| of_known[r] += of_held[r] * value);
                 }
             }
-            for j in 0..self.with.motions.1 {
+            for j in 0..self.summed_columns.motions.1 {
                 let motion = self.motions.fixed_view::<3, 1>(3 * node, j);
-                let balance = single * motion * (self.scale * self.with.motions.0);
+                let balance = single * motion * (self.traction_scale * self.summed_columns.motions.0);
                 (0..3).for_each(|r| of_motions[3 * j + r] += balance[r]);
             }
         }
@@ -102,7 +102,7 @@ impl Collocation for Kernel<'_> {
 /// The tree over the elements of a body.
 pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationLayout {
     let n = elements.n_elements();
-    let extent = |i: usize| -> Extent<3> {
+    let extent = |i: usize| -> BoundingBox<3> {
         let nodes = &elements.panel(i).nodes;
         let bound = |with: fn(f64, f64) -> f64| {
             let first: [f64; 3] = nodes[0].into();
@@ -110,19 +110,19 @@ pub(super) fn layout(elements: &BoundaryElements, summed: usize) -> CollocationL
         };
         [bound(f64::min), bound(f64::max)]
     };
-    let extents: Vec<Extent<3>> = (0..n).map(extent).collect();
+    let extents: Vec<BoundingBox<3>> = (0..n).map(extent).collect();
     let middle = |i: usize| -> [f64; 3] { [0, 1, 2].map(|k| 0.5 * (extents[i][0][k] + extents[i][1][k])) };
     let middles: Vec<[f64; 3]> = (0..n).map(middle).collect();
     let tree = ClusterTree::new(&middles, &extents, LEAF);
     let counts: Vec<usize> = tree.order.iter().map(|&i| elements.nodes_of(i).len()).collect();
-    CollocationLayout::new(tree, Groups::new(counts.into_iter(), summed), ADMISSIBILITY)
+    CollocationLayout::new(tree, ElementNumbering::new(counts.into_iter(), summed), ADMISSIBILITY)
 }
 
 /// What element `element` does at a node.
 pub(super) fn influence(elements: &BoundaryElements, (i, node): (usize, usize), element: usize) -> Influence {
     if i == element {
-        return elements.own(i, node);
+        return elements.influence_on_element(i, node);
     }
-    let y = elements.panel(i).position(elements.places_of(i).places()[node]);
-    elements.away(element, &y)
+    let y = elements.panel(i).position(elements.reference_nodes_of(i).reference_points()[node]);
+    elements.influence_off_element(element, &y)
 }

@@ -8,58 +8,58 @@ use faer::{MatMut, MatRef};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::collocation::{Kernel, Order, Summed, influence, layout};
+use super::collocation::{BoundaryKernel, TreeOrder, SummedColumns, influence, layout};
 use super::elements::BoundaryElements;
-use super::system::{Domain, Problem};
+use super::system::{Domain, BoundaryValueProblem};
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu;
 use crate::linalg::gmres::{KrylovOptions, KrylovReport};
-use crate::linalg::gmres_columns::{ColumnSystem, solve_columns};
-use crate::linalg::hierarchical::{Additions, CollocationMatrix, LocalCoarse, Unknowns};
+use crate::linalg::gmres_multi_rhs::{MultiRhsSystem, solve_multi_rhs};
+use crate::linalg::hierarchical::{DiagonalAndBorder, CollocationMatrix, CoarseBlockJacobi, CollocationUnknowns};
 
 /// Error of an entry over the tolerance times the root of the number of unknowns: rows of such errors stay below the tolerance beside
 /// the free terms 1/2.
-const ENTRY: f64 = 0.5;
+const ENTRY_ERROR_SHARE: f64 = 0.5;
 
 /// Right sides that are solved together.
-const TOGETHER: usize = 24;
+const RIGHT_SIDES_PER_BLOCK: usize = 24;
 
 /// Vectors kept for each right side before a restart, and products at most.
 const RESTART: usize = 40;
-const PRODUCTS: usize = 400;
+const MAX_GMRES_PRODUCTS: usize = 400;
 
 /// Products that a right side usually takes.
-const USUAL: usize = 12;
+const TYPICAL_GMRES_PRODUCTS: usize = 12;
 
 /// Loaded elements whose columns are made side by side.
 const BATCH: usize = 16;
 
 /// Residual of the iteration over the tolerance of the compression, and the least that single precision reaches.
-const RESIDUAL: f64 = 0.05;
-const LEAST: f64 = 1e-7;
+const RESIDUAL_OVER_TOLERANCE: f64 = 0.05;
+const MIN_SINGLE_PRECISION_RESIDUAL: f64 = 1e-7;
 
 /// Tolerances that can be asked for: the blocks are kept in single precision.
-pub const TOLERANCES: [f64; 2] = [1e-6, 1e-2];
+pub const TOLERANCE_RANGE: [f64; 2] = [1e-6, 1e-2];
 
 /// Bytes of a far block per row or column and square of the digits of the tolerance; measured.
-const FAR: f64 = 4.3;
+const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 4.3;
 
 /// Equations of a problem in blocks of low rank.
 pub struct CompressedEquations {
     tolerance: f64,
     matrix: CollocationMatrix,
-    order: Order,
+    order: TreeOrder,
     /// More entries of each node.
-    own: Vec<Matrix3<f64>>,
+    diagonal_blocks: Vec<Matrix3<f64>>,
     /// What borders the matrix: columns `[n + motions, motions]` and rows `[n, motions]`.
-    columns: Columns,
-    rows: Columns,
+    columns: DenseMatrix,
+    rows: DenseMatrix,
     /// Of what is known.
-    right: Vec<f64>,
-    inverse: LocalCoarse,
+    boundary_value_side: Vec<f64>,
+    preconditioner: CoarseBlockJacobi,
 }
 
 /// What an iteration did.
@@ -80,46 +80,46 @@ impl CompressedEquations {
     ///
     /// # Errors
     /// If memory does not suffice, the body is not held, or a stop is wished.
-    pub fn new(problem: &Problem, tolerance: f64) -> Result<Self> {
-        if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+    pub fn new(problem: &BoundaryValueProblem, tolerance: f64) -> Result<Self> {
+        if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
                 "boundary elements cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
-                TOLERANCES[0], TOLERANCES[1]
+                TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }
-        let (scale, motions) = (problem.scale(), problem.motions());
-        let size = problem.known.iter().zip(problem.held).fold(0.0_f64, |size, (value, held)| {
+        let (scale, motions) = (problem.traction_scale(), problem.motions());
+        let size = problem.boundary_values.iter().zip(problem.displacement_known).fold(0.0_f64, |size, (value, held)| {
             size.max(value.abs() * if *held { 1.0 } else { 1.0 / scale })
         });
         let areas = problem.elements.areas();
         let area: f64 = areas.iter().sum();
         let largest = areas.iter().fold(0.0_f64, |largest, area| largest.max(*area));
-        let with = Summed {
-            held: problem.held.contains(&true),
-            known: (size > 0.0).then_some(size),
+        let with = SummedColumns {
+            prescribed_translations: problem.displacement_known.contains(&true),
+            boundary_value_scale: (size > 0.0).then_some(size),
             motions: ((largest / area).sqrt(), motions.ncols()),
         };
         let layout = layout(problem.elements, with.count());
-        let order = Order::new(problem.elements, &layout.tree().order);
-        let kernel = Kernel { problem, order: &order, scale, motions: &motions, with };
+        let order = TreeOrder::new(problem.elements, &layout.tree().order);
+        let kernel = BoundaryKernel { problem, order: &order, traction_scale: scale, motions: &motions, summed_columns: with };
         let n = 3 * order.nodes.len();
-        let error = tolerance * ENTRY / (n as f64).sqrt();
+        let error = tolerance * ENTRY_ERROR_SHARE / (n as f64).sqrt();
         let (matrix, sums) = layout.fill(&kernel, error)?;
-        let held: Vec<bool> = (0..n).map(|at| problem.held[order.dof(at)]).collect();
-        let mut own = own_blocks(&matrix, &sums, &held, problem.domain)?;
+        let held: Vec<bool> = (0..n).map(|at| problem.displacement_known[order.dof(at)]).collect();
+        let mut own = rigid_translation_blocks(&matrix, &sums, &held, problem.domain)?;
         let mut right = vec![0.0; n + motions.ncols()];
-        if let Some(size) = with.known {
-            let at = 3 * usize::from(with.held);
+        if let Some(size) = with.boundary_value_scale {
+            let at = 3 * usize::from(with.prescribed_translations);
             right.iter_mut().zip(sums.column(at)).for_each(|(right, sum)| *right = size * sum);
         }
         for (at, held) in held.iter().enumerate() {
             if *held {
-                let column = own[at / 3].column(at % 3) * problem.known[order.dof(at)];
+                let column = own[at / 3].column(at % 3) * problem.boundary_values[order.dof(at)];
                 (0..3).for_each(|r| right[at - at % 3 + r] -= column[r]);
             }
         }
-        let mut columns = Columns::zeros(n + motions.ncols(), motions.ncols())?;
-        let mut rows = Columns::zeros(n, motions.ncols())?;
+        let mut columns = DenseMatrix::zeros(n + motions.ncols(), motions.ncols())?;
+        let mut rows = DenseMatrix::zeros(n, motions.ncols())?;
         let mean = area / areas.len() as f64;
         for j in 0..motions.ncols() {
             let sums = sums.column(with.count() - with.motions.1 + j);
@@ -129,7 +129,7 @@ impl CompressedEquations {
                 let dof = order.dof(at);
                 rows.column_mut(j)[at] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
-            right[n + j] = problem.mean.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+            right[n + j] = problem.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
         }
         let positions = problem.elements.positions();
         let positions: Vec<Point> = order.nodes.iter().map(|&node| positions[node]).collect();
@@ -138,37 +138,37 @@ impl CompressedEquations {
                 own[at / 3].column_mut(at % 3).fill(0.0);
             }
         }
-        let additions = Additions { blocks: &own, columns: &columns, rows: &rows };
+        let additions = DiagonalAndBorder { blocks: &own, columns: &columns, rows: &rows };
         let inverse =
-            LocalCoarse::new(&matrix, &additions, Unknowns { positions: &positions, tractions: &held })?;
-        Ok(Self { tolerance, matrix, order, own, columns, rows, right, inverse })
+            CoarseBlockJacobi::new(&matrix, &additions, CollocationUnknowns { positions: &positions, is_traction: &held })?;
+        Ok(Self { tolerance, matrix, order, diagonal_blocks: own, columns, rows, boundary_value_side: right, preconditioner: inverse })
     }
 
     /// Bytes that making and solving such equations takes, right sides included: near blocks counted, far ones by the ranks that are usual.
     pub fn expected_bytes(elements: &BoundaryElements, n_loaded: usize, tolerance: f64) -> u128 {
         let layout = layout(elements, 0);
-        let [near, far] = layout.entries();
-        let [making, held] = LocalCoarse::expected_bytes(&layout);
+        let [near, far] = layout.storage_counts();
+        let [making, held] = CoarseBlockJacobi::expected_bytes(&layout);
         let (n, columns) = (3 * elements.n_nodes(), 3 * n_loaded + 1);
-        let blocks = 4 * near + (FAR * tolerance.log10().powi(2) * far as f64) as usize;
-        let sides = rayon::current_num_threads().min(columns.div_ceil(TOGETHER));
-        let iteration = 8 * n * TOGETHER.min(columns) * (USUAL + 7);
+        let blocks = 4 * near + (FAR_BYTES_PER_LINE_AND_DIGIT2 * tolerance.log10().powi(2) * far as f64) as usize;
+        let sides = rayon::current_num_threads().min(columns.div_ceil(RIGHT_SIDES_PER_BLOCK));
+        let iteration = 8 * n * RIGHT_SIDES_PER_BLOCK.min(columns) * (TYPICAL_GMRES_PRODUCTS + 7);
         let parts = blocks + making.max(held + 8 * n * (columns + 12) + sides * iteration);
-        parts as u128 + dense_lu::products(8 * (n as u128).pow(2))
+        parts as u128 + dense_lu::product_buffer_bytes(8 * (n as u128).pow(2))
     }
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        self.matrix.bytes() + self.inverse.bytes()
+        self.matrix.bytes() + self.preconditioner.bytes()
     }
 
     /// Right sides of unit tractions of the loaded nodes, after that of what is known.
-    fn right_sides(&self, problem: &Problem) -> Result<Columns> {
-        let mut right = Columns::zeros(self.right.len(), 1 + 3 * problem.loaded.len())?;
-        right.column_mut(0).copy_from_slice(&self.right);
+    fn right_sides(&self, problem: &BoundaryValueProblem) -> Result<DenseMatrix> {
+        let mut right = DenseMatrix::zeros(self.boundary_value_side.len(), 1 + 3 * problem.loaded.len())?;
+        right.column_mut(0).copy_from_slice(&self.boundary_value_side);
         let elements = problem.elements;
         let mut of_element: Vec<Vec<(usize, usize)>> = vec![Vec::new(); elements.n_elements()];
-        let place_of = elements.places();
+        let place_of = elements.node_locations();
         for (j, &node) in problem.loaded.iter().enumerate() {
             let (element, place) = place_of[node];
             of_element[element].push((j, place));
@@ -178,10 +178,10 @@ impl CompressedEquations {
         let kernel_of = |element: usize| {
             let mut columns = vec![[[0.0; 3]; 3]; self.order.nodes.len() * of_element[element].len()];
             let nodes = of_element[element].len();
-            for (at, columns) in self.order.places.iter().zip(columns.chunks_exact_mut(nodes)) {
+            for (at, columns) in self.order.node_locations.iter().zip(columns.chunks_exact_mut(nodes)) {
                 let influence = influence(elements, *at, element);
                 for ((_, place), column) in of_element[element].iter().zip(columns) {
-                    *column = influence.single[*place].data.0;
+                    *column = influence.single_layer[*place].data.0;
                 }
             }
             columns
@@ -208,24 +208,24 @@ impl CompressedEquations {
     ///
     /// # Errors
     /// If the iteration does not converge, memory does not suffice, or a stop is wished.
-    pub(super) fn solve(&self, problem: &Problem) -> Result<(Columns, CompressionReport)> {
+    pub(super) fn solve(&self, problem: &BoundaryValueProblem) -> Result<(DenseMatrix, CompressionReport)> {
         let mut all = self.right_sides(problem)?;
         let n = all.n_rows();
         let options = KrylovOptions {
-            tolerance: (RESIDUAL * self.tolerance).max(LEAST),
-            products: PRODUCTS,
+            tolerance: (RESIDUAL_OVER_TOLERANCE * self.tolerance).max(MIN_SINGLE_PRECISION_RESIDUAL),
+            max_products: MAX_GMRES_PRODUCTS,
             restart: RESTART,
         };
         let solve = |values: &mut [f64]| {
-            let mut columns = Columns::from_values(n, values.len() / n, values.to_vec());
-            let mut system = System { equations: self, x: Vec::new(), y: Vec::new() };
-            let reports = solve_columns(&mut system, &mut columns, options)?;
+            let mut columns = DenseMatrix::from_values(n, values.len() / n, values.to_vec());
+            let mut system = KrylovSystem { equations: self, x: Vec::new(), y: Vec::new() };
+            let reports = solve_multi_rhs(&mut system, &mut columns, options)?;
             self.reorder(&columns, values);
             Ok(reports)
         };
         let reports = all
             .values_mut()
-            .par_chunks_mut(TOGETHER * n)
+            .par_chunks_mut(RIGHT_SIDES_PER_BLOCK * n)
             .with_max_len(1)
             .map(solve)
             .collect::<Result<Vec<Vec<KrylovReport>>>>()?;
@@ -236,7 +236,7 @@ impl CompressedEquations {
             bytes: self.bytes(),
         };
         for column in reports.iter().flatten() {
-            report.iterations = report.iterations.max(column.products);
+            report.iterations = report.iterations.max(column.n_products);
             // The order of all numbers has what is none above the others.
             if column.residual.abs().total_cmp(&report.residual).is_gt() {
                 report.residual = column.residual.abs();
@@ -250,14 +250,14 @@ impl CompressedEquations {
                 report.iterations,
                 report.residual,
                 options.tolerance,
-                super::system::DENSE
+                super::system::MAX_DENSE_UNKNOWNS
             )));
         }
         Ok((all, report))
     }
 
     /// Columns in the order of the nodes.
-    fn reorder(&self, columns: &Columns, values: &mut [f64]) {
+    fn reorder(&self, columns: &DenseMatrix, values: &mut [f64]) {
         let n = columns.n_rows();
         for (j, to) in values.chunks_exact_mut(n).enumerate() {
             let from = columns.column(j);
@@ -270,14 +270,14 @@ impl CompressedEquations {
 }
 
 /// The blocks of displacement that nodes have on themselves: what translations leave.
-fn own_blocks(
+fn rigid_translation_blocks(
     matrix: &CollocationMatrix,
-    sums: &Columns,
+    sums: &DenseMatrix,
     held: &[bool],
     domain: Domain,
 ) -> Result<Vec<Matrix3<f64>>> {
     let n = matrix.n();
-    let (mut translations, mut moved) = (Columns::zeros(n, 3)?, Columns::zeros(n, 3)?);
+    let (mut translations, mut moved) = (DenseMatrix::zeros(n, 3)?, DenseMatrix::zeros(n, 3)?);
     for (at, held) in held.iter().enumerate() {
         translations.column_mut(at % 3)[at] = if *held { 0.0 } else { 1.0 };
     }
@@ -289,24 +289,24 @@ fn own_blocks(
         }
     }
     let far = match domain {
-        Domain::Inside => Matrix3::zeros(),
-        Domain::Outside => Matrix3::identity(),
+        Domain::Interior => Matrix3::zeros(),
+        Domain::Exterior => Matrix3::identity(),
     };
     let of_node = |node: usize| far - Matrix3::from_fn(|r, c| moved.at(3 * node + r, c));
     Ok((0..n / 3).map(of_node).collect())
 }
 
 /// The equations as a Krylov method sees them.
-struct System<'a> {
+struct KrylovSystem<'a> {
     equations: &'a CompressedEquations,
     /// A vector and its product, which blocks in single precision take in single precision.
     x: Vec<f32>,
     y: Vec<f32>,
 }
 
-impl ColumnSystem for System<'_> {
-    fn apply(&mut self, x: &Columns, image: &mut Columns) {
-        let CompressedEquations { matrix, own, columns, rows, .. } = self.equations;
+impl MultiRhsSystem for KrylovSystem<'_> {
+    fn apply(&mut self, x: &DenseMatrix, image: &mut DenseMatrix) {
+        let CompressedEquations { matrix, diagonal_blocks: own, columns, rows, .. } = self.equations;
         let n = matrix.n();
         for j in 0..x.n_columns() {
             let (from, to) = (x.column(j), image.column_mut(j));
@@ -330,7 +330,7 @@ impl ColumnSystem for System<'_> {
         image.values_mut().iter_mut().zip(&self.y).for_each(|(to, value)| *to += f64::from(*value));
     }
 
-    fn precondition(&mut self, image: &Columns, x: &mut Columns) {
-        self.equations.inverse.apply(image, x);
+    fn precondition(&mut self, image: &DenseMatrix, x: &mut DenseMatrix) {
+        self.equations.preconditioner.apply(image, x);
     }
 }

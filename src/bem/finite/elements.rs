@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::influence::{Element, Influence, Kernels, NodalState, Ready, Somigliana};
+use super::influence::{ElementView, Influence, InfluenceIntegrator, NodalState, PreparedElement, DisplacementGradient};
 use super::interpolation::{ElementNodes, Interpolation};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
@@ -28,9 +28,9 @@ fn depth(from: &Point, along: &Point, corners: &[Point]) -> Option<f64> {
 /// Elements of a surface with the kernels of the material behind it.
 #[derive(Debug)]
 pub struct BoundaryElements {
-    kernels: Kernels,
+    kernels: InfluenceIntegrator,
     interpolation: Interpolation,
-    ready: Vec<Ready>,
+    prepared: Vec<PreparedElement>,
     /// Of triangles and quadrilaterals.
     nodes: [ElementNodes; 2],
     /// Number of the first node of each element, and of all nodes.
@@ -46,7 +46,7 @@ impl BoundaryElements {
         (stiffness, field): (&Stiffness, FullSpaceField),
         accuracy: f64,
     ) -> Self {
-        let kernels = Kernels::new(stiffness.clone(), field, accuracy);
+        let kernels = InfluenceIntegrator::new(stiffness.clone(), field, accuracy);
         let nodes = [true, false].map(|triangle| ElementNodes::new(interpolation, triangle));
         let mut first = vec![0];
         for panel in &panels {
@@ -55,10 +55,10 @@ impl BoundaryElements {
         }
         let ready = panels.into_par_iter().map(|panel| {
             let nodes = &nodes[usize::from(!panel.is_triangle())];
-            Ready::new(&kernels, panel.raised(interpolation), nodes, interpolation.degree())
+            PreparedElement::new(&kernels, panel.with_second_order_nodes(interpolation), nodes, interpolation.degree())
         });
         let ready = ready.collect();
-        Self { kernels, interpolation, ready, nodes, first }
+        Self { kernels, interpolation, prepared: ready, nodes, first }
     }
 
     /// How displacement and traction vary over an element.
@@ -73,17 +73,17 @@ impl BoundaryElements {
 
     /// Number of elements.
     pub fn n_elements(&self) -> usize {
-        self.ready.len()
+        self.prepared.len()
     }
 
     /// Element `i`.
     pub fn panel(&self, i: usize) -> &Panel {
-        &self.ready[i].panel
+        &self.prepared[i].panel
     }
 
     /// Number of nodes.
     pub fn n_nodes(&self) -> usize {
-        self.first[self.ready.len()]
+        self.first[self.prepared.len()]
     }
 
     /// Numbers of the nodes of element `i`.
@@ -92,7 +92,7 @@ impl BoundaryElements {
     }
 
     /// The nodes of element `i` in its reference element.
-    pub fn places_of(&self, i: usize) -> &ElementNodes {
+    pub fn reference_nodes_of(&self, i: usize) -> &ElementNodes {
         &self.nodes[usize::from(!self.panel(i).is_triangle())]
     }
 
@@ -100,39 +100,39 @@ impl BoundaryElements {
     fn each_node<T>(&self, of: impl Fn(&Panel, usize, &ElementNodes) -> T) -> Vec<T> {
         let mut all = Vec::with_capacity(self.n_nodes());
         for i in 0..self.n_elements() {
-            let nodes = self.places_of(i);
-            all.extend((0..nodes.places().len()).map(|node| of(self.panel(i), node, nodes)));
+            let nodes = self.reference_nodes_of(i);
+            all.extend((0..nodes.reference_points().len()).map(|node| of(self.panel(i), node, nodes)));
         }
         all
     }
 
     /// Where the nodes lie, mm.
     pub fn positions(&self) -> Vec<Point> {
-        self.each_node(|panel, node, nodes| panel.position(nodes.places()[node]))
+        self.each_node(|panel, node, nodes| panel.position(nodes.reference_points()[node]))
     }
 
     /// Outward unit normals at the nodes.
     pub fn normals(&self) -> Vec<Point> {
-        self.each_node(|panel, node, nodes| panel.area(nodes.places()[node]).normalize())
+        self.each_node(|panel, node, nodes| panel.area_vector(nodes.reference_points()[node]).normalize())
     }
 
     /// Areas of the nodes, ∫ N_a dS by the rule whose points they are, mm².
     pub fn areas(&self) -> Vec<f64> {
-        self.each_node(|panel, node, nodes| nodes.weights()[node] * panel.area(nodes.places()[node]).norm())
+        self.each_node(|panel, node, nodes| nodes.weights()[node] * panel.area_vector(nodes.reference_points()[node]).norm())
     }
 
     /// The element whose nodes lie farthest apart beside the thickness of the body behind its middle, and distance over thickness; `None`
     /// for an open surface.
-    pub fn thinnest(&self) -> Option<(usize, f64)> {
+    pub fn max_spacing_to_thickness(&self) -> Option<(usize, f64)> {
         let corners = |panel: &Panel| -> Vec<Point> {
             let places = &panel.kind.face_places()[..panel.kind.n_corners()];
             places.iter().map(|xi| panel.position(*xi)).collect()
         };
-        let all: Vec<Vec<Point>> = self.ready.iter().map(|ready| corners(&ready.panel)).collect();
+        let all: Vec<Vec<Point>> = self.prepared.iter().map(|ready| corners(&ready.panel)).collect();
         let of_element = |i: usize| {
             let panel = self.panel(i);
             let middle = if panel.is_triangle() { [1.0 / 3.0; 2] } else { [0.0; 2] };
-            let (from, area) = (panel.position(middle), panel.area(middle));
+            let (from, area) = (panel.position(middle), panel.area_vector(middle));
             let inward = -area.normalize();
             // Neighbours at a sharp edge are no thickness.
             let joined = |corners: &[Point]| corners.iter().any(|corner| all[i].contains(corner));
@@ -147,13 +147,13 @@ impl BoundaryElements {
         ratios.into_iter().filter(|(_, ratio)| *ratio > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    fn element(&self, i: usize) -> Element<'_> {
-        Element { ready: &self.ready[i], nodes: self.places_of(i) }
+    fn element(&self, i: usize) -> ElementView<'_> {
+        ElementView { prepared: &self.prepared[i], nodes: self.reference_nodes_of(i) }
     }
 
     /// What element `i` does at a point that is not on it.
-    pub fn away(&self, i: usize, y: &Point) -> Influence {
-        self.kernels.away(self.element(i), y)
+    pub fn influence_off_element(&self, i: usize, y: &Point) -> Influence {
+        self.kernels.off_element(self.element(i), y)
     }
 
     /// Principal value of the integral of the traction kernel over the plane element `i`, seen from its node `node`.
@@ -162,13 +162,13 @@ impl BoundaryElements {
     }
 
     /// Adds what the `nodal` state of element `i` does at a point that is not on it, with the gradient.
-    pub(super) fn add_field(&self, i: usize, y: &Point, nodal: &[NodalState], sum: &mut Somigliana) {
+    pub(super) fn add_field(&self, i: usize, y: &Point, nodal: &[NodalState], sum: &mut DisplacementGradient) {
         self.kernels.add_field(self.element(i), y, nodal, sum);
     }
 
     /// What element `i` does at its own node `node`; the block of the traction kernel of that node itself, which has no value, is
     /// zero.
-    pub fn own(&self, i: usize, node: usize) -> Influence {
-        self.kernels.own(self.element(i), node)
+    pub fn influence_on_element(&self, i: usize, node: usize) -> Influence {
+        self.kernels.on_element(self.element(i), node)
     }
 }

@@ -2,15 +2,15 @@
 //!
 //! Off the element by Gauss rules, on quarters of it where the point is near; on it from the point along rays to the rim, whose
 //! length takes 1/r away. The number of points follows from how near the singularities of the kernel come to the element
-//! ([`Nearness`]).
+//! ([`QuadratureOrder`]).
 
 use nalgebra::Matrix3;
 
 use super::interpolation::{ElementNodes, MOST_NODES};
 use super::panel::Panel;
 use crate::bem::full_space::FullSpaceField;
-use crate::bem::half_space::TractionMap;
-use crate::bem::nearness::{Nearness, Patch};
+use crate::bem::half_space::TractionOperator;
+use crate::bem::quadrature_order::{QuadratureOrder, Parallelogram};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
@@ -19,7 +19,7 @@ use crate::quadrature::gauss_legendre;
 const MOST_POINTS: usize = 8;
 
 /// Rules with up to so many points along a side are kept ready on whole elements.
-const KEPT: usize = 4;
+const MAX_STORED_POINTS_PER_SIDE: usize = 4;
 
 /// Divisions of an element, one after the other, at most.
 const MOST_DIVISIONS: usize = 14;
@@ -28,56 +28,56 @@ const MOST_DIVISIONS: usize = 14;
 #[derive(Debug, Clone, Copy)]
 pub struct Influence {
     /// ∫ U N_a dS, mm/MPa.
-    pub single: [Matrix3<f64>; MOST_NODES],
+    pub single_layer: [Matrix3<f64>; MOST_NODES],
     /// ∫ T N_a dS.
-    pub double: [Matrix3<f64>; MOST_NODES],
+    pub double_layer: [Matrix3<f64>; MOST_NODES],
 }
 
 /// The kernels of a body, and how they are integrated.
 #[derive(Debug)]
-pub(super) struct Kernels {
+pub(super) struct InfluenceIntegrator {
     /// Its material.
     pub stiffness: Stiffness,
     /// Field of a point force in it.
     field: FullSpaceField,
     /// Gauss rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
-    nearness: Nearness,
+    quadrature_order: QuadratureOrder,
 }
 
 /// A plane element as a node of its own sees it.
-struct Seen {
+struct PrincipalValuePoint {
     y: Point,
-    traction: TractionMap,
+    traction: TractionOperator,
     /// Unit of its distances.
     size: f64,
 }
 
 /// A point of an element in a rule.
 #[derive(Debug, Clone)]
-struct Sample {
+struct QuadraturePoint {
     at: Point,
     /// Its share of the area, mm².
     area: f64,
-    traction: TractionMap,
-    values: [f64; MOST_NODES],
+    traction_operator: TractionOperator,
+    shape_values: [f64; MOST_NODES],
 }
 
 /// An element, ready for its integrals.
 #[derive(Debug)]
-pub(super) struct Ready {
+pub(super) struct PreparedElement {
     pub panel: Panel,
     /// Points of the rules with 1, 2, ... points along a side on all of it; none below `least`.
-    samples: [Vec<Sample>; KEPT],
+    samples: [Vec<QuadraturePoint>; MAX_STORED_POINTS_PER_SIDE],
     /// Least number of points along a side.
-    least: usize,
-    patch: Patch,
+    min_points: usize,
+    patch: Parallelogram,
 }
 
 /// An element with its nodes.
 #[derive(Clone, Copy)]
-pub(super) struct Element<'a> {
-    pub ready: &'a Ready,
+pub(super) struct ElementView<'a> {
+    pub prepared: &'a PreparedElement,
     pub nodes: &'a ElementNodes,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct NodalState {
 
 /// Displacement at a point, and its gradient: rows the components, columns the directions.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Somigliana {
+pub(super) struct DisplacementGradient {
     pub displacement: Point,
     pub gradient: Matrix3<f64>,
 }
@@ -100,21 +100,21 @@ const STEP: f64 = 0.01;
 
 /// Displacements of one surface element.
 struct DoubleLayer<'a> {
-    kernels: &'a Kernels,
-    map: &'a TractionMap,
+    kernels: &'a InfluenceIntegrator,
+    traction_operator: &'a TractionOperator,
     density: Point,
 }
 
 impl DoubleLayer<'_> {
     /// Its displacement at distance `r`, from y to the element, per area.
     fn at(&self, r: &Point) -> Point {
-        self.map.of(&self.kernels.field.at(r)).transpose() * self.density
+        self.traction_operator.apply(&self.kernels.field.at(r)).transpose() * self.density
     }
 
     /// Adds it times the area, with a traction. Along r the kernel falls like 1/r², across it differences are taken.
-    fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut Somigliana) {
+    fn add(&self, r: &Point, (traction, area): (Point, f64), sum: &mut DisplacementGradient) {
         let field = self.kernels.field.at(r);
-        let own = self.map.of(&field).transpose() * self.density;
+        let own = self.traction_operator.apply(&field).transpose() * self.density;
         sum.displacement += (field.value * traction - own) * area;
         let distance = r.norm();
         let along = r / distance;
@@ -134,7 +134,7 @@ impl DoubleLayer<'_> {
 
 /// A triangle or parallelogram of the reference element.
 #[derive(Clone, Copy)]
-struct Part {
+struct ReferencePart {
     first: [f64; 2],
     sides: [[f64; 2]; 2],
     triangle: bool,
@@ -142,11 +142,11 @@ struct Part {
 
 impl Influence {
     fn zero() -> Self {
-        Self { single: [Matrix3::zeros(); MOST_NODES], double: [Matrix3::zeros(); MOST_NODES] }
+        Self { single_layer: [Matrix3::zeros(); MOST_NODES], double_layer: [Matrix3::zeros(); MOST_NODES] }
     }
 }
 
-impl Part {
+impl ReferencePart {
     fn whole(triangle: bool) -> Self {
         if triangle {
             Self { first: [0.0; 2], sides: [[1.0, 0.0], [0.0, 1.0]], triangle }
@@ -160,11 +160,11 @@ impl Part {
     }
 
     /// What it is on a panel, to the first order about its middle.
-    fn on(&self, panel: &Panel) -> Patch {
+    fn linearised_on(&self, panel: &Panel) -> Parallelogram {
         let middle = self.at([0.5; 2]);
         let [a, b] = panel.tangents(middle);
         let sides = self.sides.map(|[u, v]| 0.5 * (u * a + v * b));
-        Patch { middle: panel.position(middle), sides }
+        Parallelogram { middle: panel.position(middle), half_sides: sides }
     }
 
     fn quarters(&self) -> [Self; 4] {
@@ -197,48 +197,48 @@ impl Part {
     }
 }
 
-impl Sample {
+impl QuadraturePoint {
     fn new(
-        kernels: &Kernels,
+        kernels: &InfluenceIntegrator,
         (panel, nodes): (&Panel, &ElementNodes),
         (xi, weight): ([f64; 2], f64),
     ) -> Self {
-        let area = panel.area(xi);
+        let area = panel.area_vector(xi);
         let size = area.norm();
         Self {
             at: panel.position(xi),
             area: weight * size,
-            traction: TractionMap::new(&kernels.stiffness, &(area / size)),
-            values: nodes.values(xi),
+            traction_operator: TractionOperator::new(&kernels.stiffness, &(area / size)),
+            shape_values: nodes.values(xi),
         }
     }
 }
 
-impl Ready {
-    pub fn new(kernels: &Kernels, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
+impl PreparedElement {
+    pub fn new(kernels: &InfluenceIntegrator, panel: Panel, nodes: &ElementNodes, degree: usize) -> Self {
         // The polynomials, and the collapse or the curvature of the element.
         let affine = panel.is_affine() && !panel.is_triangle();
         let least = degree + if affine { 1 } else { 2 };
-        let whole = Part::whole(panel.is_triangle());
+        let whole = ReferencePart::whole(panel.is_triangle());
         let samples = std::array::from_fn(|i| {
             let points = if i + 1 < least { Vec::new() } else { whole.points(&kernels.rules[i]).collect() };
-            points.into_iter().map(|point| Sample::new(kernels, (&panel, nodes), point)).collect()
+            points.into_iter().map(|point| QuadraturePoint::new(kernels, (&panel, nodes), point)).collect()
         });
-        let patch = whole.on(&panel);
-        Self { panel, samples, least, patch }
+        let patch = whole.linearised_on(&panel);
+        Self { panel, samples, min_points: least, patch }
     }
 }
 
-impl Kernels {
+impl InfluenceIntegrator {
     /// Kernels whose integrals over an element are accurate to about `accuracy` of their largest values.
     pub fn new(stiffness: Stiffness, field: FullSpaceField, accuracy: f64) -> Self {
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
-        let nearness = Nearness::new(&stiffness, accuracy, MOST_POINTS);
-        Self { stiffness, field, rules, nearness }
+        let nearness = QuadratureOrder::new(&stiffness, accuracy, MOST_POINTS);
+        Self { stiffness, field, rules, quadrature_order: nearness }
     }
 
     /// What an element does at a point `y` that is not on it.
-    pub fn away(&self, element: Element, y: &Point) -> Influence {
+    pub fn off_element(&self, element: ElementView, y: &Point) -> Influence {
         let mut influence = Influence::zero();
         self.each_sample(element, y, &mut |sample| self.add(element.nodes, y, sample, &mut influence));
         influence
@@ -246,40 +246,40 @@ impl Kernels {
 
     /// The points of the rule over an element that a point `y` off it needs.
     #[inline]
-    fn each_sample(&self, element: Element, y: &Point, visit: &mut impl FnMut(&Sample)) {
-        let Ready { panel, samples, least, patch } = element.ready;
-        match self.nearness.points(patch, y).map(|n| n.max(*least)) {
-            Some(n) if n <= KEPT => samples[n - 1].iter().for_each(visit),
-            _ => self.divide(element, y, (Part::whole(panel.is_triangle()), MOST_DIVISIONS), visit),
+    fn each_sample(&self, element: ElementView, y: &Point, visit: &mut impl FnMut(&QuadraturePoint)) {
+        let PreparedElement { panel, samples, min_points: least, patch } = element.prepared;
+        match self.quadrature_order.points(patch, y).map(|n| n.max(*least)) {
+            Some(n) if n <= MAX_STORED_POINTS_PER_SIDE => samples[n - 1].iter().for_each(visit),
+            _ => self.divide(element, y, (ReferencePart::whole(panel.is_triangle()), MOST_DIVISIONS), visit),
         }
     }
 
     /// Adds to `sum` what tractions and displacements of the nodes of an element do at a point `y` off it.
-    pub fn add_field(&self, element: Element, y: &Point, nodal: &[NodalState], sum: &mut Somigliana) {
+    pub fn add_field(&self, element: ElementView, y: &Point, nodal: &[NodalState], sum: &mut DisplacementGradient) {
         self.each_sample(element, y, &mut |sample| {
             let (mut traction, mut displacement) = (Point::zeros(), Point::zeros());
-            for (node, value) in nodal.iter().zip(&sample.values) {
+            for (node, value) in nodal.iter().zip(&sample.shape_values) {
                 traction += node.traction * *value;
                 displacement += node.displacement * *value;
             }
-            let layer = DoubleLayer { kernels: self, map: &sample.traction, density: displacement };
+            let layer = DoubleLayer { kernels: self, traction_operator: &sample.traction_operator, density: displacement };
             layer.add(&(sample.at - y), (traction, sample.area), sum);
         });
     }
 
-    /// What an element does at its own node `node`. The block of [`Influence::double`] of that node itself, which has no value, stays
+    /// What an element does at its own node `node`. The block of [`Influence::double_layer`] of that node itself, which has no value, stays
     /// zero.
-    pub fn own(&self, element: Element, node: usize) -> Influence {
+    pub fn on_element(&self, element: ElementView, node: usize) -> Influence {
         let mut influence = Influence::zero();
-        let panel = &element.ready.panel;
-        let xi = element.nodes.places()[node];
+        let panel = &element.prepared.panel;
+        let xi = element.nodes.reference_points()[node];
         let y = panel.position(xi);
         let corners = panel.corners();
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
-            self.fan(element, (xi, &y), (*from, to, MOST_DIVISIONS), &mut influence);
+            self.add_polar_triangle(element, (xi, &y), (*from, to, MOST_DIVISIONS), &mut influence);
         }
-        influence.double[node] = Matrix3::zeros();
+        influence.double_layer[node] = Matrix3::zeros();
         influence
     }
 
@@ -287,52 +287,52 @@ impl Kernels {
     ///
     /// On the plane T = f(φ) / r² with f(φ + π) = -f(φ), so that ∫ T dS = ∫ f(φ) ln R(φ) dφ with the distance R of the rim, which does not
     /// depend on the unit of R; along a side dφ = d / r² dl, d being the distance of its line.
-    pub fn principal_value(&self, element: Element, node: usize) -> Matrix3<f64> {
-        let panel = &element.ready.panel;
-        let xi = element.nodes.places()[node];
-        let (y, area) = (panel.position(xi), panel.area(xi));
-        let seen = Seen {
+    pub fn principal_value(&self, element: ElementView, node: usize) -> Matrix3<f64> {
+        let panel = &element.prepared.panel;
+        let xi = element.nodes.reference_points()[node];
+        let (y, area) = (panel.position(xi), panel.area_vector(xi));
+        let seen = PrincipalValuePoint {
             y,
-            traction: TractionMap::new(&self.stiffness, &area.normalize()),
+            traction: TractionOperator::new(&self.stiffness, &area.normalize()),
             size: area.norm().sqrt(),
         };
         let corners: Vec<Point> = panel.corners().iter().map(|corner| panel.position(*corner)).collect();
         let mut sum = Matrix3::zeros();
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
-            self.rim(&seen, (*from, to, MOST_DIVISIONS), &mut sum);
+            self.add_edge_principal_value(&seen, (*from, to, MOST_DIVISIONS), &mut sum);
         }
         sum
     }
 
     /// Adds the part of a side.
-    fn rim(&self, seen: &Seen, (from, to, divisions): (Point, Point, usize), sum: &mut Matrix3<f64>) {
+    fn add_edge_principal_value(&self, seen: &PrincipalValuePoint, (from, to, divisions): (Point, Point, usize), sum: &mut Matrix3<f64>) {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let n = self.nearness.points_along(&middle, &half, &seen.y);
+        let n = self.quadrature_order.points_along(&middle, &half, &seen.y);
         // The logarithm is singular where the kernel is.
         let n = n.map(|n| (n + 2).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
-            self.rim(seen, (from, middle, divisions - 1), sum);
-            self.rim(seen, (middle, to, divisions - 1), sum);
+            self.add_edge_principal_value(seen, (from, middle, divisions - 1), sum);
+            self.add_edge_principal_value(seen, (middle, to, divisions - 1), sum);
             return;
         }
         let off = (middle - seen.y).cross(&half).norm();
         for &(t, by_t) in &self.rules[n.unwrap_or(MOST_POINTS) - 1] {
             let away = middle + t * half - seen.y;
-            let traction = seen.traction.of(&self.field.at(&away)).transpose();
+            let traction = seen.traction.apply(&self.field.at(&away)).transpose();
             *sum += traction * (by_t * off * (away.norm() / seen.size).ln());
         }
     }
 
     fn divide(
         &self,
-        element: Element,
+        element: ElementView,
         y: &Point,
-        (part, divisions): (Part, usize),
-        visit: &mut impl FnMut(&Sample),
+        (part, divisions): (ReferencePart, usize),
+        visit: &mut impl FnMut(&QuadraturePoint),
     ) {
-        let panel = &element.ready.panel;
-        let n = self.nearness.points(&part.on(panel), y).map(|n| n.max(element.ready.least));
+        let panel = &element.prepared.panel;
+        let n = self.quadrature_order.points(&part.linearised_on(panel), y).map(|n| n.max(element.prepared.min_points));
         if n.is_none() && divisions > 0 {
             for quarter in part.quarters() {
                 self.divide(element, y, (quarter, divisions - 1), visit);
@@ -340,26 +340,26 @@ impl Kernels {
             return;
         }
         for point in part.points(&self.rules[n.unwrap_or(MOST_POINTS) - 1]) {
-            visit(&Sample::new(self, (panel, element.nodes), point));
+            visit(&QuadraturePoint::new(self, (panel, element.nodes), point));
         }
     }
 
     /// The triangle between a point of the element and a part of its rim, which takes away 1/r.
-    fn fan(
+    fn add_polar_triangle(
         &self,
-        element: Element,
+        element: ElementView,
         (xi, y): ([f64; 2], &Point),
         (from, to, divisions): ([f64; 2], [f64; 2], usize),
         influence: &mut Influence,
     ) {
-        let panel = &element.ready.panel;
+        let panel = &element.prepared.panel;
         let middle = [0, 1].map(|c| 0.5 * (from[c] + to[c]));
         let half = 0.5 * (panel.position(to) - panel.position(from));
-        let n = self.nearness.points_along(&panel.position(middle), &half, y);
-        let n = n.map(|n| (n + element.ready.least).min(MOST_POINTS));
+        let n = self.quadrature_order.points_along(&panel.position(middle), &half, y);
+        let n = n.map(|n| (n + element.prepared.min_points).min(MOST_POINTS));
         if n.is_none() && divisions > 0 {
-            self.fan(element, (xi, y), (from, middle, divisions - 1), influence);
-            self.fan(element, (xi, y), (middle, to, divisions - 1), influence);
+            self.add_polar_triangle(element, (xi, y), (from, middle, divisions - 1), influence);
+            self.add_polar_triangle(element, (xi, y), (middle, to, divisions - 1), influence);
             return;
         }
         let cross = (from[0] - xi[0]) * (to[1] - xi[1]) - (from[1] - xi[1]) * (to[0] - xi[0]);
@@ -371,7 +371,7 @@ impl Kernels {
                 let share = 0.5 * (1.0 + s);
                 let at = [0, 1].map(|c| xi[c] + share * (end[c] - xi[c]));
                 let point = (at, 0.25 * by_s * by_t * share * cross.abs());
-                let sample = Sample::new(self, (panel, element.nodes), point);
+                let sample = QuadraturePoint::new(self, (panel, element.nodes), point);
                 self.add(element.nodes, y, &sample, influence);
             }
         }
@@ -379,14 +379,14 @@ impl Kernels {
 
     /// Adds a point of a rule.
     #[inline]
-    fn add(&self, nodes: &ElementNodes, y: &Point, sample: &Sample, influence: &mut Influence) {
+    fn add(&self, nodes: &ElementNodes, y: &Point, sample: &QuadraturePoint, influence: &mut Influence) {
         let field = self.field.at(&(sample.at - y));
         // The force acts at y, the displacement is asked for there: transposed.
-        let traction = sample.traction.of(&field).transpose();
-        for (a, value) in sample.values.iter().enumerate().take(nodes.places().len()) {
+        let traction = sample.traction_operator.apply(&field).transpose();
+        for (a, value) in sample.shape_values.iter().enumerate().take(nodes.reference_points().len()) {
             let factor = value * sample.area;
-            influence.single[a] += field.value * factor;
-            influence.double[a] += traction * factor;
+            influence.single_layer[a] += field.value * factor;
+            influence.double_layer[a] += traction * factor;
         }
     }
 }
@@ -406,7 +406,7 @@ mod tests {
         let turned = fibres.rotated(&crate::geometry::fibre_axes(0.5, 0.3));
         for stiffness in [Stiffness::isotropic(210e3, 0.3).unwrap(), turned] {
             let field = FullSpaceField::new(&stiffness).unwrap();
-            let kernels = Kernels::new(stiffness, field, 1e-9);
+            let kernels = InfluenceIntegrator::new(stiffness, field, 1e-9);
             half_from_a_face(&kernels);
             near_its_faces(&kernels);
         }
@@ -421,23 +421,23 @@ mod tests {
         [[1., 0., 0.], [1., 1., 0.], [1., 1., 1.], [1., 0., 1.]],
     ];
 
-    fn panels(kernels: &Kernels, nodes: &ElementNodes, order: usize) -> [Ready; 6] {
+    fn panels(kernels: &InfluenceIntegrator, nodes: &ElementNodes, order: usize) -> [PreparedElement; 6] {
         FACES
             .map(|nodes| Panel { kind: ElementKind::Quad4, nodes: nodes.map(Point::from).to_vec() })
-            .map(|panel| Ready::new(kernels, panel, nodes, order))
+            .map(|panel| PreparedElement::new(kernels, panel, nodes, order))
     }
 
     /// With the principal value over the face that a point lies on the tractions sum up to minus half of the unit matrix, wherever on the
     /// face it lies.
-    fn half_from_a_face(kernels: &Kernels) {
+    fn half_from_a_face(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Linear, false);
         let panels = panels(kernels, &nodes, 1);
-        let own = Element { ready: &panels[1], nodes: &nodes };
+        let own = ElementView { prepared: &panels[1], nodes: &nodes };
         for node in 0..4 {
-            let y = panels[1].panel.position(nodes.places()[node]);
+            let y = panels[1].panel.position(nodes.reference_points()[node]);
             let others = (0..6).filter(|i| *i != 1).map(|i| {
-                let influence = kernels.away(Element { ready: &panels[i], nodes: &nodes }, &y);
-                influence.double[..4].iter().sum::<Matrix3<f64>>()
+                let influence = kernels.off_element(ElementView { prepared: &panels[i], nodes: &nodes }, &y);
+                influence.double_layer[..4].iter().sum::<Matrix3<f64>>()
             });
             let sum = others.sum::<Matrix3<f64>>() + kernels.principal_value(own, node);
             let error = (sum + Matrix3::identity() * 0.5).amax();
@@ -447,7 +447,7 @@ mod tests {
 
     /// The sum over the faces is minus the unit matrix for y inside, and zero outside, at any distance from the nearest face, for integrals
     /// wanted to 1e-9 of a face's.
-    fn near_its_faces(kernels: &Kernels) {
+    fn near_its_faces(kernels: &InfluenceIntegrator) {
         let nodes = ElementNodes::new(Interpolation::Constant, false);
         let panels = panels(kernels, &nodes, 0);
         let cases = [
@@ -459,7 +459,7 @@ mod tests {
             ([3.0, -2.0, 0.5], 0.0),
         ];
         for (y, flux) in cases {
-            let at = |ready| kernels.away(Element { ready, nodes: &nodes }, &Point::from(y)).double[0];
+            let at = |ready| kernels.off_element(ElementView { prepared: ready, nodes: &nodes }, &Point::from(y)).double_layer[0];
             let sum: Matrix3<f64> = panels.iter().map(at).sum();
             let error = (sum - Matrix3::identity() * flux).amax();
             assert!(error < 2e-8, "{y:?}: {error:e}");

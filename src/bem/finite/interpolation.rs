@@ -56,7 +56,7 @@ impl Interpolation {
 /// others.
 #[derive(Debug, Clone)]
 pub struct ElementNodes {
-    places: Vec<[f64; 2]>,
+    reference_points: Vec<[f64; 2]>,
     weights: Vec<f64>,
     triangle: bool,
     /// Of the monomials in each polynomial, `[node, monomial]`.
@@ -72,12 +72,12 @@ impl ElementNodes {
         let n = places.len();
         let matrix = DMatrix::from_fn(n, n, |monomial, node| monomials(n, triangle, places[node])[monomial]);
         let coefficients = matrix.try_inverse().expect("nodes of a rule determine their polynomials");
-        Self { places, weights, triangle, coefficients }
+        Self { reference_points: places, weights, triangle, coefficients }
     }
 
     /// Where the nodes lie in the reference element.
-    pub fn places(&self) -> &[[f64; 2]] {
-        &self.places
+    pub fn reference_points(&self) -> &[[f64; 2]] {
+        &self.reference_points
     }
 
     /// Weights of the rule whose points the nodes are: the integrals of the polynomials over the reference element.
@@ -87,7 +87,7 @@ impl ElementNodes {
 
     /// The polynomials at a point of the reference element; those beyond the number of nodes are zero.
     pub fn values(&self, xi: [f64; 2]) -> [f64; MOST_NODES] {
-        let n = self.places.len();
+        let n = self.reference_points.len();
         let monomials = monomials(n, self.triangle, xi);
         let mut values = [0.0; MOST_NODES];
         for (node, value) in values.iter_mut().enumerate().take(n) {
@@ -98,8 +98,8 @@ impl ElementNodes {
 
     /// Their derivatives along the reference element's directions.
     pub fn gradients(&self, xi: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
-        let n = self.places.len();
-        let slopes = slopes(n, self.triangle, xi);
+        let n = self.reference_points.len();
+        let slopes = monomial_gradients(n, self.triangle, xi);
         let mut gradients = [[0.0; 2]; MOST_NODES];
         for (node, gradient) in gradients.iter_mut().enumerate().take(n) {
             *gradient = [0, 1].map(|d| (0..n).map(|k| self.coefficients[(node, k)] * slopes[k][d]).sum());
@@ -121,7 +121,7 @@ fn monomials(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [f64; MOST_NODES] {
 }
 
 /// Derivatives of the monomials.
-fn slopes(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
+fn monomial_gradients(n: usize, triangle: bool, [u, v]: [f64; 2]) -> [[f64; 2]; MOST_NODES] {
     let mut slopes = [[0.0; 2]; MOST_NODES];
     if triangle {
         let all = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [2.0 * u, 0.0], [v, u], [0.0, 2.0 * v]];
@@ -161,7 +161,7 @@ mod tests {
         for interpolation in Interpolation::ALL {
             for triangle in [true, false] {
                 let nodes = ElementNodes::new(interpolation, triangle);
-                assert_eq!(nodes.places().len(), interpolation.n_nodes(triangle));
+                assert_eq!(nodes.reference_points().len(), interpolation.n_nodes(triangle));
                 let degree = interpolation.degree() as i32;
                 let powers = (0..=degree).flat_map(|a| (0..=degree).map(move |b| (a, b)));
                 for (a, b) in powers.filter(|(a, b)| !triangle || a + b <= degree) {
@@ -169,18 +169,18 @@ mod tests {
                     for xi in [[0.2, 0.3], [0.0, 0.0], [0.7, 0.1]] {
                         let values = nodes.values(xi);
                         let sum: f64 =
-                            nodes.places().iter().zip(values).map(|(x, value)| f(*x) * value).sum();
+                            nodes.reference_points().iter().zip(values).map(|(x, value)| f(*x) * value).sum();
                         assert!((sum - f(xi)).abs() < 1e-12, "{interpolation:?} {xi:?}");
                         let slope = |x: f64, n: i32| if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
                         let exact = [slope(xi[0], a) * xi[1].powi(b), xi[0].powi(a) * slope(xi[1], b)];
                         for (d, exact) in exact.into_iter().enumerate() {
-                            let parts = nodes.places().iter().zip(nodes.gradients(xi));
+                            let parts = nodes.reference_points().iter().zip(nodes.gradients(xi));
                             let sum: f64 = parts.map(|(x, gradient)| f(*x) * gradient[d]).sum();
                             assert!((sum - exact).abs() < 1e-11, "{interpolation:?} {xi:?} {d}");
                         }
                     }
                     let found: f64 =
-                        nodes.places().iter().zip(nodes.weights()).map(|(x, w)| f(*x).powi(2) * w).sum();
+                        nodes.reference_points().iter().zip(nodes.weights()).map(|(x, w)| f(*x).powi(2) * w).sum();
                     let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
                     let exact = if triangle {
                         factorial(2 * a) * factorial(2 * b) / factorial(2 * a + 2 * b + 2)

@@ -31,13 +31,13 @@ impl Panel {
     }
 
     /// Outward normal times the area per area of the reference element.
-    pub fn area(&self, xi: [f64; 2]) -> Point {
+    pub fn area_vector(&self, xi: [f64; 2]) -> Point {
         let [a, b] = self.tangents(xi);
         a.cross(&b)
     }
 
     /// The same element with nodes that suffice for the polynomials of an interpolation: of second order for quadratic ones.
-    pub fn raised(self, interpolation: Interpolation) -> Self {
+    pub fn with_second_order_nodes(self, interpolation: Interpolation) -> Self {
         let kind = if self.is_triangle() { ElementKind::Tri6 } else { ElementKind::Quad9 };
         if interpolation != Interpolation::Quadratic || self.kind == kind {
             return self;

@@ -11,7 +11,7 @@ use super::interpolation::Interpolation;
 use crate::error::{Error, Result};
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu::DenseLu;
 
 /// Nodes whose rows are made side by side.
@@ -26,21 +26,21 @@ type Rows = (Vec<Matrix3<f64>>, Vec<Matrix3<f64>>);
 /// What unit tractions do on a plane surface.
 pub struct PlaneResponse {
     /// Displacement of the nodes, `[3 n, 3 n_loaded]`, mm/MPa.
-    pub displacement: Columns,
+    pub displacement: DenseMatrix,
     /// Residual of equations computed afresh, under all tractions together, over the size of their terms.
     pub residual: f64,
 }
 
 impl BoundaryElements {
     fn plane_rows(&self, node: usize) -> Rows {
-        let y = self.panel(node).position(self.places_of(node).places()[0]);
+        let y = self.panel(node).position(self.reference_nodes_of(node).reference_points()[0]);
         let of = |i: usize| {
             // Very long elements take long; nothing is made of these rows then.
-            if interrupt::wished() {
+            if interrupt::requested() {
                 return (Matrix3::zeros(), Matrix3::zeros());
             }
-            let influence = if i == node { self.own(i, 0) } else { self.away(i, &y) };
-            (influence.double[0], influence.single[0])
+            let influence = if i == node { self.influence_on_element(i, 0) } else { self.influence_off_element(i, &y) };
+            (influence.double_layer[0], influence.single_layer[0])
         };
         let (mut h, g): Rows = (0..self.n_elements()).map(of).unzip();
         h[node] = Matrix3::identity() * 0.5 + self.principal_value(node, 0);
@@ -57,8 +57,8 @@ impl BoundaryElements {
             return Err(Error::input("the meshed surface of a half-space takes constant elements"));
         }
         let n = self.n_nodes();
-        let mut left = Columns::zeros(3 * n, 3 * n)?;
-        let mut right = Columns::zeros(3 * n, 3 * loaded.len())?;
+        let mut left = DenseMatrix::zeros(3 * n, 3 * n)?;
+        let mut right = DenseMatrix::zeros(3 * n, 3 * loaded.len())?;
         for first in (0..n).step_by(BATCH) {
             interrupt::check()?;
             let rows: Vec<Rows> =
@@ -79,7 +79,7 @@ impl BoundaryElements {
         Ok(PlaneResponse { displacement: right, residual })
     }
 
-    fn plane_residual(&self, displacement: &Columns, loaded: &[usize]) -> Result<f64> {
+    fn plane_residual(&self, displacement: &DenseMatrix, loaded: &[usize]) -> Result<f64> {
         interrupt::check()?;
         let n = self.n_nodes();
         let mut sum = vec![0.0; 3 * n];
@@ -103,6 +103,6 @@ impl BoundaryElements {
     }
 }
 
-fn put(matrix: &mut Columns, (row, column): (usize, usize), values: Point) {
+fn put(matrix: &mut DenseMatrix, (row, column): (usize, usize), values: Point) {
     matrix.column_mut(column)[row..row + 3].copy_from_slice(values.as_slice());
 }

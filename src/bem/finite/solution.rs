@@ -1,7 +1,7 @@
 //! What is found of a body: displacement and traction of its surface.
 
 use super::compressed::CompressionReport;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Displacement and traction of all nodes of a surface, global axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,19 +13,19 @@ pub struct SurfaceState {
 }
 
 /// What is not known, for what is known and for unit tractions of the loaded nodes.
-pub struct Solution {
-    pub(super) held: Vec<bool>,
-    pub(super) known: Vec<f64>,
+pub struct BoundarySolution {
+    pub(super) displacement_known: Vec<bool>,
+    pub(super) boundary_values: Vec<f64>,
     pub(super) loaded: Vec<usize>,
     /// `[3 n + free motions, 1 + 3 loaded nodes]`, the first for what is known.
-    pub(super) unknown: Columns,
+    pub(super) unknown: DenseMatrix,
     /// Unknown tractions are solved for over this, which brings them near displacements, MPa/mm.
-    pub(super) scale: f64,
+    pub(super) traction_scale: f64,
     pub(super) residual: f64,
     pub(super) compression: Option<CompressionReport>,
 }
 
-impl Solution {
+impl BoundarySolution {
     /// Residual of equations computed afresh over the size of their terms.
     pub fn residual(&self) -> f64 {
         self.residual
@@ -52,7 +52,7 @@ impl Solution {
     }
 
     /// The unknowns for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa.
-    fn combined(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
+    fn superpose(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; self.unknown.n_rows()];
         for (j, factor) in std::iter::once(&own).chain(tractions).enumerate() {
             if *factor != 0.0 {
@@ -65,12 +65,12 @@ impl Solution {
     /// Displacement and traction of all nodes for `own` times what is known and tractions of the loaded nodes, `[3 n_loaded]`, MPa,
     /// beside it.
     pub fn state(&self, own: f64, tractions: &[f64]) -> SurfaceState {
-        let n = self.known.len() / 3;
-        let found = self.combined(own, tractions);
+        let n = self.boundary_values.len() / 3;
+        let found = self.superpose(own, tractions);
         let mut state = SurfaceState { displacement: vec![[0.0; 3]; n], traction: vec![[0.0; 3]; n] };
-        for (dof, held) in self.held.iter().enumerate() {
-            let known = own * self.known[dof];
-            let (u, t) = if *held { (known, found[dof] * self.scale) } else { (found[dof], known) };
+        for (dof, held) in self.displacement_known.iter().enumerate() {
+            let known = own * self.boundary_values[dof];
+            let (u, t) = if *held { (known, found[dof] * self.traction_scale) } else { (found[dof], known) };
             state.displacement[dof / 3][dof % 3] = u;
             state.traction[dof / 3][dof % 3] = t;
         }
@@ -82,7 +82,7 @@ impl Solution {
 
     /// Tractions along the free motions that balance such loads, MPa.
     pub fn balance(&self, own: f64, tractions: &[f64]) -> Vec<f64> {
-        let found = self.combined(own, tractions);
-        found[self.known.len()..].iter().map(|x| x * self.scale).collect()
+        let found = self.superpose(own, tractions);
+        found[self.boundary_values.len()..].iter().map(|x| x * self.traction_scale).collect()
     }
 }

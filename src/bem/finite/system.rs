@@ -12,13 +12,13 @@ use rayon::prelude::*;
 
 use super::compressed::{CompressedEquations, CompressionReport};
 use super::elements::BoundaryElements;
-use super::solution::Solution;
+use super::solution::BoundarySolution;
 pub(super) use super::solution::SurfaceState;
 use crate::error::{Error, Result};
-use crate::fem::FreeMotions;
+use crate::fem::RigidBodyModes;
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::dense_lu::{self, DenseLu};
 
 /// Nodes whose rows are made side by side.
@@ -31,52 +31,52 @@ const CHECKED: usize = 24;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
     /// The surface encloses it.
-    Inside,
+    Interior,
     /// It goes on to infinity around the surface, whose normals point into the cavity.
-    Outside,
+    Exterior,
 }
 
 /// Unknowns up to which dense equations are factorised: from there on compressed ones take less time.
-pub const DENSE: usize = 10_000;
+pub const MAX_DENSE_UNKNOWNS: usize = 10_000;
 
 /// Tolerance of compressed equations.
-pub const TOLERANCE: f64 = 1e-5;
+pub const DEFAULT_TOLERANCE: f64 = 1e-5;
 
 /// Residual of rows computed afresh over the tolerance from which on compressed equations are refused.
-const DOUBTFUL: f64 = 100.0;
+const MAX_RESIDUAL_OVER_TOLERANCE: f64 = 100.0;
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Equations {
+pub enum SolutionMethod {
     /// Dense, by LU.
     Dense,
     /// Compressed to a tolerance, by iteration.
     Compressed(f64),
 }
 
-impl Equations {
+impl SolutionMethod {
     /// The one for so many unknowns.
     pub fn of(n_unknowns: usize) -> Self {
-        if n_unknowns <= DENSE { Self::Dense } else { Self::Compressed(TOLERANCE) }
+        if n_unknowns <= MAX_DENSE_UNKNOWNS { Self::Dense } else { Self::Compressed(DEFAULT_TOLERANCE) }
     }
 }
 
 /// What is known of a body: at every node the displacement or the traction along each axis (component c of node i is dof 3 i + c).
-pub struct Problem<'a> {
+pub struct BoundaryValueProblem<'a> {
     /// Its surface.
     pub elements: &'a BoundaryElements,
     /// Where it lies.
     pub domain: Domain,
     /// Whether the displacement of a dof is known, `[3 n]`.
-    pub held: &'a [bool],
+    pub displacement_known: &'a [bool],
     /// That displacement (mm), or the traction on the body (MPa) of the other dofs, `[3 n]`.
-    pub known: &'a [f64],
+    pub boundary_values: &'a [f64],
     /// Nodes that further tractions act on, whose response is wanted; none of them held.
     pub loaded: &'a [usize],
     /// Rigid motions that the known displacements leave free, of mean square 1 over the surface.
-    pub free: Option<&'a FreeMotions>,
+    pub free_motions: Option<&'a RigidBodyModes>,
     /// Mean displacement along each of them, mm; empty for none.
-    pub mean: &'a [f64],
+    pub mean_displacement: &'a [f64],
 }
 
 /// Rows of a node: the blocks of displacements and of tractions of all nodes.
@@ -87,18 +87,18 @@ impl BoundaryElements {
     fn rows(&self, (element, node): (usize, usize), domain: Domain) -> Rows {
         let n = self.n_nodes();
         let (mut h, mut g) = (vec![Matrix3::zeros(); n], vec![Matrix3::zeros(); n]);
-        let y = self.panel(element).position(self.places_of(element).places()[node]);
+        let y = self.panel(element).position(self.reference_nodes_of(element).reference_points()[node]);
         for i in 0..self.n_elements() {
-            let influence = if i == element { self.own(i, node) } else { self.away(i, &y) };
+            let influence = if i == element { self.influence_on_element(i, node) } else { self.influence_off_element(i, &y) };
             for (a, column) in self.nodes_of(i).enumerate() {
-                g[column] = influence.single[a];
-                h[column] = influence.double[a];
+                g[column] = influence.single_layer[a];
+                h[column] = influence.double_layer[a];
             }
         }
         let sum: Matrix3<f64> = h.iter().sum();
         h[self.nodes_of(element).start + node] = match domain {
-            Domain::Inside => -sum,
-            Domain::Outside => Matrix3::identity() - sum,
+            Domain::Interior => -sum,
+            Domain::Exterior => Matrix3::identity() - sum,
         };
         (h, g)
     }
@@ -108,13 +108,13 @@ impl BoundaryElements {
     ///
     /// # Errors
     /// If all nodes lie on a line.
-    pub fn free_motions(&self, held: &[bool]) -> Result<Option<FreeMotions>> {
+    pub fn free_motions(&self, held: &[bool]) -> Result<Option<RigidBodyModes>> {
         let points: Vec<[f64; 3]> = self.positions().into_iter().map(Into::into).collect();
         let all: Vec<usize> = (0..points.len()).collect();
         let directions =
             (0..held.len()).filter(|&dof| held[dof]).map(|dof| (dof / 3, Point::ith(dof % 3, 1.0)));
-        let free = FreeMotions::left_by(&points, &all, directions);
-        if free.n() == 0 {
+        let free = RigidBodyModes::unconstrained(&points, &all, directions);
+        if free.n_modes() == 0 {
             return Ok(None);
         }
         let areas = self.areas();
@@ -126,26 +126,26 @@ impl BoundaryElements {
     }
 
     /// Element and place in it of every node.
-    pub(super) fn places(&self) -> Vec<(usize, usize)> {
+    pub(super) fn node_locations(&self) -> Vec<(usize, usize)> {
         (0..self.n_elements()).flat_map(|i| (0..self.nodes_of(i).len()).map(move |node| (i, node))).collect()
     }
 }
 
-impl Problem<'_> {
+impl BoundaryValueProblem<'_> {
     /// Bytes that solving it by dense equations takes.
     pub fn dense_bytes(n_nodes: usize, n_loaded: usize) -> u128 {
         let (n, columns) = (3 * n_nodes as u128, 3 * n_loaded as u128 + 1);
-        8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::products(8 * n * n)
+        8 * (n * n + 2 * n * columns) + (BATCH as u128) * n * 48 + dense_lu::product_buffer_bytes(8 * n * n)
     }
 
     /// The equations, and the right sides of what is known and of unit tractions.
-    fn equations(&self, scale: f64) -> Result<(Columns, Columns)> {
+    fn assemble_dense(&self, scale: f64) -> Result<(DenseMatrix, DenseMatrix)> {
         let n = 3 * self.elements.n_nodes();
         let motions = self.motions();
         let size = n + motions.ncols();
-        let mut left = Columns::zeros(size, size)?;
-        let mut right = Columns::zeros(size, 1 + 3 * self.loaded.len())?;
-        let places = self.elements.places();
+        let mut left = DenseMatrix::zeros(size, size)?;
+        let mut right = DenseMatrix::zeros(size, 1 + 3 * self.loaded.len())?;
+        let places = self.elements.node_locations();
         for (batch, nodes) in places.chunks(BATCH).enumerate() {
             interrupt::check()?;
             let rows: Vec<Rows> =
@@ -156,9 +156,9 @@ impl Problem<'_> {
                 for (node, (h, g)) in h.iter().zip(g).enumerate() {
                     for c in 0..3 {
                         let column = 3 * node + c;
-                        let (unknown, with) = if self.held[column] { (-g * scale, -h) } else { (*h, *g) };
+                        let (unknown, with) = if self.displacement_known[column] { (-g * scale, -h) } else { (*h, *g) };
                         left.column_mut(column)[row..row + 3].copy_from_slice(unknown.column(c).as_slice());
-                        known += with.column(c) * self.known[column];
+                        known += with.column(c) * self.boundary_values[column];
                     }
                 }
                 right.column_mut(0)[row..row + 3].copy_from_slice(known.as_slice());
@@ -178,50 +178,50 @@ impl Problem<'_> {
         let areas = self.elements.areas();
         let mean = areas.iter().sum::<f64>() / areas.len() as f64;
         for j in 0..motions.ncols() {
-            for dof in (0..n).filter(|&dof| !self.held[dof]) {
+            for dof in (0..n).filter(|&dof| !self.displacement_known[dof]) {
                 left.column_mut(dof)[n + j] = motions[(dof, j)] * areas[dof / 3] / mean;
             }
-            right.column_mut(0)[n + j] = self.mean.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
+            right.column_mut(0)[n + j] = self.mean_displacement.get(j).map_or(0.0, |wanted| wanted * areas.len() as f64);
         }
         Ok((left, right))
     }
 
     /// The free motions at the dofs, `[3 n, motions]`; zero where held.
     pub(super) fn motions(&self) -> DMatrix<f64> {
-        let Some(free) = self.free else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
+        let Some(free) = self.free_motions else { return DMatrix::zeros(3 * self.elements.n_nodes(), 0) };
         let positions = self.elements.positions();
-        DMatrix::from_fn(3 * positions.len(), free.n(), |dof, j| {
-            if self.held[dof] { 0.0 } else { free.displacement(&positions[dof / 3], j)[dof % 3] }
+        DMatrix::from_fn(3 * positions.len(), free.n_modes(), |dof, j| {
+            if self.displacement_known[dof] { 0.0 } else { free.displacement(&positions[dof / 3], j)[dof % 3] }
         })
     }
 
     /// What brings tractions near displacements.
-    pub(super) fn scale(&self) -> f64 {
+    pub(super) fn traction_scale(&self) -> f64 {
         let modulus = self.elements.stiffness().voigt().diagonal().max();
         let size = self.elements.areas().into_iter().fold(0.0, f64::max).sqrt();
         modulus / size
     }
 
-    /// Solves for what is not known: by [`Equations::of`] their number.
+    /// Solves for what is not known: by [`SolutionMethod::of`] their number.
     ///
     /// # Errors
     /// If memory does not suffice, the body is not held, an iteration does not converge, or a stop is wished.
-    pub fn solve(&self, par: Par) -> Result<Solution> {
-        self.solve_by(Equations::of(3 * self.elements.n_nodes()), par)
+    pub fn solve(&self, par: Par) -> Result<BoundarySolution> {
+        self.solve_by(SolutionMethod::of(3 * self.elements.n_nodes()), par)
     }
 
     /// Solves for what is not known.
     ///
     /// # Errors
     /// As [`Self::solve`].
-    pub fn solve_by(&self, equations: Equations, par: Par) -> Result<Solution> {
+    pub fn solve_by(&self, equations: SolutionMethod, par: Par) -> Result<BoundarySolution> {
         match equations {
-            Equations::Dense => {
-                let (left, mut unknown) = self.equations(self.scale())?;
+            SolutionMethod::Dense => {
+                let (left, mut unknown) = self.assemble_dense(self.traction_scale())?;
                 DenseLu::new(left, par)?.solve_in_place(&mut unknown, par)?;
                 self.solution(unknown, None)
             }
-            Equations::Compressed(tolerance) => {
+            SolutionMethod::Compressed(tolerance) => {
                 self.solve_compressed(&CompressedEquations::new(self, tolerance)?)
             }
         }
@@ -231,26 +231,26 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// As [`Self::solve`].
-    pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<Solution> {
+    pub fn solve_compressed(&self, equations: &CompressedEquations) -> Result<BoundarySolution> {
         let (unknown, report) = equations.solve(self)?;
         let solution = self.solution(unknown, Some(report))?;
-        if solution.residual.is_nan() || solution.residual > DOUBTFUL * report.tolerance {
+        if solution.residual.is_nan() || solution.residual > MAX_RESIDUAL_OVER_TOLERANCE * report.tolerance {
             return Err(Error::numerical(format!(
                 "the compressed equations of boundary elements are wrong by {:.1e} where {:.1e} was asked for; take larger elements, until there are at \
-                 most {DENSE} unknowns, which are solved directly",
+                 most {MAX_DENSE_UNKNOWNS} unknowns, which are solved directly",
                 solution.residual, report.tolerance
             )));
         }
         Ok(solution)
     }
 
-    fn solution(&self, unknown: Columns, compression: Option<CompressionReport>) -> Result<Solution> {
-        let mut solution = Solution {
-            held: self.held.to_vec(),
-            known: self.known.to_vec(),
+    fn solution(&self, unknown: DenseMatrix, compression: Option<CompressionReport>) -> Result<BoundarySolution> {
+        let mut solution = BoundarySolution {
+            displacement_known: self.displacement_known.to_vec(),
+            boundary_values: self.boundary_values.to_vec(),
             loaded: self.loaded.to_vec(),
             unknown,
-            scale: self.scale(),
+            traction_scale: self.traction_scale(),
             residual: 0.0,
             compression,
         };
@@ -259,11 +259,11 @@ impl Problem<'_> {
     }
 
     /// Largest residual of rows computed afresh, under all loads, over the largest sum of sizes in one of them.
-    fn residual(&self, solution: &Solution) -> Result<f64> {
+    fn residual(&self, solution: &BoundarySolution) -> Result<f64> {
         let state = solution.state(1.0, &vec![1.0; 3 * self.loaded.len()]);
         let balance = solution.balance(1.0, &vec![1.0; 3 * self.loaded.len()]);
         let motions = self.motions();
-        let places = self.elements.places();
+        let places = self.elements.node_locations();
         let step = places.len().div_ceil(CHECKED);
         let checked: Vec<(usize, usize)> = places.iter().copied().step_by(step).collect();
         let of_row = |place: &(usize, usize)| {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bem::half_space::PointField;
+use crate::bem::half_space::GreenTensor;
 use crate::error::{Error, Result};
 use crate::material::Stiffness;
 
@@ -12,7 +12,7 @@ use crate::material::Stiffness;
 const DIRECTIONS: [usize; 2] = [32, 16384];
 
 /// Change by doubling the directions, over the largest value, at which the sums are accepted: what is left is about its square.
-const CHANGE: f64 = 1e-7;
+const MAX_CHANGE: f64 = 1e-7;
 
 /// Field of a unit force at the origin.
 ///
@@ -51,7 +51,7 @@ impl BarnettField {
     ///
     /// # Errors
     /// If the sums do not converge with 16384 directions: stiffnesses that are too unequal.
-    pub fn at(&self, x: &Vector3<f64>) -> Result<PointField> {
+    pub fn at(&self, x: &Vector3<f64>) -> Result<GreenTensor> {
         let r = x.norm();
         let t = x / r;
         // The axis that is most across the direction.
@@ -65,7 +65,7 @@ impl BarnettField {
             let finer = sums.mean(&between);
             let change = finer.apart(&sums);
             (sums, n) = (finer, 2 * n);
-            if change <= CHANGE {
+            if change <= MAX_CHANGE {
                 break;
             }
             if n >= DIRECTIONS[1] {
@@ -77,7 +77,7 @@ impl BarnettField {
         let factor = 1.0 / (4.0 * PI * r);
         let gradient = [0, 1, 2]
             .map(|s| (sums.slopes[0] * a[s] + sums.slopes[1] * b[s] - sums.value * t[s]) * (factor / r));
-        Ok(PointField { value: sums.value * factor, gradient })
+        Ok(GreenTensor { value: sums.value * factor, gradient })
     }
 }
 

@@ -3,18 +3,18 @@
 use nalgebra::Vector3;
 
 use super::barnett::BarnettField;
-use super::direction_table::DirectionTable;
+use super::cube_table::CubeTable;
 use super::kelvin::Kelvin;
-use crate::bem::half_space::PointField;
+use crate::bem::half_space::GreenTensor;
 use crate::error::Result;
-use crate::linalg::cache::{Cache, CacheKey, KeyHash, List};
+use crate::linalg::cache::{Cache, CacheKey, CacheKeyBuilder, CachedList};
 use crate::material::Stiffness;
 
 /// Raised whenever what a table holds, or its arithmetic, changes.
 const FORMAT: u64 = 2;
 
 /// Names of kept tables end so.
-const ENDING: &str = "directions";
+const CACHE_EXTENSION: &str = "directions";
 
 /// Field of a unit force at the origin of a body without surfaces.
 #[derive(Debug, Clone)]
@@ -23,16 +23,16 @@ pub struct FullSpaceField(Form);
 #[derive(Debug, Clone)]
 enum Form {
     Closed(Kelvin),
-    Tabulated(Box<DirectionTable>),
+    Tabulated(Box<CubeTable>),
 }
 
 impl FullSpaceField {
     /// The field in a material.
     ///
     /// # Errors
-    /// As [`Self::cached`].
+    /// As [`Self::load_or_compute`].
     pub fn new(stiffness: &Stiffness) -> Result<Self> {
-        Ok(Self::cached(stiffness, None)?.0)
+        Ok(Self::load_or_compute(stiffness, None)?.0)
     }
 
     /// The same with the table from a cache, or computed and put there, and what the user should know of the cache: a damaged
@@ -40,31 +40,31 @@ impl FullSpaceField {
     ///
     /// # Errors
     /// As [`BarnettField::at`], if memory does not suffice, and if a stop is wished.
-    pub fn cached(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
-        if let Some(closed) = Kelvin::of(stiffness) {
+    pub fn load_or_compute(stiffness: &Stiffness, cache: Option<&Cache>) -> Result<(Self, Option<String>)> {
+        if let Some(closed) = Kelvin::from_stiffness(stiffness) {
             return Ok((Self(Form::Closed(closed)), None));
         }
         let key = key(stiffness);
         let mut note = None;
         if let Some(cache) = cache {
-            match cache.read_list(&key, ENDING)? {
-                List::Hit(values) => match DirectionTable::restored(&values) {
+            match cache.read_list(&key, CACHE_EXTENSION)? {
+                CachedList::Hit(values) => match CubeTable::from_values(&values) {
                     Some(table) => return Ok((Self(Form::Tabulated(Box::new(table))), None)),
                     None => note = Some(damage("its shape is wrong")),
                 },
-                List::Miss => {}
-                List::Damaged(how) => note = Some(damage(&how)),
+                CachedList::Miss => {}
+                CachedList::Damaged(how) => note = Some(damage(&how)),
             }
         }
-        let table = DirectionTable::new(&BarnettField::new(stiffness))?;
-        let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, ENDING, &table.values()));
+        let table = CubeTable::new(&BarnettField::new(stiffness))?;
+        let written = cache.map_or(Ok(()), |cache| cache.write_list(&key, CACHE_EXTENSION, &table.values()));
         let note = note.or(written.err().map(|error| error.to_string()));
         Ok((Self(Form::Tabulated(Box::new(table))), note))
     }
 
     /// The field at `x` (mm), not the origin.
     #[inline]
-    pub fn at(&self, x: &Vector3<f64>) -> PointField {
+    pub fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         match &self.0 {
             Form::Closed(closed) => closed.at(x),
             Form::Tabulated(table) => table.at(x),
@@ -83,9 +83,9 @@ impl FullSpaceField {
 
 /// The key of the table of a material.
 fn key(stiffness: &Stiffness) -> CacheKey {
-    let mut hash = KeyHash::new(&format!("full space {FORMAT}"));
+    let mut hash = CacheKeyBuilder::new(&format!("full space {FORMAT}"));
     hash.update(stiffness.voigt().as_slice(), |value| value.to_le_bytes());
-    hash.key()
+    hash.finish()
 }
 
 fn damage(how: &str) -> String {

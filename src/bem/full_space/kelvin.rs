@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::bem::half_space::PointField;
+use crate::bem::half_space::GreenTensor;
 use crate::material::Stiffness;
 
 /// Kelvin's solution for a force at the origin.
@@ -21,13 +21,13 @@ pub(super) struct Kelvin {
 
 impl Kelvin {
     /// `None` unless the material is isotropic.
-    pub(super) fn of(stiffness: &Stiffness) -> Option<Self> {
+    pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (16.0 * PI * mu * (1.0 - nu)), same: 3.0 - 4.0 * nu })
     }
 
     /// The field at a point other than the origin.
-    pub(super) fn at(&self, x: &Vector3<f64>) -> PointField {
+    pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let r = x.norm();
         let t = x / r;
         let product = t * t.transpose();
@@ -41,6 +41,6 @@ impl Kelvin {
             }
             slope * (self.factor / (r * r))
         });
-        PointField { value: value * (self.factor / r), gradient }
+        GreenTensor { value: value * (self.factor / r), gradient }
     }
 }

@@ -4,7 +4,7 @@
 //! fills and is held against.
 
 mod barnett;
-mod direction_table;
+mod cube_table;
 mod field;
 mod kelvin;
 

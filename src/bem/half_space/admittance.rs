@@ -16,7 +16,7 @@ pub(super) struct Admittance {
 
 impl Admittance {
     pub(super) fn new(green: &SurfaceGreen) -> Self {
-        Self { table: AngularTable::of_green(&green.admittance_series()) }
+        Self { table: AngularTable::from_green(&green.admittance_series()) }
     }
 
     /// Adds `factor` W(m) / κ at the wavevector κ m = (`kx`, `ky`), not zero, to `sum`.

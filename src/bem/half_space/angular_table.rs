@@ -58,12 +58,12 @@ impl AngularTable {
     }
 
     /// Γ, row by row.
-    pub(super) fn of_green(green: &SurfaceGreen) -> Self {
+    pub(super) fn from_green(green: &SurfaceGreen) -> Self {
         Self::new(&planes(green, Self::count(green.order()), |_| ONE))
     }
 
     /// Γ and its derivative, row by row, one after the other.
-    pub(super) fn of_green_and_slope(green: &SurfaceGreen) -> Self {
+    pub(super) fn from_green_with_derivative(green: &SurfaceGreen) -> Self {
         let count = Self::count(green.order());
         let mut functions = planes(green, count, |_| ONE);
         functions.extend(planes(green, count, |order| Complex::new(0.0, order as f64)));
@@ -71,7 +71,7 @@ impl AngularTable {
     }
 
     /// Weights of the angles about the direction of (x, y), and all functions there, one angle after the other.
-    pub(super) fn around(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
+    pub(super) fn stencil(&self, x: f64, y: f64) -> ([f64; NODES], &[f64]) {
         self.around_angle(y.atan2(x))
     }
 
@@ -93,7 +93,7 @@ impl AngularTable {
 
     /// Adds `factor` times the functions in the direction of (x, y) to `sum`.
     pub(super) fn add<const N: usize>(&self, x: f64, y: f64, factor: f64, sum: &mut [f64; N]) {
-        let (weights, rows) = self.around(x, y);
+        let (weights, rows) = self.stencil(x, y);
         for (weight, row) in weights.iter().zip(rows.chunks_exact(N)) {
             let weight = weight * factor;
             sum.iter_mut().zip(row).for_each(|(s, e)| *s += weight * e);
@@ -107,7 +107,7 @@ pub(crate) fn lagrange(t: f64) -> [f64; NODES] {
 }
 
 /// The same and their derivatives.
-pub(super) fn lagrange_and_slope(t: f64) -> [[f64; NODES]; 2] {
+pub(super) fn lagrange_with_derivative(t: f64) -> [[f64; NODES]; 2] {
     let distances: [f64; NODES] = std::array::from_fn(|j| t + 3.0 - j as f64);
     let (mut weights, mut slopes) = (LAGRANGE, [0.0; NODES]);
     // Products of the distances before a node with their derivatives, then times those after it.
@@ -148,10 +148,10 @@ fn products(distances: [f64; NODES]) -> [f64; NODES] {
 fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<f64>) -> Vec<Vec<f64>> {
     let harmonic = |order: usize, coefficient: Complex<f64>| (order, coefficient * factor(order));
     let symmetric = std::array::from_fn::<_, 6, _>(|c| {
-        series(count, green.even().iter().enumerate().map(|(k, h)| harmonic(2 * k, h[c])))
+        evaluate_series(count, green.even().iter().enumerate().map(|(k, h)| harmonic(2 * k, h[c])))
     });
     let antisymmetric = std::array::from_fn::<_, 3, _>(|c| {
-        series(count, green.odd().iter().enumerate().map(|(k, h)| harmonic(2 * k + 1, h[c])))
+        evaluate_series(count, green.odd().iter().enumerate().map(|(k, h)| harmonic(2 * k + 1, h[c])))
     });
     let mut planes = vec![vec![0.0; count]; 9];
     for angle in 0..count {
@@ -165,7 +165,7 @@ fn planes(green: &SurfaceGreen, count: usize, factor: impl Fn(usize) -> Complex<
 }
 
 /// Values at `count` equidistant angles of the real series with the given harmonics.
-pub(super) fn series(count: usize, harmonics: impl Iterator<Item = (usize, Complex<f64>)>) -> Vec<f64> {
+pub(super) fn evaluate_series(count: usize, harmonics: impl Iterator<Item = (usize, Complex<f64>)>) -> Vec<f64> {
     let fft = RealFftPlanner::new().plan_fft_inverse(count);
     let (mut spectrum, mut values) = (fft.make_input_vec(), fft.make_output_vec());
     for (order, harmonic) in harmonics {

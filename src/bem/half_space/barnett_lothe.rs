@@ -15,7 +15,7 @@ const POINTS: [usize; 2] = [32, 1 << 15];
 
 /// Change between a rule and the doubled one at which the latter is accepted. The rule converges
 /// geometrically, hence the error left after the doubling is about the square of the change.
-const CHANGE: f64 = 1e-10;
+const MAX_CHANGE: f64 = 1e-10;
 
 /// The tensors S, H, L of the plane spanned by a surface direction m and the outward normal.
 ///
@@ -41,7 +41,7 @@ struct Contractions {
 
 /// Sums of N1, T^-1 and -N3 over the points of a rule.
 #[derive(Debug, Clone, Copy)]
-struct Sums {
+struct QuadratureSums {
     count: usize,
     n1: Matrix3<f64>,
     t_inverse: Matrix3<f64>,
@@ -57,13 +57,13 @@ impl BarnettLothe {
     pub fn new(stiffness: &Stiffness, side: Side, angle: f64) -> Result<Self> {
         let m = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let contractions = Contractions::new(stiffness, &m, &Vector3::new(0.0, 0.0, side.outward()));
-        let mut sums = Sums::zero();
+        let mut sums = QuadratureSums::zero();
         sums.add(&contractions, POINTS[0], 0.0);
         let mut coarse = sums.means();
         while sums.count < POINTS[1] {
             sums.add(&contractions, sums.count, 0.5);
             let fine = sums.means();
-            if fine.differs_from(&coarse) <= CHANGE {
+            if fine.differs_from(&coarse) <= MAX_CHANGE {
                 return Ok(fine);
             }
             coarse = fine;
@@ -129,7 +129,7 @@ impl Contractions {
     }
 }
 
-impl Sums {
+impl QuadratureSums {
     fn zero() -> Self {
         let zero = Matrix3::zeros();
         Self { count: 0, n1: zero, t_inverse: zero, minus_n3: zero }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::point_field::PointField;
+use super::green_tensor::GreenTensor;
 use crate::material::Stiffness;
 
 /// Boussinesq's and Cerruti's solutions for the body z <= 0 under a force at the origin of its surface.
@@ -20,13 +20,13 @@ pub(super) struct Boussinesq {
 
 impl Boussinesq {
     /// `None` unless the material is isotropic.
-    pub(super) fn of(stiffness: &Stiffness) -> Option<Self> {
+    pub(super) fn from_stiffness(stiffness: &Stiffness) -> Option<Self> {
         let [mu, nu] = stiffness.isotropic_constants()?;
         Some(Self { factor: 1.0 / (4.0 * PI * mu), nu })
     }
 
     /// The field at a point of the body or its surface.
-    pub(super) fn at(&self, point: &Vector3<f64>) -> PointField {
+    pub(super) fn at(&self, point: &Vector3<f64>) -> GreenTensor {
         // s = 1/ρ, e = 1/(ρ + d); along x_a: s' = −x_a s³, e' = −x_a s e²; along the depth d: s' = −d s³, e' = −s e.
         let (x, y, d) = (point.x, point.y, -point.z);
         let s = 1.0 / point.norm();
@@ -89,7 +89,7 @@ impl Boussinesq {
             -y * down_d,
             2.0 * d * s3 - 3.0 * d * d * d * s5 - g * d * s3,
         );
-        PointField {
+        GreenTensor {
             value: value * self.factor,
             gradient: [along(0) * self.factor, along(1) * self.factor, depth * -self.factor],
         }

@@ -5,18 +5,18 @@ use std::sync::{Mutex, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cell_pairs::{Cell, CellPairs, position, shares};
-use super::dense::check_cells;
-use super::far_field::Component;
+use super::cell_influence::{Cell, CellInfluence, row_and_column, tolerance_shares};
+use super::dense::validate_cells;
+use super::rectangle_expansion::KernelComponent;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::error::{Error, Result};
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::hierarchical::{ClusterTree, Extent, HierarchicalMatrix, Layout, Use};
-use crate::linalg::local_inverse::LocalInverse;
+use crate::linalg::hierarchical::{ClusterTree, BoundingBox, HierarchicalMatrix, BlockLayout, ComponentProduct};
+use crate::linalg::additive_schwarz::AdditiveSchwarz;
 use crate::linalg::memory::MemoryLimit;
-use crate::linalg::operator::{Entries, Flexibility};
+use crate::linalg::operator::{EntryAccess, Flexibility};
 
 /// Most cells of a leaf of the tree.
 const LEAF: usize = 48;
@@ -25,25 +25,25 @@ const LEAF: usize = 48;
 const ADMISSIBILITY: f64 = 3.0;
 
 /// Cells of a frame up to which the dense operator is taken.
-pub const DENSE: usize = 1000;
+pub const MAX_DENSE_CELLS: usize = 1000;
 
 /// The tolerance where none is asked for.
-pub const TOLERANCE: f64 = 1e-8;
+pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
 /// Bytes per row or column of a far block, component and square of the digits of the tolerance; measured.
-const FAR: f64 = 1.9;
+const FAR_BYTES_PER_LINE_AND_DIGIT2: f64 = 1.9;
 
 /// Seconds of building on two cores per cell, logarithm of their number, component and square of the digits; measured.
-const BUILDING: f64 = 2e-7;
+const BUILD_SECONDS_PER_CELL: f64 = 2e-7;
 
 /// Centres `[N]`, corners (counter-clockwise) `[N]` in the plane of the frame, mm, and areas `[N]`, mm2, of cells.
-pub type PlaneCells<'a> = (&'a [[f64; 2]], &'a [Vec<[f64; 2]>], &'a [f64]);
+pub type PolygonCells<'a> = (&'a [[f64; 2]], &'a [Vec<[f64; 2]>], &'a [f64]);
 
 /// What can be done where memory does not suffice.
-pub const MEND: &str = "use a coarser frame or a grid frame, or raise solver.compression_tolerance";
+pub const MEMORY_HELP: &str = "use a coarser frame or a grid frame, or raise solver.compression_tolerance";
 
 /// Tolerances that can be asked for.
-pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
+pub const TOLERANCE_RANGE: [f64; 2] = [1e-12, 1e-2];
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions, the same as
 /// [`DenseFlexibility`](super::DenseFlexibility) within a tolerance, in memory and time that grow little more than the
@@ -55,16 +55,16 @@ pub const TOLERANCES: [f64; 2] = [1e-12, 1e-2];
 /// docs/theory-half-space.md, operators on the frame.
 pub struct CompressedFlexibility {
     matrix: HierarchicalMatrix,
-    pairs: CellPairs,
+    pairs: CellInfluence,
     tolerance: f64,
     /// Uses of the components in products with all three planes, and with the pressures alone.
-    all: Vec<Use>,
-    normal: Vec<Use>,
+    all: Vec<ComponentProduct>,
+    normal: Vec<ComponentProduct>,
     /// Place in the tree of each cell, and its area.
-    cells: Vec<(usize, f64)>,
+    place_and_area: Vec<(usize, f64)>,
     /// For direct sums.
     integrator: PatchIntegrator,
-    inverses: [OnceLock<LocalInverse>; 2],
+    inverses: [OnceLock<AdditiveSchwarz>; 2],
     /// Tractions and gaps in the order of the tree, `[3, N]` by planes.
     scratch: Mutex<[Vec<f64>; 2]>,
 }
@@ -75,7 +75,7 @@ impl CompressedFlexibility {
     ///
     /// # Errors
     /// If the lengths differ, a cell has fewer than three corners or no area, a number is not finite, the tolerance is
-    /// not within [`TOLERANCES`], the operator does not fit into the machine's memory, or a stop is wished.
+    /// not within [`TOLERANCE_RANGE`], the operator does not fit into the machine's memory, or a stop is wished.
     pub fn new(
         centers: &[[f64; 2]],
         cells: &[Vec<[f64; 2]>],
@@ -83,24 +83,24 @@ impl CompressedFlexibility {
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> Result<Self> {
-        Self::within((centers, cells, areas), green, tolerance, &MemoryLimit::of_machine())
+        Self::within_memory((centers, cells, areas), green, tolerance, &MemoryLimit::of_machine())
     }
 
     /// As [`Self::new`] of (centres, corners, areas), in the memory that a `limit` leaves.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn within(
-        (centers, cells, areas): PlaneCells<'_>,
+    pub fn within_memory(
+        (centers, cells, areas): PolygonCells<'_>,
         green: &SurfaceGreen,
         tolerance: f64,
         limit: &MemoryLimit,
     ) -> Result<Self> {
-        check_cells(centers, cells, areas)?;
-        if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
+        validate_cells(centers, cells, areas)?;
+        if !(TOLERANCE_RANGE[0]..=TOLERANCE_RANGE[1]).contains(&tolerance) {
             return Err(Error::input(format!(
                 "an operator cannot be compressed with a tolerance of {tolerance:e}; allowed are {:e} to {:e}",
-                TOLERANCES[0], TOLERANCES[1]
+                TOLERANCE_RANGE[0], TOLERANCE_RANGE[1]
             )));
         }
         let layout = layout(centers, cells, areas);
@@ -108,24 +108,24 @@ impl CompressedFlexibility {
         let ordered = order.iter().map(|&cell| Cell::new(centers[cell], cells[cell].clone(), areas[cell]));
         let mut places = vec![(0, 0.0); order.len()];
         order.iter().enumerate().for_each(|(place, &cell)| places[cell] = (place, areas[cell]));
-        let pairs = CellPairs::new(ordered.collect(), green, tolerance);
+        let pairs = CellInfluence::new(ordered.collect(), green, tolerance);
         let components = pairs.components();
         let entries = |i: usize, j: usize, values: &mut [f64]| pairs.entry(i, j, values);
-        let bytes = layout.expected_bytes(&entries, components.len(), tolerance)
-            + beside(centers.len(), cells.iter().map(Vec::len).sum());
+        let bytes = layout.sampled_bytes(&entries, components.len(), tolerance)
+            + auxiliary_bytes(centers.len(), cells.iter().map(Vec::len).sum());
         let what = format!("the compressed operator on {} cells", centers.len());
-        limit.ensure(bytes as u128, &what, MEND)?;
-        let uses = |(component, entry): (usize, &Component)| {
-            let (row, column) = position(*entry);
-            let one = Use { component, from: column, to: row, sign: 1.0 };
-            let sign = if matches!(entry, Component::Odd(_)) { -1.0 } else { 1.0 };
-            let mirrored = Use { component, from: row, to: column, sign };
+        limit.ensure_available(bytes as u128, &what, MEMORY_HELP)?;
+        let uses = |(component, entry): (usize, &KernelComponent)| {
+            let (row, column) = row_and_column(*entry);
+            let one = ComponentProduct { component, source_plane: column, target_plane: row, sign: 1.0 };
+            let sign = if matches!(entry, KernelComponent::Odd(_)) { -1.0 } else { 1.0 };
+            let mirrored = ComponentProduct { component, source_plane: row, target_plane: column, sign };
             [Some(one), (row != column).then_some(mirrored)].into_iter().flatten()
         };
-        let all: Vec<Use> = components.iter().enumerate().flat_map(uses).collect();
-        let normal = all.iter().filter(|one| (one.from, one.to) == (2, 2));
-        let normal = normal.map(|one| Use { from: 0, to: 0, ..*one }).collect();
-        let signs = components.iter().map(|c| if matches!(c, Component::Odd(_)) { -1.0 } else { 1.0 });
+        let all: Vec<ComponentProduct> = components.iter().enumerate().flat_map(uses).collect();
+        let normal = all.iter().filter(|one| (one.source_plane, one.target_plane) == (2, 2));
+        let normal = normal.map(|one| ComponentProduct { source_plane: 0, target_plane: 0, ..*one }).collect();
+        let signs = components.iter().map(|c| if matches!(c, KernelComponent::Odd(_)) { -1.0 } else { 1.0 });
         let matrix = layout.fill(&entries, signs.collect(), tolerance)?;
         let n = centers.len();
         Ok(Self {
@@ -133,7 +133,7 @@ impl CompressedFlexibility {
             tolerance,
             all,
             normal,
-            cells: places,
+            place_and_area: places,
             integrator: PatchIntegrator::new(green),
             inverses: [OnceLock::new(), OnceLock::new()],
             scratch: Mutex::new([vec![0.0; 3 * n], vec![0.0; 3 * n]]),
@@ -143,20 +143,20 @@ impl CompressedFlexibility {
 
     /// Bytes that it will take: blocks of neighbours counted, others by the ranks that are usual for a tolerance. Good to
     /// a third; before anything is computed they are found more closely.
-    pub fn usual_bytes(
-        (centers, cells, areas): PlaneCells<'_>,
+    pub fn typical_bytes(
+        (centers, cells, areas): PolygonCells<'_>,
         green: &SurfaceGreen,
         tolerance: f64,
     ) -> usize {
         let layout = layout(centers, cells, areas);
-        beside(centers.len(), cells.iter().map(Vec::len).sum())
-            + layout.usual_bytes(green.components().len(), tolerance, FAR)
+        auxiliary_bytes(centers.len(), cells.iter().map(Vec::len).sum())
+            + layout.estimated_bytes(green.nonzero_components().len(), tolerance, FAR_BYTES_PER_LINE_AND_DIGIT2)
     }
 
     /// Seconds that making it of `n` cells usually takes, good to a factor of two or so.
-    pub fn usual_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
-        let (n, components) = (n as f64, green.components().len() as f64);
-        BUILDING * n * n.ln() * components * tolerance.log10().powi(2)
+    pub fn typical_build_seconds(n: usize, green: &SurfaceGreen, tolerance: f64) -> f64 {
+        let (n, components) = (n as f64, green.nonzero_components().len() as f64);
+        BUILD_SECONDS_PER_CELL * n * n.ln() * components * tolerance.log10().powi(2)
     }
 
     /// Relative tolerance of the compression.
@@ -166,7 +166,7 @@ impl CompressedFlexibility {
 
     /// Bytes that it holds so far; approximate inverses are made when they are first asked for.
     pub fn bytes(&self) -> usize {
-        let inverses: usize = self.inverses.iter().filter_map(OnceLock::get).map(LocalInverse::bytes).sum();
+        let inverses: usize = self.inverses.iter().filter_map(OnceLock::get).map(AdditiveSchwarz::bytes).sum();
         self.matrix.bytes() + self.pairs.bytes() + inverses
     }
 
@@ -179,63 +179,63 @@ impl CompressedFlexibility {
         with: impl FnOnce(&[f64], &mut [f64]),
         back: impl Fn(f64) -> f64,
     ) {
-        let n = self.cells.len();
+        let n = self.place_and_area.len();
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
         let [from, to] = &mut *scratch;
         let (from, to) = (&mut from[..x.len()], &mut to[..y.len()]);
         for (values, from) in x.chunks_exact(n).zip(from.chunks_exact_mut(n)) {
-            for (value, (place, area)) in values.iter().zip(&self.cells) {
+            for (value, (place, area)) in values.iter().zip(&self.place_and_area) {
                 from[*place] = value * factor(*area);
             }
         }
         with(from, to);
         for (values, to) in y.chunks_exact_mut(n).zip(to.chunks_exact(n)) {
-            for (value, (place, area)) in values.iter_mut().zip(&self.cells) {
+            for (value, (place, area)) in values.iter_mut().zip(&self.place_and_area) {
                 *value = to[*place] * back(*area);
             }
         }
     }
 
-    fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
+    fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
         let scale = self.pairs.scale();
         let product = |x: &[f64], y: &mut [f64]| self.matrix.multiply(uses, x, y);
         self.in_order((x, y), |area| area, product, |_| 1.0 / scale);
     }
 
     /// S⁻¹ = A⁻¹ F⁻¹, nearly.
-    fn invert(&self, (which, uses): (usize, &[Use]), x: &[f64], y: &mut [f64]) {
-        let (scale, n) = (self.pairs.scale(), self.cells.len());
+    fn apply_approximate_inverse(&self, (which, uses): (usize, &[ComponentProduct]), x: &[f64], y: &mut [f64]) {
+        let (scale, n) = (self.pairs.scale(), self.place_and_area.len());
         let make = || {
             let mut weights = vec![0.0; n];
-            self.cells.iter().for_each(|(place, area)| weights[*place] = *area);
-            LocalInverse::new(&self.matrix, uses, x.len() / n, &weights)
+            self.place_and_area.iter().for_each(|(place, area)| weights[*place] = *area);
+            AdditiveSchwarz::new(&self.matrix, uses, x.len() / n, &weights)
         };
         let inverse = self.inverses[which].get_or_init(make);
         self.in_order((x, y), |_| scale, |x, y| inverse.apply(x, y), |area| 1.0 / area);
     }
 }
 
-fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Layout {
-    let extent = |corners: &Vec<[f64; 2]>| -> Extent {
+fn layout(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> BlockLayout {
+    let extent = |corners: &Vec<[f64; 2]>| -> BoundingBox {
         let bound = |with: fn(f64, f64) -> f64, start: f64| {
             [0, 1].map(|axis| corners.iter().map(|p| p[axis]).fold(start, with))
         };
         [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)]
     };
-    let extents: Vec<Extent> = cells.iter().map(extent).collect();
-    Layout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY).with_shares(&shares(areas))
+    let extents: Vec<BoundingBox> = cells.iter().map(extent).collect();
+    BlockLayout::new(ClusterTree::new(centers, &extents, LEAF), ADMISSIBILITY).with_tolerance_shares(&tolerance_shares(areas))
 }
 
 /// Bytes of what is kept beside the blocks of `n` cells with so many corners together.
-fn beside(n: usize, corners: usize) -> usize {
+fn auxiliary_bytes(n: usize, corners: usize) -> usize {
     let vectors = 3 * 8 * (16 + 2);
     let moments = 8 * 91;
-    n * (vectors + moments + 200) + 16 * corners + LocalInverse::expected_bytes(n, 3)
+    n * (vectors + moments + 200) + 16 * corners + AdditiveSchwarz::expected_bytes(n, 3)
 }
 
 impl Flexibility for CompressedFlexibility {
     fn n_cells(&self) -> usize {
-        self.cells.len()
+        self.place_and_area.len()
     }
 
     fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
@@ -247,46 +247,46 @@ impl Flexibility for CompressedFlexibility {
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        self.cells.iter().map(|&(place, _)| self.pairs.matrix(place, place)).collect()
+        self.place_and_area.iter().map(|&(place, _)| self.pairs.matrix(place, place)).collect()
     }
 
     fn couples_normal_tangential(&self) -> bool {
-        let crosses = |component: &Component| {
-            let (row, column) = position(*component);
+        let crosses = |component: &KernelComponent| {
+            let (row, column) = row_and_column(*component);
             row != column && column == 2
         };
         self.pairs.components().iter().any(crosses)
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        self.invert((0, &self.normal), normal_gap, pressure);
+        self.apply_approximate_inverse((0, &self.normal), normal_gap, pressure);
         true
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
-        self.invert((1, &self.all), gap, tractions);
+        self.apply_approximate_inverse((1, &self.all), gap, tractions);
         true
     }
 
-    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
-        let n = self.cells.len();
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        let n = self.place_and_area.len();
         let mut sum = Vector3::zeros();
         for source in 0..n {
             let traction = Vector3::new(tractions[source], tractions[n + source], tractions[2 * n + source]);
             if traction != Vector3::zeros() {
-                let [i, j] = [cell, source].map(|cell| self.cells[cell].0);
-                sum += self.pairs.integrated(&self.integrator, i, j) * traction;
+                let [i, j] = [cell, source].map(|cell| self.place_and_area[cell].0);
+                sum += self.pairs.block_by_integration(&self.integrator, i, j) * traction;
             }
         }
         Some(sum.into())
     }
 
-    fn entries(&self) -> Entries {
-        Entries::Computed
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        let place = |cell: usize| self.cells[cell].0;
+        let place = |cell: usize| self.place_and_area[cell].0;
         matrix.add_blocks(|i, k| self.pairs.matrix(place(cells[i]), place(cells[k])));
     }
 }

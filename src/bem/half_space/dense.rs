@@ -10,7 +10,7 @@ use crate::interrupt;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
 use crate::linalg::memory;
-use crate::linalg::operator::{Entries, Flexibility};
+use crate::linalg::operator::{EntryAccess, Flexibility};
 
 /// The operator S of half-spaces on a plane frame of arbitrary convex cells with constant tractions.
 ///
@@ -41,7 +41,7 @@ impl DenseFlexibility {
         areas: &[f64],
         green: &SurfaceGreen,
     ) -> Result<Self> {
-        check_cells(centers, cells, areas)?;
+        validate_cells(centers, cells, areas)?;
         let n = centers.len();
         let bytes = 72 * (n as u128) * (n as u128);
         let mend = "use a coarser frame or a grid frame";
@@ -58,7 +58,7 @@ impl DenseFlexibility {
             .into_par_iter()
             .zip(centers)
             .for_each(|((row_x, row_y, row_n), &center)| {
-                if interrupt::wished() {
+                if interrupt::requested() {
                     return;
                 }
                 for (j, cell) in cells.iter().enumerate() {
@@ -119,8 +119,8 @@ impl Flexibility for DenseFlexibility {
         (0..self.n).map(|i| self.block(i, i)).collect()
     }
 
-    fn entries(&self) -> Entries {
-        Entries::Stored
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Stored
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
@@ -160,7 +160,7 @@ fn symmetrise(rows: &mut [f64], areas: &[f64]) {
 }
 
 /// Refuses cells that are none.
-pub(super) fn check_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
+pub(super) fn validate_cells(centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]) -> Result<()> {
     let n = centers.len();
     if n == 0 || cells.len() != n || areas.len() != n {
         return Err(Error::input(format!(

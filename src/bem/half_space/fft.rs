@@ -5,21 +5,21 @@ use std::sync::{Arc, Mutex, OnceLock};
 use nalgebra::{Matrix3, Vector3};
 
 use super::admittance::Admittance;
-use super::fft_plan::{Buffers, Convolution, Transforms, fast_size};
-use super::filter::{Filter, Parts};
+use super::fft_plan::{PaddedGridBuffers, PaddedGridPlan, ConvolutionPlan, fast_size};
+use super::spectral_filter::{SpectralFilter, ComponentSet};
 use super::green::SurfaceGreen;
 use super::grid_symbol::GridSymbol;
-use super::kernels::{Kernel, Kernels};
-use super::mirrored::MirrorFlexibility;
-use super::offsets;
+use super::kernel_cache::{GridKernel, KernelCache};
+use super::half_grid::HalfGridFlexibility;
+use super::toeplitz_entries;
 use super::symbol::{multiply_coupled, multiply_tangential, multiply_uncoupled};
-use super::symbol_inverse::inverse_of;
+use super::preconditioner::inverse_filter;
 use crate::error::{Error, Result};
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::course::Course;
+use crate::linalg::course::OperatorHistory;
 use crate::linalg::memory;
-use crate::linalg::operator::{Entries, Flexibility, TangentialFlexibility};
+use crate::linalg::operator::{EntryAccess, Flexibility, TangentialFlexibility};
 
 /// What happens to the blocks between normal and tangential components when they vanish within rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,10 +31,10 @@ pub enum CrossBlocks {
 }
 
 /// Smaller operators kept for later.
-const KEPT: usize = 6;
+const MAX_SMALLER_GRIDS: usize = 6;
 
 /// A kept operator serves up to this part more cells than asked for.
-const SPARE: usize = 16;
+const SPARE_CELLS_DIVISOR: usize = 16;
 
 /// The operator S of half-spaces on a uniform grid of cells with constant tractions, collocated at the centres.
 ///
@@ -47,21 +47,21 @@ pub struct FftFlexibility {
     symbol: Arc<GridSymbol>,
     /// Whether the kernel is its own mirror image along x and y.
     mirrors: [bool; 2],
-    buffers: Mutex<Option<Buffers>>,
-    normal_buffers: Mutex<Option<Buffers>>,
+    buffers: Mutex<Option<PaddedGridBuffers>>,
+    normal_buffers: Mutex<Option<PaddedGridBuffers>>,
     spacing: [f64; 2],
     admittance: Arc<Admittance>,
-    normal_inverse: OnceLock<Filter>,
-    full_inverse: OnceLock<Filter>,
-    tangential_inverse: OnceLock<Filter>,
+    normal_inverse: OnceLock<SpectralFilter>,
+    full_inverse: OnceLock<SpectralFilter>,
+    tangential_inverse: OnceLock<SpectralFilter>,
     /// The operator itself in single precision, the tangential part of an uncoupled one, and the normal part.
-    single: OnceLock<Filter>,
-    tangential_single: OnceLock<Filter>,
-    normal_single: OnceLock<Filter>,
+    single: OnceLock<SpectralFilter>,
+    tangential_single: OnceLock<SpectralFilter>,
+    normal_single: OnceLock<SpectralFilter>,
     /// Those on halves of the grid, by the axis across the mirror.
-    halves: [OnceLock<Arc<MirrorFlexibility>>; 2],
+    half_grids: [OnceLock<Arc<HalfGridFlexibility>>; 2],
     /// Operators on parts of the grid and on coarser ones, the last used last.
-    smaller: Mutex<Vec<Arc<FftFlexibility>>>,
+    smaller_grids: Mutex<Vec<Arc<FftFlexibility>>>,
 }
 
 impl FftFlexibility {
@@ -77,25 +77,25 @@ impl FftFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        Self::sharing(cells, spacing, green, cross, None)
+        Self::with_kernel_cache(cells, spacing, green, cross, None)
     }
 
     /// The same with what is kept of other operators.
     ///
     /// # Errors
     /// As [`FftFlexibility::new`].
-    pub fn sharing(
+    pub fn with_kernel_cache(
         cells: [usize; 2],
         spacing: [f64; 2],
         green: &SurfaceGreen,
         cross: CrossBlocks,
-        kernels: Option<&Kernels>,
+        kernels: Option<&KernelCache>,
     ) -> Result<Self> {
-        check(cells, spacing, green)?;
+        validate_grid(cells, spacing, green)?;
         let coupled = cross == CrossBlocks::Keep || green.couples_normal_tangential();
         let kernel = match kernels {
             Some(kernels) => kernels.kernel(green, (cells, spacing), coupled)?,
-            None => Kernel::new(green, cells, spacing, coupled)?,
+            None => GridKernel::new(green, cells, spacing, coupled)?,
         };
         let mirrors = [0, 1].map(|across| green.mirrors(across));
         Ok(Self::of_symbol(kernel.symbol, mirrors, spacing, kernel.admittance))
@@ -120,13 +120,13 @@ impl FftFlexibility {
             single: OnceLock::new(),
             tangential_single: OnceLock::new(),
             normal_single: OnceLock::new(),
-            halves: [const { OnceLock::new() }; 2],
-            smaller: Mutex::new(Vec::new()),
+            half_grids: [const { OnceLock::new() }; 2],
+            smaller_grids: Mutex::new(Vec::new()),
         }
     }
 
     /// The same on a smaller grid, whose cells are `factor` of its own along a side.
-    fn smaller_one(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
+    fn on_smaller_grid(&self, cells: [usize; 2], factor: usize) -> Arc<Self> {
         let spacing = self.spacing.map(|side| side * factor as f64);
         let symbol = GridSymbol::new(cells, (self.symbol.table.clone(), factor), self.symbol.coupled);
         Arc::new(Self::of_symbol(Arc::new(symbol), self.mirrors, spacing, self.admittance.clone()))
@@ -142,21 +142,21 @@ impl FftFlexibility {
     }
 
     /// The operator in single precision.
-    fn single(&self) -> &Filter {
+    fn single(&self) -> &SpectralFilter {
         self.single.get_or_init(|| {
-            let symbols = [self.symbol.normal(), self.symbol.rest()];
-            Filter::new(Convolution::new(self.cells()), self.parts(), &symbols)
+            let symbols = [self.symbol.normal(), self.symbol.other_planes()];
+            SpectralFilter::new(PaddedGridPlan::new(self.cells()), self.parts(), &symbols)
         })
     }
 
     /// What a product of all components multiplies.
-    fn parts(&self) -> Parts {
-        if self.symbol.coupled { Parts::Coupled } else { Parts::Uncoupled }
+    fn parts(&self) -> ComponentSet {
+        if self.symbol.coupled { ComponentSet::Coupled } else { ComponentSet::Uncoupled }
     }
 
     /// The approximate inverse of some components.
-    fn inverse(&self, parts: Parts) -> Filter {
-        inverse_of(parts, Convolution::periodic(self.cells()), self.spacing, &self.admittance)
+    fn inverse(&self, parts: ComponentSet) -> SpectralFilter {
+        inverse_filter(parts, PaddedGridPlan::periodic(self.cells()), self.spacing, &self.admittance)
     }
 }
 
@@ -169,13 +169,13 @@ impl Flexibility for FftFlexibility {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
         // Made before the threads part, since they would wait for each other.
-        let (normal, rest) = (self.symbol.normal(), self.symbol.rest());
+        let (normal, rest) = (self.symbol.normal(), self.symbol.other_planes());
         self.symbol.plan.apply::<3>(tractions, gap, buffers, |ky, columns| {
-            let [nn] = self.symbol.columns(normal, ky);
+            let [nn] = self.symbol.planes_at(normal, ky);
             if self.symbol.coupled {
-                multiply_coupled(nn, self.symbol.columns(rest, ky), columns);
+                multiply_coupled(nn, self.symbol.planes_at(rest, ky), columns);
             } else {
-                multiply_uncoupled(nn, self.symbol.columns(rest, ky), columns);
+                multiply_uncoupled(nn, self.symbol.planes_at(rest, ky), columns);
             }
         });
     }
@@ -189,26 +189,26 @@ impl Flexibility for FftFlexibility {
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(1));
         let normal = self.symbol.normal();
         self.symbol.plan.apply::<1>(pressure, normal_gap, buffers, |ky, [values]| {
-            let [nn] = self.symbol.columns(normal, ky);
+            let [nn] = self.symbol.planes_at(normal, ky);
             values.iter_mut().zip(nn).for_each(|(value, s)| *value *= *s);
         });
     }
 
     fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
-        let make = || Filter::new(Convolution::new(self.cells()), Parts::Normal, &[self.symbol.normal()]);
+        let make = || SpectralFilter::new(PaddedGridPlan::new(self.cells()), ComponentSet::Normal, &[self.symbol.normal()]);
         self.normal_single.get_or_init(make).apply(pressure, normal_gap);
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        PerCell::Same(self.symbol.table.own() * self.symbol.factor as f64, self.n_cells())
+        PerCell::Same(self.symbol.table.self_influence() * self.symbol.coarsening as f64, self.n_cells())
     }
 
-    fn entries(&self) -> Entries {
-        Entries::Computed
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        offsets::add_entries(self, self.cells(), cells, matrix);
+        toeplitz_entries::add_entries(self, self.cells(), cells, matrix);
     }
 
     fn couples_normal_tangential(&self) -> bool {
@@ -216,11 +216,11 @@ impl Flexibility for FftFlexibility {
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
-        self.normal_inverse.get_or_init(|| self.inverse(Parts::Normal)).apply(normal_gap, pressure);
+        self.normal_inverse.get_or_init(|| self.inverse(ComponentSet::Normal)).apply(normal_gap, pressure);
         true
     }
 
-    fn direct(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
         let (n, ny) = (self.n_cells(), self.cells()[1]);
         let mut sum = Vector3::zeros();
         for source in 0..n {
@@ -232,25 +232,25 @@ impl Flexibility for FftFlexibility {
                 sum += self.symbol.table.integral(offset) * traction;
             }
         }
-        Some((sum * self.symbol.factor as f64).into())
+        Some((sum * self.symbol.coarsening as f64).into())
     }
 
     fn grid(&self) -> Option<[usize; 2]> {
         Some(self.cells())
     }
 
-    fn on_grid(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
         let most = self.cells().map(|n| n / factor);
-        if self.symbol.factor != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
+        if self.symbol.coarsening != 1 || (0..2).any(|axis| at_least[axis] > most[axis]) {
             return None;
         }
-        let mut kept = self.smaller.lock().expect("no panic while the operators are held");
+        let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
         let suits = |operator: &Arc<Self>| {
             let cells = operator.cells();
-            operator.symbol.factor == factor
+            operator.symbol.coarsening == factor
                 && (0..2).all(|axis| {
                     at_least[axis] <= cells[axis]
-                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE + 2
+                        && cells[axis] <= at_least[axis] + at_least[axis] / SPARE_CELLS_DIVISOR + 2
                         && cells[axis] % 2 <= at_least[axis] % 2
                 })
         };
@@ -260,44 +260,44 @@ impl Flexibility for FftFlexibility {
                 // As many cells as the padded size has room for, and no middle one where there was none.
                 let room = |axis: usize| most[axis].min(fast_size(2 * at_least[axis] - 1).div_ceil(2));
                 let cells = [0, 1].map(|axis| room(axis) - room(axis) % 2 * (1 - at_least[axis] % 2));
-                self.smaller_one(cells, factor)
+                self.on_smaller_grid(cells, factor)
             }
         };
         kept.push(operator.clone());
-        if kept.len() > KEPT {
+        if kept.len() > MAX_SMALLER_GRIDS {
             kept.remove(0);
         }
         Some(operator)
     }
 
-    fn mirrors(&self, across: usize) -> bool {
+    fn is_mirror_symmetric(&self, across: usize) -> bool {
         self.mirrors[across] && self.cells()[across].is_multiple_of(2)
     }
 
-    fn mirrored(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
+    fn mirror_half(&self, across: usize) -> Option<Arc<dyn Flexibility>> {
         let make = || {
-            Arc::new(MirrorFlexibility::new(
+            Arc::new(HalfGridFlexibility::new(
                 self.symbol.clone(),
                 self.spacing,
                 self.admittance.clone(),
                 across,
             ))
         };
-        self.mirrors(across).then(|| self.halves[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
+        self.is_mirror_symmetric(across).then(|| self.half_grids[across].get_or_init(make).clone() as Arc<dyn Flexibility>)
     }
 
     /// Which of the operators on smaller grids serve a window depends on the windows before it.
-    fn course(&self) -> Course {
-        let kept = self.smaller.lock().expect("no panic while the operators are held");
-        let smaller = kept.iter().map(|operator| (operator.cells(), operator.symbol.factor)).collect();
-        let parts = kept.iter().map(|operator| operator.course()).collect();
-        Course { smaller, parts, ..Course::default() }
+    fn history(&self) -> OperatorHistory {
+        let kept = self.smaller_grids.lock().expect("no panic while the operators are held");
+        let smaller = kept.iter().map(|operator| (operator.cells(), operator.symbol.coarsening)).collect();
+        let parts = kept.iter().map(|operator| operator.history()).collect();
+        OperatorHistory { restricted_grids: smaller, parts, ..OperatorHistory::default() }
     }
 
-    fn repeat(&self, course: &Course) -> Result<()> {
-        let mut kept = self.smaller.lock().expect("no panic while the operators are held");
-        *kept = course.smaller.iter().map(|&(cells, factor)| self.smaller_one(cells, factor)).collect();
-        kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.repeat(course))
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        let mut kept = self.smaller_grids.lock().expect("no panic while the operators are held");
+        *kept = course.restricted_grids.iter().map(|&(cells, factor)| self.on_smaller_grid(cells, factor)).collect();
+        kept.iter().zip(&course.parts).try_for_each(|(operator, course)| operator.replay(course))
     }
 
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
@@ -314,26 +314,26 @@ impl TangentialFlexibility for FftFlexibility {
     fn apply_tangential(&self, tractions: &[f64], gap: &mut [f64]) {
         let mut buffers = self.buffers.lock().expect("no panic while the buffers are held");
         let buffers = buffers.get_or_insert_with(|| self.symbol.plan.buffers(3));
-        let rest = self.symbol.rest();
+        let rest = self.symbol.other_planes();
         self.symbol.plan.apply::<2>(tractions, gap, buffers, |ky, columns| {
-            multiply_tangential(self.symbol.columns(rest, ky), columns);
+            multiply_tangential(self.symbol.planes_at(rest, ky), columns);
         });
     }
 
     fn apply_tangential_single(&self, tractions: &[f64], gap: &mut [f64]) {
-        let make = || Filter::new(Convolution::new(self.cells()), Parts::Tangential, &[self.symbol.rest()]);
+        let make = || SpectralFilter::new(PaddedGridPlan::new(self.cells()), ComponentSet::Tangential, &[self.symbol.other_planes()]);
         self.tangential_single.get_or_init(make).apply(tractions, gap);
     }
 
     fn precondition_tangential(&self, gap: &[f64], tractions: &mut [f64]) {
-        self.tangential_inverse.get_or_init(|| self.inverse(Parts::Tangential)).apply(gap, tractions);
+        self.tangential_inverse.get_or_init(|| self.inverse(ComponentSet::Tangential)).apply(gap, tractions);
     }
 }
 
 /// Lengths and compliances whose powers, products and transforms stay within the range of the numbers.
-const SIZES: [f64; 2] = [1e-20, 1e20];
+const MAGNITUDE_RANGE: [f64; 2] = [1e-20, 1e20];
 
-pub(super) fn check(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
+pub(super) fn validate_grid(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Result<()> {
     if cells.contains(&0) {
         return Err(Error::input(format!(
             "the contact frame has {} x {} cells; each direction needs at least one",
@@ -346,13 +346,13 @@ pub(super) fn check(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) 
             spacing[0], spacing[1]
         )));
     }
-    let moderate = |size: f64| (SIZES[0]..=SIZES[1]).contains(&size);
-    let compliance = green.largest();
+    let moderate = |size: f64| (MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&size);
+    let compliance = green.max_coefficient();
     if !(spacing.into_iter().all(moderate) && moderate(compliance)) {
         return Err(Error::input(format!(
             "the cells of the contact frame have the sides {:.3e} x {:.3e}, and the half-spaces a compliance of {compliance:.2e} (displacement \
              by pressure and length): what is computed lies between {:e} and {:e}; choose units in which these are closer to 1",
-            spacing[0], spacing[1], SIZES[0], SIZES[1]
+            spacing[0], spacing[1], MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
         )));
     }
     // Symbol, kernel table, one transform on its way (two planes) and the work space, about 2n per direction.

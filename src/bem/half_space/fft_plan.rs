@@ -18,40 +18,40 @@ pub(super) const TASKS: usize = 16;
 const BLOCK: usize = 4;
 
 /// A floating-point type that is transformed.
-pub(super) trait Real: FftNum {
+pub(super) trait FftReal: FftNum {
     /// The nearest to a number.
-    fn of(value: f64) -> Self;
+    fn from_double(value: f64) -> Self;
     /// The number.
-    fn double(self) -> f64;
+    fn to_double(self) -> f64;
 }
 
-impl Real for f64 {
-    fn of(value: f64) -> Self {
+impl FftReal for f64 {
+    fn from_double(value: f64) -> Self {
         value
     }
 
-    fn double(self) -> f64 {
+    fn to_double(self) -> f64 {
         self
     }
 }
 
-impl Real for f32 {
-    fn of(value: f64) -> Self {
+impl FftReal for f32 {
+    fn from_double(value: f64) -> Self {
         value as f32
     }
 
-    fn double(self) -> f64 {
+    fn to_double(self) -> f64 {
         f64::from(self)
     }
 }
 
 /// Plans whose convolutions go through columns of a spectrum.
-pub(super) trait Transforms<T: Real> {
+pub(super) trait ConvolutionPlan<T: FftReal> {
     /// Work space.
     type Buffers: Send;
 
     /// Number of columns, and their length.
-    fn columns(&self) -> [usize; 2];
+    fn spectrum_shape(&self) -> [usize; 2];
 
     /// Work space for up to `components` components.
     fn buffers(&self, components: usize) -> Self::Buffers;
@@ -79,7 +79,7 @@ pub(super) trait Transforms<T: Real> {
 }
 
 /// The plans for a grid of `cells` padded with zeros to `padded`.
-pub(super) struct Convolution<T = f64> {
+pub(super) struct PaddedGridPlan<T = f64> {
     /// Cells along x and y.
     pub(super) cells: [usize; 2],
     /// Padded sizes, at least 2 cells - 1, products of small primes.
@@ -91,7 +91,7 @@ pub(super) struct Convolution<T = f64> {
 }
 
 /// Work space of a convolution of up to three components.
-pub(super) struct Buffers<T = f64> {
+pub(super) struct PaddedGridBuffers<T = f64> {
     /// `[ix][component][k_y]`
     rows: Vec<Complex<T>>,
     /// `[k_y][component][column_stride]`, cells ix first
@@ -109,7 +109,7 @@ struct Scratch<T> {
     fft: Vec<Complex<T>>,
 }
 
-impl<T: Real> Convolution<T> {
+impl<T: FftReal> PaddedGridPlan<T> {
     /// Padded with as many zeros as cells.
     pub(super) fn new(cells: [usize; 2]) -> Self {
         Self::padded(cells, cells.map(|n| fast_size(2 * n - 1)))
@@ -160,7 +160,7 @@ impl<T: Real> Convolution<T> {
                     let (ix, component) = (task * per_task + k / C, k % C);
                     let start = component * nx * ny + ix * ny;
                     let row = scratch.real.iter_mut().zip(&input[start..start + ny]);
-                    row.for_each(|(real, value)| *real = T::of(factor * value));
+                    row.for_each(|(real, value)| *real = T::from_double(factor * value));
                     scratch.real[ny..].fill(T::zero());
                     self.rows
                         .process_with_scratch(&mut scratch.real, spectrum, &mut scratch.fft)
@@ -248,7 +248,7 @@ impl<T: Real> Convolution<T> {
                             self.real_row(k, scratch);
                             row.iter_mut()
                                 .zip(&scratch.real)
-                                .for_each(|(value, real)| *value = factor * real.double());
+                                .for_each(|(value, real)| *value = factor * real.to_double());
                         }
                     }
                 },
@@ -295,14 +295,14 @@ impl<T: Real> Convolution<T> {
     }
 }
 
-impl<T: Real> Transforms<T> for Convolution<T> {
-    type Buffers = Buffers<T>;
+impl<T: FftReal> ConvolutionPlan<T> for PaddedGridPlan<T> {
+    type Buffers = PaddedGridBuffers<T>;
 
-    fn columns(&self) -> [usize; 2] {
+    fn spectrum_shape(&self) -> [usize; 2] {
         [self.half_spectrum(), self.padded[0]]
     }
 
-    fn buffers(&self, components: usize) -> Buffers<T> {
+    fn buffers(&self, components: usize) -> PaddedGridBuffers<T> {
         let zero = Complex::new(T::zero(), T::zero());
         let half = self.half_spectrum();
         let fft = [
@@ -317,7 +317,7 @@ impl<T: Real> Transforms<T> for Convolution<T> {
             columns: vec![zero; BLOCK * components * self.padded[0]],
             fft: vec![zero; fft.into_iter().max().unwrap_or(0)],
         };
-        Buffers {
+        PaddedGridBuffers {
             rows: vec![zero; components * self.cells[0] * half],
             columns: vec![zero; components * self.column_stride() * half],
             tasks: (0..TASKS).map(|_| scratch()).collect(),
@@ -328,10 +328,10 @@ impl<T: Real> Transforms<T> for Convolution<T> {
         &self,
         input: &[f64],
         output: &mut [f64],
-        (buffers, [before, after]): (&mut Buffers<T>, [f64; 2]),
+        (buffers, [before, after]): (&mut PaddedGridBuffers<T>, [f64; 2]),
         multiply: impl Fn(usize, [&mut [Complex<T>]; C]) + Sync,
     ) {
-        let Buffers { rows, columns, tasks } = buffers;
+        let PaddedGridBuffers { rows, columns, tasks } = buffers;
         let rows = &mut rows[..C * self.cells[0] * self.half_spectrum()];
         let columns = &mut columns[..C * self.column_stride() * self.half_spectrum()];
         self.forward_rows::<C>((input, before), rows, tasks);
@@ -340,11 +340,11 @@ impl<T: Real> Transforms<T> for Convolution<T> {
     }
 }
 
-/// Sizes above this are multiples of [`VECTOR`].
-const SMALL: usize = 64;
+/// Sizes above this are multiples of [`SIMD_LANES`].
+const MAX_UNALIGNED_SIZE: usize = 64;
 
 /// Numbers that the vector units take at once.
-const VECTOR: usize = 8;
+const SIMD_LANES: usize = 8;
 
 /// The smallest size >= `least` whose transform is fast: even, with prime factors 2, 3 and at most one 5, and a multiple of eight
 /// where it is not small (or 1). Other sizes, as 250 or 500, take two to three times as long per number.
@@ -357,6 +357,6 @@ pub(super) fn fast_size(least: usize) -> usize {
         }
         n == 1 || n == 5
     };
-    let whole = |n: usize| n == 1 || n.is_multiple_of(if n > SMALL { VECTOR } else { 2 });
+    let whole = |n: usize| n == 1 || n.is_multiple_of(if n > MAX_UNALIGNED_SIZE { SIMD_LANES } else { 2 });
     (least..).find(|&n| smooth(n) && whole(n)).expect("powers of two have no bound")
 }

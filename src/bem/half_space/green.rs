@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::barnett_lothe::BarnettLothe;
-use super::far_field::Component;
+use super::rectangle_expansion::KernelComponent;
 use crate::error::{Error, Result};
 use crate::geometry::Side;
 use crate::material::Stiffness;
@@ -23,10 +23,10 @@ const TAIL: f64 = 1e-12;
 const TAIL_AT_LIMIT: f64 = 1e-9;
 
 /// Trailing harmonics below this part of the largest one are dropped.
-pub(super) const DROPPED: f64 = 1e-15;
+pub(super) const HARMONIC_CUTOFF: f64 = 1e-15;
 
 /// S_nt counts as zero below this part of the largest coefficient.
-const VANISHING: f64 = 1e-12;
+const ZERO_COMPONENT_TOLERANCE: f64 = 1e-12;
 
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
@@ -124,17 +124,17 @@ impl SurfaceGreen {
     }
 
     /// Distance of the nearest singularity of Γ(φ) / r along a straight line from the real line, over r.
-    pub(super) fn clearance(&self) -> f64 {
+    pub(super) fn singularity_distance(&self) -> f64 {
         // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
         // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
-        (-DROPPED.ln() / self.order().max(1) as f64).tanh()
+        (-HARMONIC_CUTOFF.ln() / self.order().max(1) as f64).tanh()
     }
 
     /// Whether tangential tractions move the surface along the normal (and normal ones along it) at all.
     pub fn couples_normal_tangential(&self) -> bool {
         let cross =
             self.even.iter().flat_map(|h| [h[4], h[5]]).chain(self.odd.iter().flat_map(|h| [h[1], h[2]]));
-        cross.map(|c| c.norm()).fold(0.0, f64::max) > VANISHING * self.largest()
+        cross.map(|c| c.norm()).fold(0.0, f64::max) > ZERO_COMPONENT_TOLERANCE * self.max_coefficient()
     }
 
     /// Whether it is its own mirror image along axis `across` (0: x, 1: y).
@@ -144,17 +144,17 @@ impl SurfaceGreen {
         let [along_x, along_y] = [across == 0, across == 1];
         let even = [true, true, true, false, along_y, along_x];
         let odd = [along_x, true, false];
-        let bound = VANISHING * self.largest();
+        let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
         let keeps = |(c, real): (&Complex<f64>, bool)| (if real { c.im } else { c.re }).abs() <= bound;
         self.even.iter().all(|h| h.iter().zip(even).all(keeps))
             && self.odd.iter().all(|h| h.iter().zip(odd).all(keeps))
     }
 
     /// The entries that do not vanish.
-    pub(super) fn components(&self) -> Vec<Component> {
-        let bound = VANISHING * self.largest();
-        let even = (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(Component::Even);
-        let odd = (0..3).filter(|&c| self.odd.iter().any(|h| h[c].norm() > bound)).map(Component::Odd);
+    pub(super) fn nonzero_components(&self) -> Vec<KernelComponent> {
+        let bound = ZERO_COMPONENT_TOLERANCE * self.max_coefficient();
+        let even = (0..6).filter(|&c| self.even.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Even);
+        let odd = (0..3).filter(|&c| self.odd.iter().any(|h| h[c].norm() > bound)).map(KernelComponent::Odd);
         even.chain(odd).collect()
     }
 
@@ -174,10 +174,10 @@ impl SurfaceGreen {
     }
 
     /// The series from W at M equidistant directions over half a turn.
-    fn from_samples(samples: &[Admittance]) -> Self {
+    fn from_samples(samples: &[AdmittanceSample]) -> Self {
         let half = samples.len();
         let fft = RealFftPlanner::new().plan_fft_forward(2 * half);
-        let transform = |value: &dyn Fn(&Admittance) -> f64, parity: f64| {
+        let transform = |value: &dyn Fn(&AdmittanceSample) -> f64, parity: f64| {
             let (mut turn, mut spectrum) = (fft.make_input_vec(), fft.make_output_vec());
             for (j, sample) in samples.iter().enumerate() {
                 turn[j] = value(sample);
@@ -186,8 +186,8 @@ impl SurfaceGreen {
             fft.process(&mut turn, &mut spectrum).expect("buffers made by the plan");
             spectrum
         };
-        let re = SYMMETRIC.map(|(i, j)| transform(&|w: &Admittance| w[0][(i, j)], 1.0));
-        let im = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| transform(&|w: &Admittance| w[1][(i, j)], -1.0));
+        let re = SYMMETRIC.map(|(i, j)| transform(&|w: &AdmittanceSample| w[0][(i, j)], 1.0));
+        let im = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| transform(&|w: &AdmittanceSample| w[1][(i, j)], -1.0));
         let weight = 1.0 / (2.0 * PI * 2.0 * half as f64);
         let sign = |k: usize| if k.is_multiple_of(2) { weight } else { -weight };
         Self {
@@ -197,7 +197,7 @@ impl SurfaceGreen {
     }
 
     /// Largest coefficient, 1/MPa.
-    pub(super) fn largest(&self) -> f64 {
+    pub(super) fn max_coefficient(&self) -> f64 {
         self.even.iter().map(magnitude).fold(0.0, f64::max)
     }
 
@@ -206,17 +206,17 @@ impl SurfaceGreen {
         let from = self.even.len() * 3 / 4;
         let even = self.even[from..].iter().map(magnitude);
         let odd = self.odd[from..].iter().map(magnitude);
-        even.chain(odd).fold(0.0, f64::max) / self.largest()
+        even.chain(odd).fold(0.0, f64::max) / self.max_coefficient()
     }
 
-    /// Without the trailing harmonics below [`DROPPED`].
+    /// Without the trailing harmonics below [`HARMONIC_CUTOFF`].
     fn truncated(self) -> Self {
-        self.truncated_at(DROPPED)
+        self.truncated_at(HARMONIC_CUTOFF)
     }
 
     /// Without the trailing harmonics below this share of the largest one.
     pub(super) fn truncated_at(mut self, share: f64) -> Self {
-        let bound = share * self.largest();
+        let bound = share * self.max_coefficient();
         let kept = |sizes: Vec<f64>| sizes.iter().rposition(|&size| size > bound).map_or(0, |last| last + 1);
         let even = kept(self.even.iter().map(magnitude).collect());
         let odd = kept(self.odd.iter().map(magnitude).collect());
@@ -227,10 +227,10 @@ impl SurfaceGreen {
 }
 
 /// Re W and Im W in one direction.
-type Admittance = [Matrix3<f64>; 2];
+type AdmittanceSample = [Matrix3<f64>; 2];
 
 /// W at `count` equidistant directions over half a turn, moved by `offset` of their distance.
-fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<Admittance>> {
+fn sample(stiffness: &Stiffness, side: Side, count: usize, offset: f64) -> Result<Vec<AdmittanceSample>> {
     (0..count)
         .into_par_iter()
         .map(|j| {

@@ -5,41 +5,41 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::fft_plan::Convolution;
-use super::kernel_table::{Component, KernelTable, OffsetPlane};
+use super::fft_plan::PaddedGridPlan;
+use super::kernel_table::{KernelComponent, KernelTable, OffsetPlane};
 use super::symbol::{COUPLED, UNCOUPLED};
 
 /// The transform of the kernel on a grid of cells, in parts that are made when they are first needed.
 pub(super) struct GridSymbol {
     /// Of the zero-padded grid.
-    pub(super) plan: Convolution,
+    pub(super) plan: PaddedGridPlan,
     pub(super) table: Arc<KernelTable>,
     /// Sides of a cell over those of the table.
-    pub(super) factor: usize,
+    pub(super) coarsening: usize,
     pub(super) coupled: bool,
     /// nn, `[k_y][padded_x]`, 1/(padded size) included.
     normal: OnceLock<Vec<f64>>,
     /// The rest, `[k_y][COUPLED or UNCOUPLED][padded_x]`.
-    rest: OnceLock<Vec<f64>>,
+    other_planes: OnceLock<Vec<f64>>,
 }
 
 impl GridSymbol {
     /// Of the kernel in `table` on `cells` whose sides are `factor` of its own.
     pub(super) fn new(cells: [usize; 2], (table, factor): (Arc<KernelTable>, usize), coupled: bool) -> Self {
-        let plan = Convolution::new(cells);
-        Self { plan, table, factor, coupled, normal: OnceLock::new(), rest: OnceLock::new() }
+        let plan = PaddedGridPlan::new(cells);
+        Self { plan, table, coarsening: factor, coupled, normal: OnceLock::new(), other_planes: OnceLock::new() }
     }
 
     /// An upper bound of the largest eigenvalue of S, mm/MPa: the largest row sum of the symbol.
     pub(super) fn bound(&self) -> f64 {
         let [px, py] = self.plan.padded;
-        let (normal, rest, none) = (self.normal(), self.rest(), vec![0.0; px]);
+        let (normal, rest, none) = (self.normal(), self.other_planes(), vec![0.0; px]);
         let columns = (0..self.plan.half_spectrum()).map(|ky| {
-            let [nn] = self.columns(normal, ky);
+            let [nn] = self.planes_at(normal, ky);
             if self.coupled {
-                return largest_row_sum(nn, self.columns(rest, ky));
+                return largest_row_sum(nn, self.planes_at(rest, ky));
             }
-            let [xx, yy, re, im] = self.columns(rest, ky);
+            let [xx, yy, re, im] = self.planes_at(rest, ky);
             largest_row_sum(nn, [xx, yy, re, im, &none, &none, &none, &none])
         });
         columns.fold(0.0, f64::max) * (px * py) as f64
@@ -48,19 +48,19 @@ impl GridSymbol {
     /// nn of the symbol.
     pub(super) fn normal(&self) -> &[f64] {
         self.normal.get_or_init(|| {
-            let planes = self.table.planes(self.plan.cells, &[Component::Even(2)]);
+            let planes = self.table.planes(self.plan.cells, &[KernelComponent::Even(2)]);
             let symbol = self.plan.transform(|ix, row| self.add_row(&planes[0], ix, row));
             symbol.iter().map(|value| value.re * self.weight()).collect()
         })
     }
 
     /// The other planes of the symbol.
-    pub(super) fn rest(&self) -> &[f64] {
-        self.rest.get_or_init(|| self.make_rest(if self.coupled { COUPLED } else { UNCOUPLED }))
+    pub(super) fn other_planes(&self) -> &[f64] {
+        self.other_planes.get_or_init(|| self.transform_other_planes(if self.coupled { COUPLED } else { UNCOUPLED }))
     }
 
     /// The P planes of one k_y.
-    pub(super) fn columns<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
+    pub(super) fn planes_at<'s, const P: usize>(&self, symbol: &'s [f64], ky: usize) -> [&'s [f64]; P] {
         let px = self.plan.padded[0];
         let mut planes = symbol[ky * P * px..(ky + 1) * P * px].chunks_exact(px);
         std::array::from_fn(|_| planes.next().expect("as many planes as the layout has"))
@@ -69,7 +69,7 @@ impl GridSymbol {
     /// 1/(padded size), as transforms are not normalised; the kernel grows with the sides of the cells.
     fn weight(&self) -> f64 {
         let [px, py] = self.plan.padded;
-        self.factor as f64 / (px * py) as f64
+        self.coarsening as f64 / (px * py) as f64
     }
 
     /// Adds a row of a plane of offsets, periodic with the padded size and zero where no pair of cells lies.
@@ -81,13 +81,13 @@ impl GridSymbol {
     }
 
     /// The transform of the kernel without nn: `count` planes.
-    fn make_rest(&self, count: usize) -> Vec<f64> {
+    fn transform_other_planes(&self, count: usize) -> Vec<f64> {
         let px = self.plan.padded[0];
         let mut symbol = vec![0.0; count * px * self.plan.half_spectrum()];
-        let mixed = |k: usize| vec![Component::Even(3 + k), Component::Odd(k)];
+        let mixed = |k: usize| vec![KernelComponent::Even(3 + k), KernelComponent::Odd(k)];
         // Those of a group are tabulated together.
         let groups =
-            [vec![vec![Component::Even(0)], vec![Component::Even(1)], mixed(0)], vec![mixed(1), mixed(2)]];
+            [vec![vec![KernelComponent::Even(0)], vec![KernelComponent::Even(1)], mixed(0)], vec![mixed(1), mixed(2)]];
         let mut first = 0;
         for group in &groups[..if count == COUPLED { 2 } else { 1 }] {
             let planes = self.table.planes(self.plan.cells, &group.concat());

@@ -3,8 +3,8 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-pub(super) use super::far_field::Component;
-use super::far_field::FarField;
+pub(super) use super::rectangle_expansion::KernelComponent;
+use super::rectangle_expansion::RectangleExpansion;
 use super::green::SurfaceGreen;
 use super::patch::PatchIntegrator;
 use crate::interrupt;
@@ -24,27 +24,27 @@ pub(super) struct KernelTable {
     near_cells: [usize; 2],
     /// `[near_x][2 near_y - 1]`, offsets x >= 0.
     near: Vec<Matrix3<f64>>,
-    far: FarField,
+    far: RectangleExpansion,
     integrator: PatchIntegrator,
 }
 
 impl KernelTable {
     /// For the offsets of a grid of `cells` of the sides `spacing`; ends early if a stop is wished.
     pub(super) fn new(cells: [usize; 2], spacing: [f64; 2], green: &SurfaceGreen) -> Self {
-        let (integrator, far) = (PatchIntegrator::new(green), FarField::new(green, spacing));
+        let (integrator, far) = (PatchIntegrator::new(green), RectangleExpansion::new(green, spacing));
         let near_cells: [usize; 2] = std::array::from_fn(|axis| {
-            cells[axis].min(((far.reach() / spacing[axis]).ceil() as usize).saturating_add(1))
+            cells[axis].min(((far.min_valid_distance() / spacing[axis]).ceil() as usize).saturating_add(1))
         });
         let width = 2 * near_cells[1] - 1;
         let mut near = vec![Matrix3::zeros(); near_cells[0] * width];
         near.par_chunks_mut(width).enumerate().for_each(|(dx, row)| {
-            if interrupt::wished() {
+            if interrupt::requested() {
                 return;
             }
             for (column, block) in row.iter_mut().enumerate() {
                 let dy = column as f64 - (near_cells[1] - 1) as f64;
                 let offset = [dx as f64 * spacing[0], dy * spacing[1]];
-                if offset[0].hypot(offset[1]) < far.reach() && (dx > 0 || dy >= 0.0) {
+                if offset[0].hypot(offset[1]) < far.min_valid_distance() && (dx > 0 || dy >= 0.0) {
                     *block = integrator.rectangle(spacing, offset);
                 }
             }
@@ -61,7 +61,7 @@ impl KernelTable {
     }
 
     /// K(0): the influence of a cell on itself.
-    pub(super) fn own(&self) -> Matrix3<f64> {
+    pub(super) fn self_influence(&self) -> Matrix3<f64> {
         self.near[self.near_cells[1] - 1]
     }
 
@@ -69,34 +69,34 @@ impl KernelTable {
     fn near(&self, dx: usize, dy: isize) -> Option<&Matrix3<f64>> {
         let [nx, ny] = self.near_cells;
         let offset = [dx as f64 * self.spacing[0], dy as f64 * self.spacing[1]];
-        (dx < nx && dy.unsigned_abs() < ny && offset[0].hypot(offset[1]) < self.far.reach())
+        (dx < nx && dy.unsigned_abs() < ny && offset[0].hypot(offset[1]) < self.far.min_valid_distance())
             .then(|| &self.near[dx * (2 * ny - 1) + (ny as isize - 1 + dy) as usize])
     }
 
     /// Near `components` into `values`.
-    fn split(near: &Matrix3<f64>, components: &[Component], values: &mut [f64]) {
+    fn split(near: &Matrix3<f64>, components: &[KernelComponent], values: &mut [f64]) {
         for (value, component) in values.iter_mut().zip(components) {
             *value = match *component {
-                Component::Even(k) => 0.5 * (near[EVEN[k]] + near[(EVEN[k].1, EVEN[k].0)]),
-                Component::Odd(k) => 0.5 * (near[ODD[k]] - near[(ODD[k].1, ODD[k].0)]),
+                KernelComponent::Even(k) => 0.5 * (near[EVEN[k]] + near[(EVEN[k].1, EVEN[k].0)]),
+                KernelComponent::Odd(k) => 0.5 * (near[ODD[k]] - near[(ODD[k].1, ODD[k].0)]),
             };
         }
     }
 
     /// `components` at all offsets of a grid of `cells`, no more than the table was made for, one plane each.
-    pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[Component]) -> Vec<OffsetPlane> {
+    pub(super) fn planes(&self, [nx, ny]: [usize; 2], components: &[KernelComponent]) -> Vec<OffsetPlane> {
         let (width, count, far) = (2 * ny - 1, components.len(), self.far.of(components));
         let mut planes: Vec<OffsetPlane> = components
             .iter()
             .map(|component| OffsetPlane {
                 cells_y: ny,
                 values: vec![0.0; nx * width],
-                mirror: if let Component::Even(_) = component { 1.0 } else { -1.0 },
+                parity: if let KernelComponent::Even(_) = component { 1.0 } else { -1.0 },
             })
             .collect();
         // Of half-spaces with a plane of symmetry along x only y >= 0 is computed.
         let signs: Option<Vec<f64>> =
-            components.iter().map(|component| self.far.mirrored(*component)).collect();
+            components.iter().map(|component| self.far.y_parity(*component)).collect();
         let mut rows: Vec<Vec<&mut [f64]>> = (0..nx).map(|_| Vec::with_capacity(count)).collect();
         for plane in &mut planes {
             rows.iter_mut().zip(plane.values.chunks_exact_mut(width)).for_each(|(row, part)| row.push(part));
@@ -121,7 +121,7 @@ impl KernelTable {
         });
         for plane in &mut planes {
             for dy in 1..ny {
-                plane.values[ny - 1 - dy] = plane.mirror * plane.values[ny - 1 + dy];
+                plane.values[ny - 1 - dy] = plane.parity * plane.values[ny - 1 + dy];
             }
         }
         planes
@@ -133,7 +133,7 @@ pub(super) struct OffsetPlane {
     cells_y: usize,
     values: Vec<f64>,
     /// 1 if it is even, -1 if it is odd.
-    mirror: f64,
+    parity: f64,
 }
 
 impl OffsetPlane {
@@ -152,9 +152,9 @@ impl OffsetPlane {
             let mirrored = before.iter().rev();
             row.iter_mut()
                 .zip([&from[0]].into_iter().chain(mirrored))
-                .for_each(|(r, v)| *r += self.mirror * v);
+                .for_each(|(r, v)| *r += self.parity * v);
             let behind = from[1..].iter().rev();
-            row[period + 1 - ny..].iter_mut().zip(behind).for_each(|(r, v)| *r += self.mirror * v);
+            row[period + 1 - ny..].iter_mut().zip(behind).for_each(|(r, v)| *r += self.parity * v);
         }
     }
 }

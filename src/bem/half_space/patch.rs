@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::angular_table::{AngularTable, matrix};
-use super::green::{DROPPED, SurfaceGreen};
+use super::green::{HARMONIC_CUTOFF, SurfaceGreen};
 use super::polygon;
 use crate::quadrature::gauss_legendre;
 
@@ -24,7 +24,7 @@ pub struct PatchIntegrator {
     green: SurfaceGreen,
     table: AngularTable,
     /// Distance of the singularity of Γ(φ) / r from the real line, over r.
-    clearance: f64,
+    singularity_distance: f64,
     /// Gauss-Legendre rules on [-1, 1] with 1, 2, ... points.
     rules: Vec<Vec<(f64, f64)>>,
 }
@@ -34,11 +34,11 @@ impl PatchIntegrator {
     pub fn new(green: &SurfaceGreen) -> Self {
         // Harmonics that reach the cut-off at order n decay as exp(-η n) with η = -ln(cut-off) / n: Γ is analytic
         // within |Im φ| < η, and along a straight line Γ / r within r tanh η.
-        let strip = -DROPPED.ln() / green.order().max(1) as f64;
+        let strip = -HARMONIC_CUTOFF.ln() / green.order().max(1) as f64;
         Self {
             green: green.clone(),
-            table: AngularTable::of_green(green),
-            clearance: strip.tanh(),
+            table: AngularTable::from_green(green),
+            singularity_distance: strip.tanh(),
             rules: (1..=MAX_POINTS).map(gauss_legendre).collect(),
         }
     }
@@ -109,7 +109,7 @@ impl PatchIntegrator {
     /// The error of n points on a segment whose nearest complex singularity is x half-lengths away is ρ^(-2n),
     /// ρ = x + sqrt(1 + x^2).
     fn points(&self, side: f64, distance: f64) -> Option<usize> {
-        let x = 2.0 * distance * self.clearance / side;
+        let x = 2.0 * distance * self.singularity_distance / side;
         if x <= 0.0 {
             return None;
         }

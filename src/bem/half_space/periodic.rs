@@ -17,43 +17,43 @@ use std::sync::{Mutex, OnceLock};
 use nalgebra::{Complex, Matrix3};
 
 use super::admittance::Admittance;
-use super::fft::{CrossBlocks, check};
-use super::fft_plan::{Buffers, Convolution, Transforms, fast_size};
-use super::filter::{Filter, Parts};
+use super::fft::{CrossBlocks, validate_grid};
+use super::fft_plan::{PaddedGridBuffers, PaddedGridPlan, ConvolutionPlan, fast_size};
+use super::spectral_filter::{SpectralFilter, ComponentSet};
 use super::green::SurfaceGreen;
-use super::harmonics::{Harmonics, Repeated};
-use super::line::Line;
-use super::offsets;
-use super::periodic_symbol::{PLANES, closed, open_along};
+use super::harmonic_check::{Harmonics, PeriodicState};
+use super::open_direction::OpenDirection;
+use super::toeplitz_entries;
+use super::periodic_symbol::{PLANES, doubly_periodic_symbol, singly_periodic_symbol};
 use super::symbol::{multiply_coupled, multiply_uncoupled};
-use super::symbol_inverse::inverse_of;
+use super::preconditioner::inverse_filter;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linalg::PerCell;
 use crate::linalg::cell_matrix::CellMatrix;
-use crate::linalg::operator::{Defect, Entries, Flexibility};
+use crate::linalg::operator::{Defect, EntryAccess, Flexibility};
 
 /// Largest ratio of the sides of a cell, open to periodic direction or the other way round.
-const SLENDER: f64 = 1e3;
+const MAX_CELL_ASPECT_RATIO: f64 = 1e3;
 
 /// The operator S of half-spaces on a uniform grid of cells that repeats itself.
 ///
 /// Symmetric and positive definite but for the uniform tractions of a frame that is periodic in both directions, whose
 /// displacement is zero. Cell (ix, iy) has the index `ix * cells[1] + iy`.
 pub struct PeriodicFlexibility {
-    convolution: Convolution,
+    convolution: PaddedGridPlan,
     /// `[k_y][PLANES][padded_x]`, 1/(padded size) included.
     symbol: Vec<f64>,
-    own: Matrix3<f64>,
+    self_influence: Matrix3<f64>,
     coupled: bool,
-    buffers: Mutex<Buffers>,
+    buffers: Mutex<PaddedGridBuffers>,
     spacing: [f64; 2],
     periodic: [bool; 2],
     /// Decay of K per k d along an open direction.
-    clearance: f64,
+    singularity_distance: f64,
     admittance: Admittance,
-    normal_inverse: OnceLock<Filter>,
-    full_inverse: OnceLock<Filter>,
+    normal_inverse: OnceLock<SpectralFilter>,
+    full_inverse: OnceLock<SpectralFilter>,
 }
 
 impl PeriodicFlexibility {
@@ -72,15 +72,15 @@ impl PeriodicFlexibility {
         green: &SurfaceGreen,
         cross: CrossBlocks,
     ) -> Result<Self> {
-        check(cells, spacing, green)?;
-        check_repetition(cells, spacing, periodic)?;
+        validate_grid(cells, spacing, green)?;
+        validate_periodicity(cells, spacing, periodic)?;
         let padded = [0, 1].map(|a| if periodic[a] { cells[a] } else { fast_size(2 * cells[a] - 1) });
-        let convolution = Convolution::padded(cells, padded);
+        let convolution = PaddedGridPlan::padded(cells, padded);
         let admittance = Admittance::new(green);
         let symbol = match periodic {
-            [true, true] => closed(&convolution, spacing, &admittance),
+            [true, true] => doubly_periodic_symbol(&convolution, spacing, &admittance),
             _ => {
-                open_along(&convolution, spacing, usize::from(periodic[0]), (&admittance, green.clearance()))
+                singly_periodic_symbol(&convolution, spacing, usize::from(periodic[0]), (&admittance, green.singularity_distance()))
             }
         };
         interrupt::check()?;
@@ -91,17 +91,17 @@ impl PeriodicFlexibility {
         let mut made = Self {
             convolution,
             symbol,
-            own,
+            self_influence: own,
             coupled,
             buffers,
             spacing,
             periodic,
-            clearance: green.clearance(),
+            singularity_distance: green.singularity_distance(),
             admittance,
             normal_inverse,
             full_inverse,
         };
-        made.own = made.influence_on_itself();
+        made.self_influence = made.influence_on_itself();
         Ok(made)
     }
 
@@ -157,15 +157,15 @@ impl Flexibility for PeriodicFlexibility {
     }
 
     fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
-        PerCell::Same(self.own, self.n_cells())
+        PerCell::Same(self.self_influence, self.n_cells())
     }
 
-    fn entries(&self) -> Entries {
-        Entries::Computed
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
     }
 
     fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
-        offsets::add_entries(self, self.convolution.cells, cells, matrix);
+        toeplitz_entries::add_entries(self, self.convolution.cells, cells, matrix);
     }
 
     fn couples_normal_tangential(&self) -> bool {
@@ -174,14 +174,14 @@ impl Flexibility for PeriodicFlexibility {
 
     fn harmonic_defect(&self, tractions: &[f64], gap: &[f64], planes: Range<usize>) -> Option<Defect> {
         let (cells, spacing, admittance) = (self.convolution.cells, self.spacing, &self.admittance);
-        let repeated = Repeated { cells, spacing, admittance, tractions, displacements: gap };
+        let repeated = PeriodicState { cells, spacing, admittance, tractions, displacements: gap };
         let Harmonics { found, expected } = match self.periodic {
-            [true, true] => repeated.closed(),
-            periodic => repeated.open(&Line::new(
+            [true, true] => repeated.doubly_periodic(),
+            periodic => repeated.singly_periodic(&OpenDirection::new(
                 usize::from(periodic[0]),
                 (cells, self.convolution.padded),
                 spacing,
-                (admittance, self.clearance),
+                (admittance, self.singularity_distance),
             )),
         };
         if found.is_empty() {
@@ -192,16 +192,16 @@ impl Flexibility for PeriodicFlexibility {
             pairs.flat_map(|(found, expected)| planes.clone().map(|plane| (found[plane], expected[plane])));
         // Uniform tractions have no other harmonics.
         let largest = tractions.iter().fold(0.0_f64, |largest, traction| largest.max(traction.abs()));
-        let alone = Defect { difference: 0.0, size: self.own.amax() * largest };
+        let alone = Defect { difference: 0.0, size: self.self_influence.amax() * largest };
         Some(entries.fold(alone, |defect, (found, expected)| {
-            defect.or_more((found - expected).norm(), expected.norm())
+            defect.max_with((found - expected).norm(), expected.norm())
         }))
     }
 
     fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
         let make =
-            || inverse_of(Parts::Normal, Convolution::padded(cells, cells), self.spacing, &self.admittance);
+            || inverse_filter(ComponentSet::Normal, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance);
         self.normal_inverse.get_or_init(make).apply(normal_gap, pressure);
         true
     }
@@ -209,13 +209,13 @@ impl Flexibility for PeriodicFlexibility {
     fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
         let cells = self.convolution.cells;
         let make =
-            || inverse_of(Parts::Coupled, Convolution::padded(cells, cells), self.spacing, &self.admittance);
+            || inverse_filter(ComponentSet::Coupled, PaddedGridPlan::padded(cells, cells), self.spacing, &self.admittance);
         self.full_inverse.get_or_init(make).apply(gap, tractions);
         true
     }
 }
 
-fn check_repetition(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -> Result<()> {
+fn validate_periodicity(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -> Result<()> {
     if periodic == [false; 2] {
         return Err(Error::numerical("the frame is periodic in no direction: it takes the padded operator"));
     }
@@ -227,9 +227,9 @@ fn check_repetition(cells: [usize; 2], spacing: [f64; 2], periodic: [bool; 2]) -
     }
     let across = usize::from(periodic[0]);
     let ratio = spacing[across] / spacing[1 - across];
-    if periodic != [true; 2] && cells[1 - across] > 1 && ratio.max(1.0 / ratio) > SLENDER {
+    if periodic != [true; 2] && cells[1 - across] > 1 && ratio.max(1.0 / ratio) > MAX_CELL_ASPECT_RATIO {
         return Err(Error::input(format!(
-            "the cells of the periodic frame have the sides {} x {}; with a ratio above {SLENDER} their influence is not \
+            "the cells of the periodic frame have the sides {} x {}; with a ratio above {MAX_CELL_ASPECT_RATIO} their influence is not \
              computed: choose half_width and cells for more even ones",
             spacing[0], spacing[1]
         )));

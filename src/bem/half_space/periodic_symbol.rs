@@ -5,15 +5,15 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::admittance::{Admittance, Hermitian, Rows, hermitian};
-use super::fft_plan::Convolution;
-use super::line::Line;
+use super::fft_plan::PaddedGridPlan;
+use super::open_direction::OpenDirection;
 use crate::interrupt;
 
 /// Planes of the symbol: real xx, yy, nn, then real and imaginary parts of xy, xn, yn.
 pub(super) const PLANES: usize = 9;
 
 /// W(m) / κ at every wavevector of the grid; zero at the zero wavevector.
-pub(super) fn closed(convolution: &Convolution, spacing: [f64; 2], admittance: &Admittance) -> Vec<f64> {
+pub(super) fn doubly_periodic_symbol(convolution: &PaddedGridPlan, spacing: [f64; 2], admittance: &Admittance) -> Vec<f64> {
     let [nx, ny] = convolution.padded;
     let lowest = [2.0 * PI / (nx as f64 * spacing[0]), 2.0 * PI / (ny as f64 * spacing[1])];
     filled(convolution, |kx, ky| {
@@ -34,17 +34,17 @@ pub(super) fn closed(convolution: &Convolution, spacing: [f64; 2], admittance: &
     })
 }
 
-/// The symbol of a frame that is open along `axis` and periodic along the other; `clearance`: see [`Line`].
-pub(super) fn open_along(
-    convolution: &Convolution,
+/// The symbol of a frame that is open along `axis` and periodic along the other; `clearance`: see [`OpenDirection`].
+pub(super) fn singly_periodic_symbol(
+    convolution: &PaddedGridPlan,
     spacing: [f64; 2],
     axis: usize,
     material: (&Admittance, f64),
 ) -> Vec<f64> {
-    let line = Line::new(axis, (convolution.cells, convolution.padded), spacing, material);
+    let line = OpenDirection::new(axis, (convolution.cells, convolution.padded), spacing, material);
     let count = convolution.padded[1 - axis];
     let harmonics: Vec<Vec<Hermitian>> =
-        (0..count / 2 + 1).into_par_iter().map(|index| symbol_or_nothing(&line, index, count)).collect();
+        (0..count / 2 + 1).into_par_iter().map(|index| symbol_unless_cancelled(&line, index, count)).collect();
     if axis == 0 {
         return filled(convolution, |kx, ky| harmonics[ky][kx]);
     }
@@ -56,8 +56,8 @@ pub(super) fn open_along(
 }
 
 /// The symbol of a harmonic; zeros if a stop is wished.
-fn symbol_or_nothing(line: &Line, index: usize, count: usize) -> Vec<Hermitian> {
-    if interrupt::wished() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
+fn symbol_unless_cancelled(line: &OpenDirection, index: usize, count: usize) -> Vec<Hermitian> {
+    if interrupt::requested() { vec![[0.0; 9]; line.padded] } else { line.symbol(index, count) }
 }
 
 fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermitian {
@@ -65,7 +65,7 @@ fn conjugate([xx, yy, nn, xy, xy_im, xn, xn_im, yn, yn_im]: Hermitian) -> Hermit
 }
 
 /// The planes of a symbol given at (k_x, k_y), with the weight of the inverse transform.
-fn filled(convolution: &Convolution, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
+fn filled(convolution: &PaddedGridPlan, at: impl Fn(usize, usize) -> Hermitian + Sync) -> Vec<f64> {
     let [px, py] = convolution.padded;
     let weight = 1.0 / (px * py) as f64;
     let mut symbol = vec![0.0; PLANES * px * convolution.half_spectrum()];

@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::angular_table::{NODES, lagrange_and_slope, lagrange_over_distance};
-use super::interior::{InteriorField, Rule};
-use super::point_field::PointField;
-use super::surface_field::SurfaceField;
+use super::angular_table::{NODES, lagrange_with_derivative, lagrange_over_distance};
+use super::point_force_integral::{PointForceIntegral, DirectionRule};
+use super::green_tensor::GreenTensor;
+use super::surface_point_force::SurfacePointForce;
 use crate::error::Result;
 use crate::interrupt;
-use crate::linalg::wide::wide;
+use crate::linalg::simd::wide;
 
 /// First and largest number of angles of a turn; a third as many rows from the inner axis to the surface.
 const ANGLES: [usize; 2] = [96, 960];
@@ -21,13 +21,13 @@ const ERROR: f64 = 1e-6;
 
 /// Change of the direct integral by doubling its points at which a node, or a point that is compared, is accepted: what is
 /// left is about its square.
-const CHANGE: f64 = 1e-8;
+const MAX_INTEGRAL_CHANGE: f64 = 1e-8;
 
 /// Directions in which a table is compared with the direct integral; as many again where it is expected to be worst.
 const COMPARED: usize = 1024;
 
 /// Rows beyond the inner axis, angles beyond a whole turn.
-const BEYOND: usize = NODES / 2 - 1;
+const N_GHOST_ROWS: usize = NODES / 2 - 1;
 
 /// r G at equidistant angles φ and t = tan(β/2), β being the angle from the inner axis: polynomials of degree 7 in both, whose
 /// derivatives give the gradient.
@@ -49,13 +49,13 @@ impl PointForceTable {
     ///
     /// # Errors
     /// If a stop is wished.
-    pub(super) fn new(interior: &InteriorField, surface: &SurfaceField) -> Result<Self> {
+    pub(super) fn new(interior: &PointForceIntegral, surface: &SurfacePointForce) -> Result<Self> {
         let mut angles = ANGLES[0];
-        let compared = COMPARED / Images(interior.mirrors()).count();
-        let spread = wanted(places().take(compared).map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
+        let compared = COMPARED / MirrorPlanes(interior.mirrors()).count();
+        let spread = reference_values(low_discrepancy_points().take(compared).map(|[a, b]| [2.0 * PI * a, b]).collect(), interior);
         loop {
             let mut table = Self::sampled(angles, interior, surface);
-            table.error = table.compared(&spread, interior, surface);
+            table.error = table.measure_error(&spread, interior, surface);
             interrupt::check()?;
             if table.error <= ERROR || angles >= ANGLES[1] {
                 return Ok(table);
@@ -67,12 +67,12 @@ impl PointForceTable {
     }
 
     /// Of `angles` angles, without its error.
-    fn sampled(angles: usize, interior: &InteriorField, surface: &SurfaceField) -> Self {
+    fn sampled(angles: usize, interior: &PointForceIntegral, surface: &SurfacePointForce) -> Self {
         let rows = angles / 3;
-        let images = Images(interior.mirrors());
+        let images = MirrorPlanes(interior.mirrors());
         let row = |row: usize| -> Vec<[f64; 9]> {
             let phi = |angle: usize| 2.0 * PI * angle as f64 / angles as f64;
-            if interrupt::wished() {
+            if interrupt::requested() {
                 return vec![[0.0; 9]; angles];
             }
             if row == rows {
@@ -80,7 +80,7 @@ impl PointForceTable {
             }
             let mut rule = rule_at(row as f64 / rows as f64);
             let mut node = |angle: usize| {
-                let (value, _) = interior.value(&mut rule, phi(angle), CHANGE);
+                let (value, _) = interior.value(&mut rule, phi(angle), MAX_INTEGRAL_CHANGE);
                 std::array::from_fn(|k| value[(k / 3, k % 3)])
             };
             // All angles of the axis are one direction.
@@ -104,12 +104,12 @@ impl PointForceTable {
     fn of_nodes(angles: usize, nodes: &[[f64; 9]], error: f64) -> Self {
         let rows = nodes.len() / angles - 1;
         let around = angles + NODES;
-        let mut entries = Vec::with_capacity((rows + 1 + BEYOND) * around * 9);
-        for row in 0..=rows + BEYOND {
-            let from_axis = row.abs_diff(BEYOND);
-            let turn = if row < BEYOND { 0 } else { angles / 2 };
+        let mut entries = Vec::with_capacity((rows + 1 + N_GHOST_ROWS) * around * 9);
+        for row in 0..=rows + N_GHOST_ROWS {
+            let from_axis = row.abs_diff(N_GHOST_ROWS);
+            let turn = if row < N_GHOST_ROWS { 0 } else { angles / 2 };
             for angle in 0..around {
-                let angle = (angle + turn + angles - BEYOND) % angles;
+                let angle = (angle + turn + angles - N_GHOST_ROWS) % angles;
                 entries.extend(nodes[from_axis * angles + angle]);
             }
         }
@@ -122,7 +122,7 @@ impl PointForceTable {
     }
 
     /// The table of such values; `None` if they are none of a table.
-    pub(super) fn restored(mut values: Vec<f64>) -> Option<Self> {
+    pub(super) fn from_values(mut values: Vec<f64>) -> Option<Self> {
         let &[angles, error, ..] = &values[..] else { return None };
         let angles = angles as usize;
         if !(ANGLES[0]..=ANGLES[1]).contains(&angles) {
@@ -130,7 +130,7 @@ impl PointForceTable {
         }
         let rows = angles / 3;
         values.drain(..2);
-        (values.len() == (rows + 1 + BEYOND) * (angles + NODES) * 9).then_some(Self {
+        (values.len() == (rows + 1 + N_GHOST_ROWS) * (angles + NODES) * 9).then_some(Self {
             entries: values,
             angles,
             rows,
@@ -144,7 +144,7 @@ impl PointForceTable {
     }
 
     /// The field at a point below the surface or on it.
-    pub(super) fn at(&self, x: &Vector3<f64>) -> PointField {
+    pub(super) fn at(&self, x: &Vector3<f64>) -> GreenTensor {
         let (r, distance) = (x.x.hypot(x.y), x.norm());
         let (sin, cos) = (r / distance, -x.z / distance);
         let t = sin / (1.0 + cos);
@@ -156,7 +156,7 @@ impl PointForceTable {
         let [polar, azimuthal] = [polar * half, azimuthal * half];
         let outward = polar * cos - value * sin;
         let gradient = [outward * c - azimuthal * s, outward * s + azimuthal * c, polar * sin + value * cos];
-        PointField { value, gradient }.scaled(distance)
+        GreenTensor { value, gradient }.at_distance(distance)
     }
 
     /// r G, its derivative in t, and that in φ over t.
@@ -165,17 +165,17 @@ impl PointForceTable {
         let per_radian = self.angles as f64 / (2.0 * PI);
         let position = ((phi + PI) * per_radian).min(self.angles as f64);
         let angle = position as usize;
-        let [along, slope] = lagrange_and_slope(position - angle as f64);
+        let [along, slope] = lagrange_with_derivative(position - angle as f64);
         let height = (t * self.rows as f64).min(self.rows as f64);
-        let row = (height as usize).min(self.rows - (NODES - 1 - BEYOND));
-        let [across, steep] = lagrange_and_slope(height - row as f64);
+        let row = (height as usize).min(self.rows - (NODES - 1 - N_GHOST_ROWS));
+        let [across, steep] = lagrange_with_derivative(height - row as f64);
         // Next to the axis the derivative along φ vanishes with t.
-        let over_t = if row <= BEYOND {
-            lagrange_over_distance(height - row as f64, BEYOND - row).map(|w| w * self.rows as f64)
+        let over_t = if row <= N_GHOST_ROWS {
+            lagrange_over_distance(height - row as f64, N_GHOST_ROWS - row).map(|w| w * self.rows as f64)
         } else {
             across.map(|w| w / t)
         };
-        let weights = Weights { along, slope, across, steep, over_t };
+        let weights = StencilWeights { angle_weights: along, angle_slopes: slope, row_weights: across, row_slopes: steep, row_weights_over_t: over_t };
         let mut sums = [[0.0; 9]; 3];
         weigh(&self.entries[(row * around + angle) * 9..], around * 9, &weights, &mut sums);
         sums[1].iter_mut().for_each(|sum| *sum *= self.rows as f64);
@@ -184,19 +184,19 @@ impl PointForceTable {
     }
 
     /// Largest difference of the gradient from what is wanted at places, and the largest entry wanted.
-    fn apart(&self, wanted: &[Wanted]) -> [f64; 2] {
-        let largest = |of: &dyn Fn(&Wanted) -> f64| wanted.iter().map(of).fold(0.0, f64::max);
-        [largest(&|wanted| wanted.apart(self)), largest(&|wanted| wanted.field.steepest())]
+    fn apart(&self, wanted: &[ReferenceValue]) -> [f64; 2] {
+        let largest = |of: &dyn Fn(&ReferenceValue) -> f64| wanted.iter().map(of).fold(0.0, f64::max);
+        [largest(&|wanted| wanted.difference_from(self)), largest(&|wanted| wanted.field.max_gradient())]
     }
 
     /// Largest difference of the gradient from the direct integral in evenly spread directions, on the surface, and where the
     /// interpolation is expected to be worst, over its largest entry there.
-    fn compared(&self, spread: &[Wanted], interior: &InteriorField, surface: &SurfaceField) -> f64 {
+    fn measure_error(&self, spread: &[ReferenceValue], interior: &PointForceIntegral, surface: &SurfacePointForce) -> f64 {
         let cell = 2.0 * PI / self.angles as f64;
-        let on_surface: Vec<Wanted> = (0..4 * self.angles)
+        let on_surface: Vec<ReferenceValue> = (0..4 * self.angles)
             .map(|k| {
                 let phi = 0.25 * k as f64 * cell;
-                Wanted { place: [phi, 1.0], field: surface.at(phi.cos(), phi.sin()), rest: 0.0 }
+                ReferenceValue { place: [phi, 1.0], field: surface.at(phi.cos(), phi.sin()), error_bound: 0.0 }
             })
             .collect();
         let mut found = vec![self.apart(spread), self.apart(&on_surface)];
@@ -205,20 +205,20 @@ impl PointForceTable {
             apart / steepest
         };
         if error(&found) <= ERROR || self.angles >= ANGLES[1] {
-            let rough = self.roughest(Images(interior.mirrors())).into_iter().zip(places()).map(
+            let rough = self.least_resolved_nodes(MirrorPlanes(interior.mirrors())).into_iter().zip(low_discrepancy_points()).map(
                 |([phi, t], [a, b])| {
                     let t = t + (b - 0.5) / self.rows as f64;
                     [phi + (a - 0.5) * cell, t.clamp(0.0, 1.0 - 0.1 / self.rows as f64)]
                 },
             );
-            found.push(self.apart(&wanted(rough.collect(), interior)));
+            found.push(self.apart(&reference_values(rough.collect(), interior)));
         }
         error(&found)
     }
 
     /// The nodes (φ, t) where differences of the eighth order let expect the largest errors of the gradient, one of each set of mirror
     /// images.
-    fn roughest(&self, images: Images) -> Vec<[f64; 2]> {
+    fn least_resolved_nodes(&self, images: MirrorPlanes) -> Vec<[f64; 2]> {
         const BINOMIAL: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
         // Products of the distances of a node from the other ones, over 8!: in the middle, at the end.
         const SLOPES: [f64; 2] = [144.0 / 40320.0, 5040.0 / 40320.0];
@@ -231,15 +231,15 @@ impl PointForceTable {
             let t = row as f64 / self.rows as f64;
             let half = 0.5 * (1.0 + t * t);
             let around =
-                difference(&|k| (row + BEYOND) * stride + (angle + self.angles + k - 4) % self.angles * 9);
+                difference(&|k| (row + N_GHOST_ROWS) * stride + (angle + self.angles + k - 4) % self.angles * 9);
             let slope = SLOPES[usize::from(row + 4 > self.rows)];
-            let first = (row + BEYOND - 4).min(self.rows + BEYOND - 8);
+            let first = (row + N_GHOST_ROWS - 4).min(self.rows + N_GHOST_ROWS - 8);
             let down = difference(&|k| (first + k) * stride + angle * 9);
             let azimuthal = around * SLOPES[0] * self.angles as f64 / (2.0 * PI) * half / t;
             azimuthal.max(down * slope * self.rows as f64 * half)
         };
         let alone = |angle: &usize| {
-            let node = (angle + self.angles + self.angles / 2 - BEYOND) % self.angles;
+            let node = (angle + self.angles + self.angles / 2 - N_GHOST_ROWS) % self.angles;
             images.source(node, self.angles).0 == node
         };
         let angles: Vec<usize> = (0..self.angles).filter(alone).collect();
@@ -249,7 +249,7 @@ impl PointForceTable {
         nodes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let cell = 2.0 * PI / self.angles as f64;
         let place = |&(_, row, angle): &(f64, usize, usize)| {
-            [(angle as f64 - BEYOND as f64) * cell - PI, row as f64 / self.rows as f64]
+            [(angle as f64 - N_GHOST_ROWS as f64) * cell - PI, row as f64 / self.rows as f64]
         };
         nodes.iter().take(COMPARED / images.count()).map(place).collect()
     }
@@ -257,9 +257,9 @@ impl PointForceTable {
 
 /// Directions that are mirror images of one another across the planes x = 0 and y = 0, where these are planes of symmetry.
 #[derive(Debug, Clone, Copy)]
-struct Images([bool; 2]);
+struct MirrorPlanes([bool; 2]);
 
-impl Images {
+impl MirrorPlanes {
     /// Number of images of a direction.
     fn count(self) -> usize {
         self.0.iter().map(|&mirror| 1 + usize::from(mirror)).product()
@@ -282,67 +282,67 @@ impl Images {
 }
 
 /// What the gradient has to be at a place (φ, t).
-struct Wanted {
+struct ReferenceValue {
     place: [f64; 2],
-    field: PointField,
+    field: GreenTensor,
     /// Bound of the field's own error.
-    rest: f64,
+    error_bound: f64,
 }
 
-impl Wanted {
-    fn apart(&self, table: &PointForceTable) -> f64 {
+impl ReferenceValue {
+    fn difference_from(&self, table: &PointForceTable) -> f64 {
         let [phi, t] = self.place;
-        self.field.steepest_difference(&table.at(&direction(phi, t))) + self.rest
+        self.field.max_gradient_difference(&table.at(&direction(phi, t))) + self.error_bound
     }
 }
 
 /// Evenly spread places of the unit square: the R2 sequence of the plastic number.
-fn places() -> impl Iterator<Item = [f64; 2]> {
+fn low_discrepancy_points() -> impl Iterator<Item = [f64; 2]> {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
     (1..=COMPARED).map(|k| STEPS.map(|step| (step * k as f64).fract()))
 }
 
 /// The direct integral at places.
-fn wanted(places: Vec<[f64; 2]>, interior: &InteriorField) -> Vec<Wanted> {
+fn reference_values(places: Vec<[f64; 2]>, interior: &PointForceIntegral) -> Vec<ReferenceValue> {
     let at = |place: [f64; 2]| {
-        let (field, change) = interior.gradient(&mut rule_at(place[1]), place[0], CHANGE);
-        Wanted { place, field, rest: if change > CHANGE { change * field.steepest() } else { 0.0 } }
+        let (field, change) = interior.gradient(&mut rule_at(place[1]), place[0], MAX_INTEGRAL_CHANGE);
+        ReferenceValue { place, field, error_bound: if change > MAX_INTEGRAL_CHANGE { change * field.max_gradient() } else { 0.0 } }
     };
     places.into_par_iter().map(at).collect()
 }
 
 /// Weights of the nodes about a direction.
-struct Weights {
+struct StencilWeights {
     /// Of the angles, and their derivatives.
-    along: [f64; NODES],
-    slope: [f64; NODES],
+    angle_weights: [f64; NODES],
+    angle_slopes: [f64; NODES],
     /// Of the rows, their derivatives, and the weights over t.
-    across: [f64; NODES],
-    steep: [f64; NODES],
-    over_t: [f64; NODES],
+    row_weights: [f64; NODES],
+    row_slopes: [f64; NODES],
+    row_weights_over_t: [f64; NODES],
 }
 
 /// The weighted sums of [`PointForceTable::sums`] over nodes whose rows lie `stride` entries apart.
-fn weigh(entries: &[f64], stride: usize, weights: &Weights, sums: &mut [[f64; 9]; 3]) {
+fn weigh(entries: &[f64], stride: usize, weights: &StencilWeights, sums: &mut [[f64; 9]; 3]) {
     wide!(weigh_inline(
-        entries => entries: &[f64], stride => stride: usize, weights => weights: &Weights, sums => sums: &mut [[f64; 9]; 3]
+        entries => entries: &[f64], stride => stride: usize, weights => weights: &StencilWeights, sums => sums: &mut [[f64; 9]; 3]
     ))
 }
 
 #[inline(always)]
-fn weigh_inline(entries: &[f64], stride: usize, weights: &Weights, sums: &mut [[f64; 9]; 3]) {
+fn weigh_inline(entries: &[f64], stride: usize, weights: &StencilWeights, sums: &mut [[f64; 9]; 3]) {
     let [mut values, mut steeps, mut turns] = [[0.0; 9]; 3];
     for j in 0..NODES {
         let row = &entries[j * stride..j * stride + 9 * NODES];
         let (mut value, mut turned) = ([0.0; 9], [0.0; 9]);
         for (k, node) in row.chunks_exact(9).enumerate() {
-            let (along, slope) = (weights.along[k], weights.slope[k]);
+            let (along, slope) = (weights.angle_weights[k], weights.angle_slopes[k]);
             for c in 0..9 {
                 value[c] += along * node[c];
                 turned[c] += slope * node[c];
             }
         }
-        let (across, steep, over_t) = (weights.across[j], weights.steep[j], weights.over_t[j]);
+        let (across, steep, over_t) = (weights.row_weights[j], weights.row_slopes[j], weights.row_weights_over_t[j]);
         for c in 0..9 {
             values[c] += across * value[c];
             steeps[c] += steep * value[c];
@@ -358,9 +358,9 @@ fn polar(t: f64) -> [f64; 2] {
     [2.0 * t * inverse, (1.0 - t * t) * inverse]
 }
 
-fn rule_at(t: f64) -> Rule {
+fn rule_at(t: f64) -> DirectionRule {
     let [sin, cos] = polar(t);
-    Rule::new(sin, -cos)
+    DirectionRule::new(sin, -cos)
 }
 
 /// The unit vector of φ and t = tan(β/2).
@@ -395,10 +395,10 @@ mod tests {
         ];
         for (stiffness, mirrors) in cases {
             let green = SurfaceGreen::new(&stiffness, Side::Lower).unwrap();
-            let interior = InteriorField::new(&stiffness, &green);
+            let interior = PointForceIntegral::new(&stiffness, &green);
             assert_eq!(interior.mirrors(), mirrors);
             let table =
-                PointForceTable::sampled(ANGLES[0], &interior, &SurfaceField::new(&stiffness, &green));
+                PointForceTable::sampled(ANGLES[0], &interior, &SurfacePointForce::new(&stiffness, &green));
             for k in 0..16 {
                 let x = direction(0.2 + 2.0 * PI * k as f64 / 16.0, 0.3 + 0.04 * k as f64);
                 let (found, wanted) = (table.at(&x), interior.at(&x).unwrap());

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use crate::quadrature::gauss_legendre;
 
 /// Number of real moments of the orders 0..=`order`: k + 1 of each order k.
-pub(super) const fn count(order: usize) -> usize {
+pub(super) const fn n_moments(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
@@ -15,23 +15,23 @@ pub(super) fn powers(k: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// Integrals over polygons up to some order.
-pub(super) struct Moments {
+pub(super) struct PolygonMoments {
     order: usize,
     rule: Vec<(f64, f64)>,
 }
 
-impl Moments {
+impl PolygonMoments {
     pub fn new(order: usize) -> Self {
         // On an edge the integrand is a polynomial of that order.
         Self { order, rule: gauss_legendre(order / 2 + 1) }
     }
 
-    /// ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, order by order as [`powers`] says, `[count]`; the values of a > b, which
+    /// ∫ ζ^a ζ̄^b dA / (a! b!) about `origin`, order by order as [`powers`] says, `[n_moments]`; the values of a > b, which
     /// stand for those of (b, a) too, are doubled: 2 Re, -2 Im. Corners counter-clockwise.
     ///
     /// The triangle of the origin and an edge adds 2 area / (k + 2) times the mean of the integrand along the edge.
     pub fn of(&self, corners: &[[f64; 2]], origin: [f64; 2]) -> Vec<f64> {
-        let mut moments = vec![0.0; count(self.order)];
+        let mut moments = vec![0.0; n_moments(self.order)];
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
             let at = |p: &[f64; 2]| Complex::new(p[0] - origin[0], p[1] - origin[1]);
@@ -81,12 +81,12 @@ mod tests {
             found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-16, "{a} {b}"));
         };
         // 1; ζ; ζ²/2 = (x² - y²)/2 + i x y; ζ ζ̄ = x² + y².
-        close(&Moments::new(2).of(&corners, [0.0, 0.0]), &[area, 0.0, 0.0, xx - yy, 0.0, xx + yy]);
-        let found = Moments::new(2).of(&corners, [1.0, -2.0]);
+        close(&PolygonMoments::new(2).of(&corners, [0.0, 0.0]), &[area, 0.0, 0.0, xx - yy, 0.0, xx + yy]);
+        let found = PolygonMoments::new(2).of(&corners, [1.0, -2.0]);
         let (xx, yy, xy) = (xx + area, yy + 4.0 * area, -2.0 * area);
         for (a, b) in found.iter().zip([area, -2.0 * area, -4.0 * area, xx - yy, -2.0 * xy, xx + yy]) {
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
-        assert_eq!(Moments::new(7).of(&corners, [0.0, 0.0]).len(), count(7));
+        assert_eq!(PolygonMoments::new(7).of(&corners, [0.0, 0.0]).len(), n_moments(7));
     }
 }

@@ -10,16 +10,16 @@ use nalgebra::Matrix3;
 
 use super::point_force::PointForceField;
 use crate::bem::PointState;
-use crate::bem::nearness::{Nearness, Patch};
+use crate::bem::quadrature_order::{QuadratureOrder, Parallelogram};
 use crate::geometry::Point;
 use crate::material::Stiffness;
 use crate::quadrature::gauss_legendre;
 
 /// Error of the integral over a cell or a group, over the largest values there.
-const ACCURACY: f64 = 1e-6;
+const RELATIVE_TOLERANCE: f64 = 1e-6;
 
 /// Points along a side of a group. Interpolation there errs like a rule of half as many.
-const SIDE: usize = 6;
+const EQUIVALENT_FORCES_PER_SIDE: usize = 6;
 
 /// Most Gauss points along a side of a part of a cell.
 const MOST_POINTS: usize = 8;
@@ -28,52 +28,52 @@ const MOST_POINTS: usize = 8;
 const MOST_DIVISIONS: usize = 32;
 
 /// Share of the sides below which a quadrilateral differs from a parallelogram by rounding.
-const NOT_BENT: f64 = 1e-9;
+const PARALLELOGRAM_TOLERANCE: f64 = 1e-9;
 
 /// Groups of so few parts of cells are not divided.
-const FEW: usize = 8;
+const MAX_LEAF_QUADS: usize = 8;
 
 /// A quadrilateral of a cell, or a triangle as one whose last corners are the same, and the force per area on it.
 #[derive(Debug, Clone)]
-struct Part {
+struct LoadedQuad {
     corners: [[f64; 2]; 4],
     traction: Point,
     /// 1 if the corners run counter-clockwise, -1 otherwise.
-    sense: f64,
+    orientation: f64,
 }
 
 /// A group of cells.
 #[derive(Debug)]
-struct Group {
-    patch: Patch,
+struct CellCluster {
+    patch: Parallelogram,
     /// Forces that stand for it.
     forces: Vec<([f64; 2], Point)>,
-    members: Members,
+    members: ClusterMembers,
 }
 
 #[derive(Debug)]
-enum Members {
-    Halves([usize; 2]),
-    Parts(Range<usize>),
+enum ClusterMembers {
+    Children([usize; 2]),
+    Quads(Range<usize>),
 }
 
 /// The half-space z <= 0, outward normal +z, under tractions on cells of its surface.
-pub struct Subsurface<'a> {
+pub struct SubsurfaceField<'a> {
     field: &'a PointForceField,
     stiffness: &'a Stiffness,
-    nearness: Nearness,
+    quadrature_order: QuadratureOrder,
     rules: Vec<Vec<(f64, f64)>>,
-    parts: Vec<Part>,
-    groups: Vec<Group>,
+    quads: Vec<LoadedQuad>,
+    clusters: Vec<CellCluster>,
 }
 
 /// Displacement and its gradient: rows the components, columns the directions.
-struct Sum {
+struct DisplacementGradient {
     displacement: Point,
     gradient: Matrix3<f64>,
 }
 
-impl Part {
+impl LoadedQuad {
     /// The point at (s, t) of [-1, 1]², and the area there.
     fn at(&self, s: f64, t: f64) -> ([f64; 2], f64) {
         let [a, b, c, d] = &self.corners;
@@ -87,12 +87,12 @@ impl Part {
     }
 
     /// Parallelograms that hold it together: one, if it is one.
-    fn patches(&self) -> (usize, [Patch; 4]) {
+    fn enclosing_parallelograms(&self) -> (usize, [Parallelogram; 4]) {
         let [a, b, c, d] = self.corners.map(|[x, y]| Point::new(x, y, 0.0));
         let middle = (a + b + c + d) * 0.25;
         let (u, v, bent) = ((b + c - a - d) * 0.25, (c + d - a - b) * 0.25, (a - b + c - d) * 0.25);
-        let patch = |s: f64, t: f64| Patch { middle, sides: [u + bent * s, v + bent * t] };
-        if bent.norm() <= NOT_BENT * u.norm().max(v.norm()) {
+        let patch = |s: f64, t: f64| Parallelogram { middle, half_sides: [u + bent * s, v + bent * t] };
+        if bent.norm() <= PARALLELOGRAM_TOLERANCE * u.norm().max(v.norm()) {
             return (1, [(); 4].map(|()| patch(0.0, 0.0)));
         }
         (4, [patch(1.0, 1.0), patch(1.0, -1.0), patch(-1.0, 1.0), patch(-1.0, -1.0)])
@@ -115,12 +115,12 @@ impl Part {
 }
 
 /// The parts of a polygon.
-fn parts_of(corners: &[[f64; 2]], traction: Point) -> Vec<Part> {
+fn split_polygon(corners: &[[f64; 2]], traction: Point) -> Vec<LoadedQuad> {
     let n = corners.len();
     let twice_area: f64 = (0..n)
         .map(|k| corners[k][0] * corners[(k + 1) % n][1] - corners[k][1] * corners[(k + 1) % n][0])
         .sum();
-    let part = |corners: [[f64; 2]; 4]| Part { corners, traction, sense: twice_area.signum() };
+    let part = |corners: [[f64; 2]; 4]| LoadedQuad { corners, traction, orientation: twice_area.signum() };
     match *corners {
         [a, b, c] => vec![part([a, b, c, c])],
         [a, b, c, d] => vec![part([a, b, c, d])],
@@ -131,14 +131,14 @@ fn parts_of(corners: &[[f64; 2]], traction: Point) -> Vec<Part> {
     }
 }
 
-impl<'a> Subsurface<'a> {
+impl<'a> SubsurfaceField<'a> {
     /// Bytes that cells of so many corners take if all are loaded, at most.
-    pub fn bytes(n_corners: impl Iterator<Item = usize>) -> usize {
+    pub fn expected_bytes(n_corners: impl Iterator<Item = usize>) -> usize {
         let parts: usize = n_corners.map(|n| if n <= 4 { 1 } else { n }).sum();
         // A group that is divided leaves more than half of FEW parts in each half.
-        let groups = 2 * parts / FEW.div_ceil(2) + 1;
-        parts * size_of::<Part>()
-            + groups * (size_of::<Group>() + SIDE * SIDE * size_of::<([f64; 2], Point)>())
+        let groups = 2 * parts / MAX_LEAF_QUADS.div_ceil(2) + 1;
+        parts * size_of::<LoadedQuad>()
+            + groups * (size_of::<CellCluster>() + EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE * size_of::<([f64; 2], Point)>())
     }
 
     /// Under the tractions (MPa, on the body) of cells by their corners in the plane; `field` is that of the material of this `stiffness` in
@@ -148,19 +148,19 @@ impl<'a> Subsurface<'a> {
         cells: impl Iterator<Item = (Vec<[f64; 2]>, Point)>,
     ) -> Self {
         let loaded = cells.filter(|(_, traction)| *traction != Point::zeros());
-        let parts = loaded.flat_map(|(corners, traction)| parts_of(&corners, traction)).collect();
+        let parts = loaded.flat_map(|(corners, traction)| split_polygon(&corners, traction)).collect();
         let rules = (1..=MOST_POINTS).map(gauss_legendre).collect();
-        let nearness = Nearness::new(stiffness, ACCURACY, MOST_POINTS);
-        let mut made = Self { field, stiffness, nearness, rules, parts, groups: Vec::new() };
-        if !made.parts.is_empty() {
-            made.group(0..made.parts.len());
+        let nearness = QuadratureOrder::new(stiffness, RELATIVE_TOLERANCE, MOST_POINTS);
+        let mut made = Self { field, stiffness, quadrature_order: nearness, rules, quads: parts, clusters: Vec::new() };
+        if !made.quads.is_empty() {
+            made.build_cluster(0..made.quads.len());
         }
         made
     }
 
     /// Makes the group of some parts, after its halves; its number.
-    fn group(&mut self, range: Range<usize>) -> usize {
-        let corners = self.parts[range.clone()].iter().flat_map(|part| part.corners);
+    fn build_cluster(&mut self, range: Range<usize>) -> usize {
+        let corners = self.quads[range.clone()].iter().flat_map(|part| part.corners);
         let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         for corner in corners {
             (0..2).for_each(|c| (low[c], high[c]) = (low[c].min(corner[c]), high[c].max(corner[c])));
@@ -168,85 +168,85 @@ impl<'a> Subsurface<'a> {
         let half = [0, 1].map(|c| 0.5 * (high[c] - low[c]));
         let middle = [0, 1].map(|c| 0.5 * (high[c] + low[c]));
         let axis = usize::from(half[1] > half[0]);
-        let at = |part: &Part| part.corners.iter().map(|corner| corner[axis]).sum::<f64>();
-        let mut members = Members::Parts(range.clone());
-        if range.len() > FEW {
+        let at = |part: &LoadedQuad| part.corners.iter().map(|corner| corner[axis]).sum::<f64>();
+        let mut members = ClusterMembers::Quads(range.clone());
+        if range.len() > MAX_LEAF_QUADS {
             // Halves of the same number of parts.
             let cut = range.len() / 2;
-            self.parts[range.clone()].select_nth_unstable_by(cut, |a, b| at(a).total_cmp(&at(b)));
-            let first = self.group(range.start..range.start + cut);
-            members = Members::Halves([first, self.group(range.start + cut..range.end)]);
+            self.quads[range.clone()].select_nth_unstable_by(cut, |a, b| at(a).total_cmp(&at(b)));
+            let first = self.build_cluster(range.start..range.start + cut);
+            members = ClusterMembers::Children([first, self.build_cluster(range.start + cut..range.end)]);
         }
         let forces = self.forces(&members, middle, half);
-        if let Members::Halves(halves) = &members {
+        if let ClusterMembers::Children(halves) = &members {
             // Those of parts were for this alone.
             for &half in halves {
-                let half = &mut self.groups[half];
-                if matches!(half.members, Members::Parts(_)) {
+                let half = &mut self.clusters[half];
+                if matches!(half.members, ClusterMembers::Quads(_)) {
                     half.forces = Vec::new();
                 }
             }
         }
         let sides = [Point::new(half[0], 0.0, 0.0), Point::new(0.0, half[1], 0.0)];
-        let patch = Patch { middle: Point::new(middle[0], middle[1], 0.0), sides };
-        self.groups.push(Group { patch, forces, members });
-        self.groups.len() - 1
+        let patch = Parallelogram { middle: Point::new(middle[0], middle[1], 0.0), half_sides: sides };
+        self.clusters.push(CellCluster { patch, forces, members });
+        self.clusters.len() - 1
     }
 
     /// Forces at the points of a rule over a rectangle that do the same work as those of its members on polynomials.
-    fn forces(&self, members: &Members, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
-        let rule = &self.rules[SIDE - 1];
-        let mut sums = [Point::zeros(); SIDE * SIDE];
+    fn forces(&self, members: &ClusterMembers, middle: [f64; 2], half: [f64; 2]) -> Vec<([f64; 2], Point)> {
+        let rule = &self.rules[EQUIVALENT_FORCES_PER_SIDE - 1];
+        let mut sums = [Point::zeros(); EQUIVALENT_FORCES_PER_SIDE * EQUIVALENT_FORCES_PER_SIDE];
         let mut add = |x: [f64; 2], force: Point| {
-            let [u, v] = [0, 1].map(|c| polynomials(rule, (x[c] - middle[c]) / half[c]));
+            let [u, v] = [0, 1].map(|c| lagrange_basis(rule, (x[c] - middle[c]) / half[c]));
             for (k, sum) in sums.iter_mut().enumerate() {
-                *sum += force * (u[k / SIDE] * v[k % SIDE]);
+                *sum += force * (u[k / EQUIVALENT_FORCES_PER_SIDE] * v[k % EQUIVALENT_FORCES_PER_SIDE]);
             }
         };
         match members {
-            Members::Halves(halves) => {
-                let all = halves.iter().flat_map(|&half| &self.groups[half].forces);
+            ClusterMembers::Children(halves) => {
+                let all = halves.iter().flat_map(|&half| &self.clusters[half].forces);
                 all.for_each(|(x, force)| add(*x, *force));
             }
-            Members::Parts(range) => {
-                for part in &self.parts[range.clone()] {
+            ClusterMembers::Quads(range) => {
+                for part in &self.quads[range.clone()] {
                     for ((s, ws), (t, wt)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
                         let (x, area) = part.at(*s, *t);
-                        add(x, part.traction * (part.sense * area * ws * wt));
+                        add(x, part.traction * (part.orientation * area * ws * wt));
                     }
                 }
             }
         }
         let place =
-            |k: usize| [middle[0] + half[0] * rule[k / SIDE].0, middle[1] + half[1] * rule[k % SIDE].0];
+            |k: usize| [middle[0] + half[0] * rule[k / EQUIVALENT_FORCES_PER_SIDE].0, middle[1] + half[1] * rule[k % EQUIVALENT_FORCES_PER_SIDE].0];
         sums.into_iter().enumerate().map(|(k, sum)| (place(k), sum)).collect()
     }
 
     /// Displacement and stress at a point below the surface; the displacement is that from infinity.
     pub fn at(&self, y: &Point) -> PointState {
-        let mut sum = Sum { displacement: Point::zeros(), gradient: Matrix3::zeros() };
-        if !self.groups.is_empty() {
-            self.add_group(self.groups.len() - 1, y, &mut sum);
+        let mut sum = DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+        if !self.clusters.is_empty() {
+            self.add_group(self.clusters.len() - 1, y, &mut sum);
         }
         PointState { displacement: sum.displacement, stress: self.stiffness.stress(&sum.gradient) }
     }
 
-    fn add_group(&self, number: usize, y: &Point, sum: &mut Sum) {
-        let group = &self.groups[number];
+    fn add_group(&self, number: usize, y: &Point, sum: &mut DisplacementGradient) {
+        let group = &self.clusters[number];
         match &group.members {
-            Members::Halves(_) if self.nearness.points(&group.patch, y).is_some_and(|n| 2 * n <= SIDE) => {
+            ClusterMembers::Children(_) if self.quadrature_order.points(&group.patch, y).is_some_and(|n| 2 * n <= EQUIVALENT_FORCES_PER_SIDE) => {
                 group.forces.iter().for_each(|(x, force)| self.add(*x, force, y, sum));
             }
-            Members::Halves(halves) => halves.iter().for_each(|&half| self.add_group(half, y, sum)),
-            Members::Parts(range) => {
-                self.parts[range.clone()].iter().for_each(|part| self.add_part(part, y, MOST_DIVISIONS, sum));
+            ClusterMembers::Children(halves) => halves.iter().for_each(|&half| self.add_group(half, y, sum)),
+            ClusterMembers::Quads(range) => {
+                self.quads[range.clone()].iter().for_each(|part| self.add_part(part, y, MOST_DIVISIONS, sum));
             }
         }
     }
 
-    fn add_part(&self, part: &Part, y: &Point, divisions: usize, sum: &mut Sum) {
-        let (count, patches) = part.patches();
-        let all = patches.iter().take(count).map(|patch| self.nearness.points(patch, y));
+    fn add_part(&self, part: &LoadedQuad, y: &Point, divisions: usize, sum: &mut DisplacementGradient) {
+        let (count, patches) = part.enclosing_parallelograms();
+        let all = patches.iter().take(count).map(|patch| self.quadrature_order.points(patch, y));
         let n = all.reduce(|a, b| Some(a?.max(b?))).flatten();
         if n.is_none() && divisions > 0 {
             part.halves().iter().for_each(|half| self.add_part(half, y, divisions - 1, sum));
@@ -257,13 +257,13 @@ impl<'a> Subsurface<'a> {
         let rule = &self.rules[n - 1];
         for ((s, ws), (t, wt)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
             let (x, area) = part.at(*s, *t);
-            self.add(x, &(part.traction * (part.sense * area * ws * wt)), y, sum);
+            self.add(x, &(part.traction * (part.orientation * area * ws * wt)), y, sum);
         }
     }
 
     /// Adds a force at `x` of the surface.
     #[inline]
-    fn add(&self, x: [f64; 2], force: &Point, y: &Point, sum: &mut Sum) {
+    fn add(&self, x: [f64; 2], force: &Point, y: &Point, sum: &mut DisplacementGradient) {
         let field = self.field.at(&Point::new(y.x - x[0], y.y - x[1], y.z));
         sum.displacement += field.value * force;
         for (k, part) in field.gradient.iter().enumerate() {
@@ -274,7 +274,7 @@ impl<'a> Subsurface<'a> {
 }
 
 /// The polynomials of a rule that are 1 at one of its points and 0 at the others.
-fn polynomials(rule: &[(f64, f64)], x: f64) -> [f64; SIDE] {
+fn lagrange_basis(rule: &[(f64, f64)], x: f64) -> [f64; EQUIVALENT_FORCES_PER_SIDE] {
     std::array::from_fn(|i| {
         let others = rule.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, (other, _))| (x - other) / (rule[i].0 - other)).product()
@@ -309,7 +309,7 @@ mod tests {
             [radius * angle.cos(), radius * angle.sin()]
         };
         let cell = (0..n as usize).map(corner).collect();
-        let below = Subsurface::new((&stiffness, &field), std::iter::once((cell, Point::new(0.0, 0.0, -p))));
+        let below = SubsurfaceField::new((&stiffness, &field), std::iter::once((cell, Point::new(0.0, 0.0, -p))));
         for depth in [0.01, 0.1, 0.5, 1.0, 3.0] {
             let found = below.at(&Point::new(0.0, 0.0, -depth)).stress;
             let zeta = depth / f64::hypot(1.0, depth);
@@ -336,7 +336,7 @@ mod tests {
                 Point::new((k as f64).sin(), 0.3 * (2.0 * k as f64).cos(), -2.0 - (0.1 * k as f64).cos())
             };
             let cells: Vec<_> = (0..n * n).map(|k| (rectangle(place(k), [0.05; 2]), traction(k))).collect();
-            let below = Subsurface::new((&stiffness, &field), cells.into_iter());
+            let below = SubsurfaceField::new((&stiffness, &field), cells.into_iter());
             let rules = [12, 6].map(gauss_legendre);
             for y in [
                 [1.15, 1.15, -0.05],
@@ -346,7 +346,7 @@ mod tests {
                 [9.0, 2.0, -5.0],
             ] {
                 let y = Point::from(y);
-                let mut sum = Sum { displacement: Point::zeros(), gradient: Matrix3::zeros() };
+                let mut sum = DisplacementGradient { displacement: Point::zeros(), gradient: Matrix3::zeros() };
                 for k in 0..n * n {
                     let [x0, y0] = place(k);
                     let far = (x0 - y.x).hypot(y0 - y.y).hypot(y.z) > 0.3;
@@ -387,7 +387,7 @@ mod tests {
             let pressure = p0 * a / h * (integral((x + 0.5 * h) / a) - integral((x - 0.5 * h) / a));
             (rectangle([x, 0.0], [0.5 * h, length]), Point::new(0.0, 0.0, -pressure))
         };
-        let below = Subsurface::new((&stiffness, &field), (0..n).map(strip));
+        let below = SubsurfaceField::new((&stiffness, &field), (0..n).map(strip));
         let shear = |depth: f64| {
             let stress = below.at(&Point::new(0.0, 0.0, -depth * a)).stress;
             0.5 * (stress[(0, 0)] - stress[(2, 2)])

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::fft_plan::Real;
+use super::fft_plan::FftReal;
 
 /// Planes of a symbol besides nn, of a coupled operator: real xx, yy, then real and imaginary parts of xy, xn, yn.
 pub(super) const COUPLED: usize = 8;
@@ -11,7 +11,7 @@ pub(super) const COUPLED: usize = 8;
 pub(super) const UNCOUPLED: usize = 4;
 
 /// The 3 x 3 Hermitian product at every wavevector of a column.
-pub(super) fn multiply_coupled<T: Real>(nn: &[T], rest: [&[T]; COUPLED], [x, y, n]: [&mut [Complex<T>]; 3]) {
+pub(super) fn multiply_coupled<T: FftReal>(nn: &[T], rest: [&[T]; COUPLED], [x, y, n]: [&mut [Complex<T>]; 3]) {
     let [xx, yy, xy_re, xy_im, xn_re, xn_im, yn_re, yn_im] = rest;
     for i in 0..x.len() {
         let (a, b, c) = (x[i], y[i], n[i]);
@@ -25,7 +25,7 @@ pub(super) fn multiply_coupled<T: Real>(nn: &[T], rest: [&[T]; COUPLED], [x, y, 
 }
 
 /// The same with vanishing xn and yn.
-pub(super) fn multiply_uncoupled<T: Real>(
+pub(super) fn multiply_uncoupled<T: FftReal>(
     nn: &[T],
     rest: [&[T]; UNCOUPLED],
     [x, y, n]: [&mut [Complex<T>]; 3],
@@ -35,7 +35,7 @@ pub(super) fn multiply_uncoupled<T: Real>(
 }
 
 /// The tangential part of that.
-pub(super) fn multiply_tangential<T: Real>(
+pub(super) fn multiply_tangential<T: FftReal>(
     [xx, yy, xy_re, xy_im]: [&[T]; UNCOUPLED],
     [x, y]: [&mut [Complex<T>]; 2],
 ) {

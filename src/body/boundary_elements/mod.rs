@@ -5,7 +5,7 @@
 //! S = I F Iᵀ A as of finite elements, F = S_bb M⁻¹. By Betti's theorem F is symmetric; collocation leaves it so only in the limit. It is made
 //! so in a way that keeps the response to uniform tractions (`smooth.rs`).
 
-mod smooth;
+mod symmetrize;
 mod spec;
 mod stress;
 
@@ -14,27 +14,27 @@ use std::sync::Arc;
 use faer::Par;
 use nalgebra::Matrix3;
 
-use self::smooth::Smooth;
-use self::spec::{Known, map, refuse_crossing, refuse_held};
-use super::condensed::CondensedFlexibility;
-use super::floating::{Floating, FloatingMotion};
-use super::{BodyEquations, BodyField, ElasticBody, Estimate, PointState, StressField};
+use self::symmetrize::Symmetrization;
+use self::spec::{NodalConditions, build_face_map, refuse_crossing, refuse_held};
+use super::condensed_flexibility::CondensedFlexibility;
+use super::rigid_body_modes::{UnconstrainedModes, RigidBodyMode};
+use super::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, PointState, StressField};
 use crate::bem::finite::{
-    BoundaryElements, CompressionReport, Domain, Interpolation, Problem, Solution, SurfaceState, Weight,
+    BoundaryElements, CompressionReport, Domain, Interpolation, BoundaryValueProblem, BoundarySolution, SurfaceState, BodyForceSolution,
 };
 use crate::bem::half_space::CrossBlocks;
 use crate::error::{Context, Error, Result};
-use crate::fem::FreeMotions;
+use crate::fem::RigidBodyModes;
 use crate::frame::{ContactFrame, FaceMap, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::cache::Cache;
 use crate::linalg::memory::MemoryLimit;
 use crate::linalg::operator::Flexibility;
-use crate::material::strength::Limit;
+use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
-pub use self::spec::{BeSpec, UnderFrame};
+pub use self::spec::{BeSpec, FrameFit};
 
 /// A boundary-element body tied to a frame through the faces of one physical group.
 pub struct BeBody {
@@ -43,25 +43,25 @@ pub struct BeBody {
     faces: Vec<SurfaceFace>,
     elements: BoundaryElements,
     /// Of its force per volume.
-    weight: Option<Weight>,
+    weight: Option<BodyForceSolution>,
     map: FaceMap,
-    solution: Solution,
+    solution: BoundarySolution,
     /// Areas of the nodes of the map.
     areas: Vec<f64>,
     flexibility: Option<CondensedFlexibility>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
-    floating: Option<Floating>,
+    rigid_body_modes: Option<UnconstrainedModes>,
     asymmetry: f64,
     kernel_error: f64,
-    note: Option<String>,
+    cache_warning: Option<String>,
     /// What its material bears, and the axes of that.
-    limit: Option<(Limit, Matrix3<f64>)>,
+    limit: Option<(MaterialStrength, Matrix3<f64>)>,
 }
 
 impl BeBody {
     /// What makes it smaller.
-    pub const MEND: &'static str =
+    pub const MEMORY_ADVICE: &'static str =
         "take larger elements away from the contact, or elements of lower order (`element`)";
 
     /// Solves the body for unit tractions at all nodes under the frame, within the memory that is left for it.
@@ -87,32 +87,32 @@ impl BeBody {
         let faces = spec.faces(contact)?;
         refuse_crossing(&spec.mesh, &faces, contact)?;
         let (elements, number, (kernel_error, note)) = spec.elements(cache)?;
-        let map = map(spec, (&elements, &number), (frame, side), &faces)?;
-        let known = spec.known(&elements, &number)?;
+        let map = build_face_map(spec, (&elements, &number), (frame, side), &faces)?;
+        let known = spec.nodal_conditions(&elements, &number)?;
         refuse_held(&map, &known, &elements)?;
         let what = format!("a boundary-element body of {} unknowns", 3 * elements.n_nodes());
-        memory.ensure(spec.bytes(map.nodes().len())?, &what, Self::MEND)?;
+        memory.ensure_available(spec.bytes(map.nodes().len())?, &what, Self::MEMORY_ADVICE)?;
         let free = elements.free_motions(&known.held)?;
         let mean = free.as_ref().map_or_else(Vec::new, |free| known.counter_mean(free, &elements));
-        let problem = Problem {
+        let problem = BoundaryValueProblem {
             elements: &elements,
-            domain: Domain::Inside,
-            held: &known.held,
-            known: &known.values,
+            domain: Domain::Interior,
+            displacement_known: &known.held,
+            boundary_values: &known.values,
             loaded: map.nodes(),
-            free: free.as_ref(),
-            mean: &mean,
+            free_motions: free.as_ref(),
+            mean_displacement: &mean,
         };
         let solution = problem.solve(Par::rayon(0))?;
         let all = elements.areas();
         let areas: Vec<f64> = map.nodes().iter().map(|&node| all[node]).collect();
         let nodal = |i: usize, j: usize| solution.response(3 * map.nodes()[i / 3] + i % 3, j) / areas[j / 3];
-        let smooth = Smooth::new(&map, frame, &areas, nodal);
+        let smooth = Symmetrization::new(&map, frame, &areas, nodal);
         let asymmetry = smooth.asymmetry();
         refuse_negative(3 * areas.len(), &nodal)?;
         let symmetric = |i: usize, j: usize| 0.5 * (nodal(i, j) + nodal(j, i)) + smooth.correction(i, j);
         let flexibility = CondensedFlexibility::new(map.clone(), symmetric)?;
-        let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.heights(frame, &spec.mesh);
+        let heights = FaceMap::new(frame, &spec.mesh, &faces, side)?.mean_heights(frame, &spec.mesh);
         let mut body = Self {
             side,
             mesh: spec.mesh.clone(),
@@ -124,21 +124,21 @@ impl BeBody {
             flexibility: Some(flexibility),
             heights,
             free_gap: None,
-            floating: None,
+            rigid_body_modes: None,
             asymmetry,
             kernel_error,
-            note,
+            cache_warning: note,
             limit: None,
             elements,
         };
         let at_rest = known.values.iter().all(|value| *value == 0.0) && known.weight.is_none();
         body.free_gap = (!at_rest).then(|| body.own_gap());
-        body.floating = free.map(|free| body.floating_by(&free, &known, frame));
+        body.rigid_body_modes = free.map(|free| body.modes_from_free_motions(&free, &known, frame));
         Ok(body)
     }
 
     /// With what its material bears, if that is known, and the material's axes (columns, global).
-    pub fn with_limit(self, limit: Option<(Limit, Matrix3<f64>)>) -> Self {
+    pub fn with_limit(self, limit: Option<(MaterialStrength, Matrix3<f64>)>) -> Self {
         Self { limit, ..self }
     }
 
@@ -162,24 +162,24 @@ impl BeBody {
     }
 
     /// The free motions as the frame sees them.
-    fn floating_by(&self, free: &FreeMotions, known: &Known, frame: &ContactFrame) -> Floating {
+    fn modes_from_free_motions(&self, free: &RigidBodyModes, known: &NodalConditions, frame: &ContactFrame) -> UnconstrainedModes {
         let sign = self.side.gap_sign();
         let (positions, areas) = (self.elements.positions(), self.elements.areas());
         let motion = |j: usize| {
             let [shift, turn] =
-                free.about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * sign);
+                free.motion_about(&frame.origin, j).map(|global| frame.axes.to_local(&global) * sign);
             let work = |(dof, value): (usize, &f64)| {
                 value * free.displacement(&positions[dof / 3], j)[dof % 3] * areas[dof / 3]
             };
             let loads = known.values.iter().enumerate().filter(|(dof, _)| !known.held[*dof]);
-            FloatingMotion {
-                relative: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
+            RigidBodyMode {
+                relative_motion: [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z],
                 gap: self.gap(|node| free.displacement(&positions[node], j)),
-                load: loads.map(work).sum(),
+                load_work: loads.map(work).sum(),
             }
         };
-        let motions = (0..free.n()).map(motion).collect();
-        Floating { side: self.side, motions, names: free.names.clone() }
+        let motions = (0..free.n_modes()).map(motion).collect();
+        UnconstrainedModes { side: self.side, modes: motions, names: free.names.clone() }
     }
 
     /// Number of elements.
@@ -219,8 +219,8 @@ impl BeBody {
     }
 
     /// What the user should know of the cache.
-    pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+    pub fn cache_warning(&self) -> Option<&str> {
+        self.cache_warning.as_deref()
     }
 
     /// Bytes that it keeps.
@@ -242,7 +242,7 @@ impl BeBody {
     fn at_points(&self, state: &SurfaceState) -> Vec<[f64; 3]> {
         let mut sums = vec![(Point::zeros(), 0.0); self.mesh.n_points()];
         for (i, face) in outer_faces(&self.mesh).iter().enumerate() {
-            let nodes = self.elements.places_of(i);
+            let nodes = self.elements.reference_nodes_of(i);
             for (&point, xi) in face.nodes.iter().zip(face.kind.face_places()) {
                 let values = nodes.values(*xi);
                 let u: Point = self
@@ -251,7 +251,7 @@ impl BeBody {
                     .zip(values)
                     .map(|(node, n)| Point::from(state.displacement[node]) * n)
                     .sum();
-                let weight = self.elements.panel(i).area(*xi).norm();
+                let weight = self.elements.panel(i).area_vector(*xi).norm();
                 sums[point].0 += u * weight;
                 sums[point].1 += weight;
             }
@@ -300,8 +300,8 @@ impl ElasticBody for BeBody {
         self.free_gap.as_deref()
     }
 
-    fn floating(&self) -> Option<&Floating> {
-        self.floating.as_ref()
+    fn rigid_body_modes(&self) -> Option<&UnconstrainedModes> {
+        self.rigid_body_modes.as_ref()
     }
 
     fn surface(&self) -> Option<MeshedSurface<'_>> {
@@ -309,7 +309,7 @@ impl ElasticBody for BeBody {
             mesh: &self.mesh,
             faces: &self.faces,
             side: self.side,
-            heights: self.heights.clone(),
+            mean_heights: self.heights.clone(),
         })
     }
 
@@ -324,12 +324,12 @@ impl ElasticBody for BeBody {
         &self,
         tractions: &[f64],
         _displacement: &[[f64; 3]],
-        _estimate: Estimate,
+        _estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         Ok(Some(self.surface_stress(tractions)))
     }
 
-    fn inside(
+    fn recover_at_points(
         &self,
         _frame: &ContactFrame,
         tractions: &[f64],

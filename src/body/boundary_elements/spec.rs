@@ -6,35 +6,35 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::bem::finite::{
-    BoundaryElements, CompressedEquations, Equations, Interpolation, Panel, Problem, Weight,
+    BoundaryElements, CompressedEquations, SolutionMethod, Interpolation, Panel, BoundaryValueProblem, BodyForceSolution,
 };
 use crate::bem::full_space::FullSpaceField;
 use crate::error::{Context, Error, Result};
-use crate::fem::{FreeMotions, Support};
+use crate::fem::{RigidBodyModes, Support};
 use crate::frame::{ContactFrame, FaceMap, Side};
-use crate::geometry::{Point, place};
+use crate::geometry::{Point, format_point};
 use crate::interrupt;
 use crate::linalg::cache::Cache;
 use crate::material::Stiffness;
-use crate::mesh::crossing::crossing;
+use crate::mesh::self_intersection::find_intersecting_faces;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 use crate::mesh::{CellRef, Mesh};
 
 /// Accuracy of the integrals, over the largest values: far below what elements leave.
-const ACCURACY: f64 = 1e-6;
+const INTEGRATION_TOLERANCE: f64 = 1e-6;
 
 /// Share of a function in the mean over a cell that is rounding.
-const NO_PART: f64 = 1e-9;
+const MIN_SHAPE_WEIGHT: f64 = 1e-9;
 
 /// Points looked at between two looks at whether to stop.
-const BATCH: usize = 1024;
+const POINTS_PER_CANCEL_CHECK: usize = 1024;
 
 /// Names of the displacement components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Elements in the order of the mesh's outer faces, the number of each by its face, the error of the kernels, and what the user should know of
 /// the cache.
-pub(super) type Numbered = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
+pub(super) type NumberedElements = (BoundaryElements, HashMap<CellRef, usize>, (f64, Option<String>));
 
 /// A body of boundary elements.
 #[derive(Debug, Clone)]
@@ -59,29 +59,29 @@ pub struct BeSpec {
 
 /// How a body lies under a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UnderFrame {
+pub struct FrameFit {
     /// Nodes of elements there.
     pub n_nodes: usize,
     /// Whether no cell lies over two elements.
-    pub aligned: bool,
+    pub cells_within_elements: bool,
     /// The element whose nodes lie farthest apart beside the thickness of the body behind it: its number among the outer faces, and distance over
     /// thickness.
-    pub thin: Option<(usize, f64)>,
+    pub thinnest_element: Option<(usize, f64)>,
 }
 
 /// What is known of a body at its nodes.
-pub(super) struct Known {
+pub(super) struct NodalConditions {
     /// By dof.
     pub(super) held: Vec<bool>,
     /// Displacement of what is held, traction of the rest.
     pub(super) values: Vec<f64>,
     /// Of the force per volume: known everywhere, and taken off the values.
-    pub(super) weight: Option<Weight>,
+    pub(super) weight: Option<BodyForceSolution>,
 }
 
-impl Known {
+impl NodalConditions {
     /// The mean displacement along free motions that takes that of the weight's share off.
-    pub(super) fn counter_mean(&self, free: &FreeMotions, elements: &BoundaryElements) -> Vec<f64> {
+    pub(super) fn counter_mean(&self, free: &RigidBodyModes, elements: &BoundaryElements) -> Vec<f64> {
         let Some(weight) = &self.weight else { return Vec::new() };
         let (positions, areas) = (elements.positions(), elements.areas());
         let total: f64 = areas.iter().sum();
@@ -95,7 +95,7 @@ impl Known {
                 })
                 .sum()
         };
-        (0..free.n()).map(along).collect()
+        (0..free.n_modes()).map(along).collect()
     }
 }
 
@@ -105,26 +105,26 @@ impl BeSpec {
     }
 
     /// Its elements.
-    pub(super) fn elements(&self, cache: Option<&Cache>) -> Result<Numbered> {
+    pub(super) fn elements(&self, cache: Option<&Cache>) -> Result<NumberedElements> {
         let outer = outer_faces(&self.mesh);
         let at = |&node: &usize| Point::from(self.mesh.points[node]);
         let panel =
             |face: &SurfaceFace| Panel { kind: face.kind, nodes: face.nodes.iter().map(at).collect() };
-        let (field, note) = FullSpaceField::cached(&self.stiffness, cache)?;
+        let (field, note) = FullSpaceField::load_or_compute(&self.stiffness, cache)?;
         let error = field.error();
         let panels = outer.iter().map(panel).collect();
         let material = (&self.stiffness, field);
-        let elements = BoundaryElements::new(panels, self.interpolation, material, ACCURACY);
+        let elements = BoundaryElements::new(panels, self.interpolation, material, INTEGRATION_TOLERANCE);
         let number = outer.iter().enumerate().map(|(i, face)| (face.owner, i)).collect();
         Ok((elements, number, (error, note)))
     }
 
     /// What is known at the nodes.
-    pub(super) fn known(
+    pub(super) fn nodal_conditions(
         &self,
         elements: &BoundaryElements,
         number: &HashMap<CellRef, usize>,
-    ) -> Result<Known> {
+    ) -> Result<NodalConditions> {
         let (positions, normals) = (elements.positions(), elements.normals());
         let mut held = vec![None; 3 * positions.len()];
         let nodes_of = |faces: Vec<SurfaceFace>| -> Vec<usize> {
@@ -142,7 +142,7 @@ impl BeSpec {
                              each face in one of them",
                             support.group,
                             AXES[c],
-                            place(&positions[node].into())
+                            format_point(&positions[node].into())
                         )));
                     }
                 }
@@ -160,30 +160,30 @@ impl BeSpec {
         let force = Point::from(self.body_force);
         let weight = (force != Point::zeros()).then(|| {
             let middle = positions.iter().sum::<Point>() / positions.len().max(1) as f64;
-            Weight::new(&self.stiffness, &force, middle)
+            BodyForceSolution::new(&self.stiffness, &force, middle)
         });
         let value = |dof: usize, held: &Option<f64>| {
             let (node, c) = (dof / 3, dof % 3);
             let x = &positions[node];
-            let of_weight = |weight: &Weight| match held {
+            let of_weight = |weight: &BodyForceSolution| match held {
                 Some(_) => weight.displacement(x)[c],
                 None => (weight.stress(x) * normals[node])[c],
             };
             held.unwrap_or(tractions[node][c]) - weight.as_ref().map_or(0.0, of_weight)
         };
         let values = held.iter().enumerate().map(|(dof, held)| value(dof, held)).collect();
-        Ok(Known { held: held.iter().map(Option::is_some).collect(), values, weight })
+        Ok(NodalConditions { held: held.iter().map(Option::is_some).collect(), values, weight })
     }
 
     /// The rigid motions that the supports leave free; `None` if the body is held.
     ///
     /// # Errors
     /// If a group is missing, or supports contradict one another.
-    pub fn free_motions(&self) -> Result<Option<FreeMotions>> {
+    pub fn free_motions(&self) -> Result<Option<RigidBodyModes>> {
         // Motions do not depend on the material.
-        let plain = self.plain()?;
+        let plain = self.with_unit_material()?;
         let (elements, number, _) = plain.elements(None)?;
-        elements.free_motions(&plain.known(&elements, &number)?.held)
+        elements.free_motions(&plain.nodal_conditions(&elements, &number)?.held)
     }
 
     /// Number of nodes of all elements.
@@ -196,51 +196,51 @@ impl BeSpec {
     ///
     /// # Errors
     /// As [`BeBody::new`](super::BeBody::new), memory excepted.
-    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<UnderFrame> {
+    pub fn check(&self, contact: &str, side: Side, frame: &ContactFrame) -> Result<FrameFit> {
         let faces = self.faces(contact)?;
         refuse_crossing(&self.mesh, &faces, contact)?;
-        let plain = self.plain()?;
+        let plain = self.with_unit_material()?;
         let (elements, number, _) = plain.elements(None)?;
-        let map = map(&plain, (&elements, &number), (frame, side), &faces)?;
-        refuse_held(&map, &plain.known(&elements, &number)?, &elements)?;
+        let map = build_face_map(&plain, (&elements, &number), (frame, side), &faces)?;
+        refuse_held(&map, &plain.nodal_conditions(&elements, &number)?, &elements)?;
         let element: Vec<usize> =
             (0..elements.n_elements()).flat_map(|i| elements.nodes_of(i).map(move |_| i)).collect();
         let of_cell = |cell: usize| {
             let mut own = map
                 .row(cell)
-                .filter(|(_, weight)| weight.abs() > NO_PART)
+                .filter(|(_, weight)| weight.abs() > MIN_SHAPE_WEIGHT)
                 .map(|(node, _)| element[map.nodes()[node]]);
             let first = own.next();
             own.all(|other| Some(other) == first)
         };
         let aligned = (0..map.n_cells()).all(of_cell);
-        Ok(UnderFrame { n_nodes: map.nodes().len(), aligned, thin: elements.thinnest() })
+        Ok(FrameFit { n_nodes: map.nodes().len(), cells_within_elements: aligned, thinnest_element: elements.max_spacing_to_thickness() })
     }
 
     /// The first of some points that lies outside of the body.
     ///
     /// # Errors
     /// If a stop is wished.
-    pub fn outside(&self, points: &[Point]) -> Result<Option<usize>> {
-        let (elements, ..) = self.plain()?.elements(None)?;
-        for (batch, points) in points.chunks(BATCH).enumerate() {
+    pub fn first_point_outside(&self, points: &[Point]) -> Result<Option<usize>> {
+        let (elements, ..) = self.with_unit_material()?.elements(None)?;
+        for (batch, points) in points.chunks(POINTS_PER_CANCEL_CHECK).enumerate() {
             interrupt::check()?;
-            let found = points.par_iter().position_first(|x| !elements.holds(x));
+            let found = points.par_iter().position_first(|x| !elements.contains(x));
             if let Some(first) = found {
-                return Ok(Some(batch * BATCH + first));
+                return Ok(Some(batch * POINTS_PER_CANCEL_CHECK + first));
             }
         }
         Ok(None)
     }
 
     /// The same of a material that needs no table.
-    fn plain(&self) -> Result<Self> {
+    fn with_unit_material(&self) -> Result<Self> {
         Ok(Self { stiffness: Stiffness::isotropic(1.0, 0.0)?, ..self.clone() })
     }
 
     /// How its equations are solved.
-    pub fn solved_by(&self) -> Equations {
-        Equations::of(3 * self.n_nodes())
+    pub fn solved_by(&self) -> SolutionMethod {
+        SolutionMethod::of(3 * self.n_nodes())
     }
 
     /// Bytes that a body with so many nodes under the frame takes while it is made.
@@ -249,9 +249,9 @@ impl BeSpec {
     /// If its surface is wrong.
     pub fn bytes(&self, n_loaded: usize) -> Result<u128> {
         let equations = match self.solved_by() {
-            Equations::Dense => Problem::dense_bytes(self.n_nodes(), n_loaded),
-            Equations::Compressed(tolerance) => {
-                CompressedEquations::expected_bytes(&self.plain()?.elements(None)?.0, n_loaded, tolerance)
+            SolutionMethod::Dense => BoundaryValueProblem::dense_bytes(self.n_nodes(), n_loaded),
+            SolutionMethod::Compressed(tolerance) => {
+                CompressedEquations::expected_bytes(&self.with_unit_material()?.elements(None)?.0, n_loaded, tolerance)
             }
         };
         Ok(equations + 9 * 8 * (n_loaded as u128).pow(2))
@@ -259,7 +259,7 @@ impl BeSpec {
 }
 
 /// The map from the nodes of the contact faces to the cells.
-pub(super) fn map(
+pub(super) fn build_face_map(
     spec: &BeSpec,
     (elements, number): (&BoundaryElements, &HashMap<CellRef, usize>),
     (frame, side): (&ContactFrame, Side),
@@ -283,14 +283,14 @@ pub(super) fn map(
     let faces: Vec<SurfaceFace> = faces.iter().map(raised).collect();
     let values = |face: usize, local: usize| {
         let element = number[&faces[face].owner];
-        let values = elements.places_of(element).values(faces[face].kind.face_places()[local]);
+        let values = elements.reference_nodes_of(element).values(faces[face].kind.face_places()[local]);
         elements.nodes_of(element).zip(values).collect()
     };
-    FaceMap::of_functions(frame, &mesh, (side, &faces), values)
+    FaceMap::with_basis(frame, &mesh, (side, &faces), values)
 }
 
 pub(super) fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str) -> Result<()> {
-    let Some(pair) = crossing(mesh, faces) else { return Ok(()) };
+    let Some(pair) = find_intersecting_faces(mesh, faces) else { return Ok(()) };
     let [a, b] = pair.map(|k| faces[k].tag);
     Err(Error::input(format!(
         "the elements {a} and {b} of the group \"{contact}\" of {} cut one another: a contact surface must not cross itself; mend the mesh there",
@@ -298,13 +298,13 @@ pub(super) fn refuse_crossing(mesh: &Mesh, faces: &[SurfaceFace], contact: &str)
     )))
 }
 
-pub(super) fn refuse_held(map: &FaceMap, known: &Known, elements: &BoundaryElements) -> Result<()> {
+pub(super) fn refuse_held(map: &FaceMap, known: &NodalConditions, elements: &BoundaryElements) -> Result<()> {
     let held = |&&node: &&usize| known.held[3 * node..3 * node + 3].contains(&true);
     let Some(&node) = map.nodes().iter().find(held) else { return Ok(()) };
     let count = map.nodes().iter().filter(held).count();
     Err(Error::input(format!(
         "a support holds faces under the contact frame ({count} nodes of them, one at {}): what is held cannot come into contact; hold other faces, or \
          make the frame smaller",
-        place(&elements.positions()[node].into())
+        format_point(&elements.positions()[node].into())
     )))
 }

@@ -8,13 +8,13 @@ use super::BeBody;
 use crate::bem::finite::Domain;
 use crate::body::{PointState, StressField};
 use crate::error::Result;
-use crate::fem::{FaceSample, FaceSums, RecoveryPoints, exposures};
+use crate::fem::{FaceContribution, FaceAverages, RecoveryPoints, exposures};
 use crate::geometry::Point;
 use crate::interrupt;
 use crate::mesh::faces::outer_faces;
 
 /// Points evaluated between two looks at whether to stop.
-const BATCH: usize = 64;
+const POINTS_PER_CANCEL_CHECK: usize = 64;
 
 impl BeBody {
     /// Stress at the points of the surface mesh for tractions on body 2, from the strain in the surface and the traction of the elements: once
@@ -22,7 +22,7 @@ impl BeBody {
     pub(super) fn surface_stress(&self, tractions: &[f64]) -> StressField {
         let nodal = self.nodal_tractions(tractions);
         let state = self.solution.state(1.0, &nodal);
-        let field = self.elements.on_surface(&state);
+        let field = self.elements.surface_solution(&state);
         let mut of_contact = vec![[0.0; 3]; self.elements.n_nodes()];
         for (j, &node) in self.map.nodes().iter().enumerate() {
             of_contact[node] = [0, 1, 2].map(|c| nodal[3 * j + c]);
@@ -32,13 +32,13 @@ impl BeBody {
         let mut in_contact: Vec<_> = self.faces.iter().map(|face| face.owner).collect();
         in_contact.sort_unstable();
         let stiffness = self.elements.stiffness().voigt();
-        let (mut whole, mut contact) = (FaceSums::new(points.n_points()), FaceSums::new(points.n_points()));
+        let (mut whole, mut contact) = (FaceAverages::new(points.n_points()), FaceAverages::new(points.n_points()));
         for (i, face) in faces.iter().enumerate() {
             let panel = self.elements.panel(i);
-            let areas: Vec<Point> = face.kind.face_places().iter().map(|xi| panel.area(*xi)).collect();
+            let areas: Vec<Point> = face.kind.face_places().iter().map(|xi| panel.area_vector(*xi)).collect();
             let weight = areas.len() as f64 / areas.iter().map(|area| area.norm()).sum::<f64>();
             let touches = in_contact.binary_search(&face.owner).is_ok();
-            for ((&point, xi), area) in points.of_cell(i).iter().zip(face.kind.face_places()).zip(areas) {
+            for ((&point, xi), area) in points.points_of_cell(i).iter().zip(face.kind.face_places()).zip(areas) {
                 let mut gradient = field.surface_gradient(i, *xi);
                 let mut load = field.traction(i, *xi);
                 if let Some(of_weight) = &self.weight {
@@ -46,12 +46,12 @@ impl BeBody {
                     gradient += of_weight.gradient(&x);
                     load += of_weight.stress(&x) * area.try_normalize(0.0).unwrap_or_default();
                 }
-                let sample = FaceSample { area, weight, gradient, stiffness, load };
+                let sample = FaceContribution { area, weight, gradient, stiffness, own_traction: load };
                 whole.add(point, &sample);
                 if touches {
                     // That of the contact comes with its cells.
                     let load = load - field.interpolate(&of_contact, i, *xi);
-                    contact.add(point, &FaceSample { load, ..sample });
+                    contact.add(point, &FaceContribution { own_traction: load, ..sample });
                 }
             }
         }
@@ -65,7 +65,7 @@ impl BeBody {
     /// Displacement and stress at points inside for tractions on body 2.
     pub(super) fn inside_points(&self, tractions: &[f64], points: &[Point]) -> Result<Vec<PointState>> {
         let state = self.solution.state(1.0, &self.nodal_tractions(tractions));
-        let field = self.elements.inside(&state, Domain::Inside);
+        let field = self.elements.interior_solution(&state, Domain::Interior);
         let at = |x: &Point| {
             let mut found = field.at(x);
             if let Some(weight) = &self.weight {
@@ -75,7 +75,7 @@ impl BeBody {
             found
         };
         let mut states = Vec::with_capacity(points.len());
-        for batch in points.chunks(BATCH) {
+        for batch in points.chunks(POINTS_PER_CANCEL_CHECK) {
             interrupt::check()?;
             states.extend(batch.par_iter().map(at).collect::<Vec<_>>());
         }

@@ -5,26 +5,26 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector6};
 use rayon::prelude::*;
 
-use super::adaptive::{self, NearField, OwnError};
+use super::polynomial_order::{self, PatchHalfSpace, AppliedLoadError};
 use super::correction::Correction;
-use super::distribution::Distribution;
+use super::traction_tree::TractionTree;
 use super::far_field::FarField;
 use super::field::HalfSpaceField;
 use super::inclusions::strain;
 use super::indicators::Indicators;
-use super::operator::corrected;
-use super::own_loads::OwnDisplacement;
-use super::patch::Patch;
-use super::site::Site;
+use super::corrected_flexibility::build_corrected_flexibility;
+use super::applied_loads::AppliedLoadDisplacement;
+use super::patch::ContactPatch;
+use super::half_space_fit::HalfSpaceFit;
 use crate::bem::half_space::{CrossBlocks, SurfaceGreen};
-use crate::body::{BodyEquations, BodyField, ElasticBody, Estimate, StressField};
+use crate::body::{BodyEquations, BodyField, ElasticBody, ErrorEstimation, StressField};
 use crate::error::{Context, Error, Result};
-use crate::fem::{FeModel, FeSpec, Resources, StressRecovery, contact_points};
+use crate::fem::{FeModel, FeSpec, CondensationResources, StressRecovery, surface_stress_points};
 use crate::frame::{ContactFrame, FaceMap, Grid, MeshedSurface, Side};
 use crate::geometry::Point;
 use crate::linalg::operator::Flexibility;
 use crate::material::Stiffness;
-use crate::material::strength::Limit;
+use crate::material::strength::MaterialStrength;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
 
@@ -33,24 +33,24 @@ pub struct HybridBody {
     side: Side,
     /// In the axes of the frame.
     green: SurfaceGreen,
-    far: FarField,
+    far_field: FarField,
     correction: Correction,
     indicators: Indicators,
     grid: Grid,
-    places: Option<Vec<usize>>,
-    patch: Patch,
+    grid_indices: Option<Vec<usize>>,
+    patch: ContactPatch,
     /// Of the half-space, global axes.
     stiffness: Stiffness,
     field: HalfSpaceField,
     /// What the user should know of the cache.
-    note: Option<String>,
+    cache_warning: Option<String>,
     model: FeModel,
     recovery: StressRecovery,
-    limits: BTreeMap<String, Limit>,
+    limits: BTreeMap<String, MaterialStrength>,
     faces: Vec<SurfaceFace>,
     heights: Vec<f64>,
     free_gap: Option<Vec<f64>>,
-    own_error: Option<OwnError>,
+    applied_load_error: Option<AppliedLoadError>,
     /// Whether nodes of the mesh lie in the surface of the half-space, or in faces that stand for it.
     on_surface: Vec<bool>,
     taken: bool,
@@ -65,8 +65,8 @@ impl HybridBody {
         spec: FeSpec,
         (contact, side): (&str, Side),
         frame: &ContactFrame,
-        site: &Site,
-        resources: &Resources,
+        site: &HalfSpaceFit,
+        resources: &CondensationResources,
     ) -> Result<Self> {
         let name = spec.name.clone();
         Self::build(spec, (contact, side), frame, site, resources).context(|| name)
@@ -76,59 +76,59 @@ impl HybridBody {
         spec: FeSpec,
         (contact, side): (&str, Side),
         frame: &ContactFrame,
-        site: &Site,
-        resources: &Resources,
+        site: &HalfSpaceFit,
+        resources: &CondensationResources,
     ) -> Result<Self> {
         let memory = &resources.memory;
         let grid = frame.grid.ok_or_else(|| Error::input("a half-space under a mesh needs a grid frame"))?;
         let mesh = spec.mesh.clone();
         let faces = group_faces(&mesh, contact)?;
         let map = FaceMap::new(frame, &mesh, &faces, side)?;
-        let heights = map.heights(frame, &mesh);
+        let heights = map.mean_heights(frame, &mesh);
         let in_frame = site.stiffness.rotated(&frame.axes.0.transpose());
         let green = SurfaceGreen::new(&in_frame, side)?;
-        let model = FeModel::within(spec, memory)?;
+        let model = FeModel::with_memory_limit(spec, memory)?;
         let recovery = StressRecovery::new(&model)?;
-        let (near, note) = NearField::new(site, resources)?;
+        let (near, note) = PatchHalfSpace::new(site, resources)?;
         let (correction, judged) =
-            adaptive::correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
+            polynomial_order::adaptive_correction(&model, &recovery, std::slice::from_ref(&near), memory)?;
         let [indicators] = judged[..] else { return Err(Error::numerical("one patch has one correction")) };
         let far = FarField::new(&correction.matrix, indicators.nodes, &site.patch, side);
         let (mut free_gap, mut own_error) = (None, None);
-        if let Some(own) = &correction.own {
+        if let Some(own) = &correction.applied_loads {
             let forces = near.forces(indicators.nodes);
             let stress = recovery.stress(&model, &own.displacement)?;
             let recovered = (&**recovery.points(), &stress[..]);
-            let displacement = OwnDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
-            let cells = (&grid, frame.places.as_deref());
+            let displacement = AppliedLoadDisplacement::new(&model, (&forces, &near.field), own, recovered)?;
+            let cells = (&grid, frame.grid_indices.as_deref());
             free_gap = Some(displacement.gap(&far, cells, (&near.field, side))?);
-            own_error = Some(adaptive::own_error(
+            own_error = Some(polynomial_order::applied_load_error(
                 (&model, &recovery),
                 (&forces, &correction),
                 (&own.displacement, &stress),
-                displacement.remainder(),
+                displacement.support_work(),
             )?);
         }
         let on_surface = nodes_of(&mesh, near.forces(indicators.nodes).own_faces(&mesh));
         Ok(Self {
             side,
             green,
-            far,
+            far_field: far,
             correction,
             indicators,
             grid,
-            places: frame.places.clone(),
+            grid_indices: frame.grid_indices.clone(),
             patch: site.patch,
             stiffness: site.stiffness.clone(),
             field: near.field,
-            note,
+            cache_warning: note,
             recovery,
             model,
             limits: BTreeMap::new(),
             faces,
             heights,
             free_gap,
-            own_error,
+            applied_load_error: own_error,
             on_surface,
             taken: false,
         })
@@ -140,14 +140,14 @@ impl HybridBody {
     }
 
     /// What the user should know of the cache of its field.
-    pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+    pub fn cache_warning(&self) -> Option<&str> {
+        self.cache_warning.as_deref()
     }
 
     /// Estimated errors of the displacement of the surface under the frame by loads and prescribed displacements of its own; `None`
     /// where it has none.
-    pub fn own_error(&self) -> Option<OwnError> {
-        self.own_error
+    pub fn applied_load_error(&self) -> Option<AppliedLoadError> {
+        self.applied_load_error
     }
 
     /// Its correction.
@@ -157,19 +157,19 @@ impl HybridBody {
 
     /// Its correction as the frame sees it.
     pub fn far_field(&self) -> &FarField {
-        &self.far
+        &self.far_field
     }
 
     /// Also judges the stress by the limits of the materials, by their names.
-    pub fn with_limits(mut self, limits: BTreeMap<String, Limit>) -> Self {
+    pub fn with_limits(mut self, limits: BTreeMap<String, MaterialStrength>) -> Self {
         self.limits = limits;
         self
     }
 
     /// Root of twice the strain energy under tractions on body 2.
     fn energy_norm(&self, tractions: &[f64]) -> Result<f64> {
-        let cells = (&self.grid, self.places.as_deref());
-        let operator = corrected(&self.green, vec![self.far.clone()], cells, (CrossBlocks::Keep, None))?;
+        let cells = (&self.grid, self.grid_indices.as_deref());
+        let operator = build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, (CrossBlocks::Keep, None))?;
         let mut gap = vec![0.0; tractions.len()];
         operator.apply(tractions, &mut gap);
         let area = self.grid.spacing[0] * self.grid.spacing[1];
@@ -182,17 +182,17 @@ impl HybridBody {
         let n_points = self.model.mesh().n_points();
         let mut displacement = self
             .correction
-            .own
+            .applied_loads
             .as_ref()
             .map_or_else(|| vec![[0.0; 3]; n_points], |own| own.displacement.clone());
-        let forces = self.far.forces(&self.grid, self.places.as_deref(), tractions);
+        let forces = self.far_field.forces(&self.grid, self.grid_indices.as_deref(), tractions);
         let own: Vec<f64> = forces.iter().map(|force| force * self.side.gap_sign()).collect();
-        self.correction.add_fields(&own, &mut displacement);
+        self.correction.superpose_fields(&own, &mut displacement);
         displacement
     }
 
     /// The tractions on this body, for `tractions` on body 2.
-    fn distribution(&self, tractions: &[f64]) -> Distribution {
+    fn traction_tree(&self, tractions: &[f64]) -> TractionTree {
         let n = tractions.len() / 3;
         let sign = self.side.gap_sign();
         // Body 2 sees the frame turned about x.
@@ -200,7 +200,7 @@ impl HybridBody {
         let cells = self.grid.cells;
         let own = |ix: usize, iy: usize| -> Point {
             let place = ix * cells[1] + if turned { cells[1] - 1 - iy } else { iy };
-            let cell = match &self.places {
+            let cell = match &self.grid_indices {
                 Some(places) => places.binary_search(&place).ok(),
                 None => Some(place),
             };
@@ -208,7 +208,7 @@ impl HybridBody {
             let [x, y, z] = [0, 1, 2].map(|c| sign * tractions[c * n + cell]);
             if turned { Point::new(x, -y, -z) } else { Point::new(x, y, z) }
         };
-        Distribution::new(cells, self.grid.spacing, &own)
+        TractionTree::new(cells, self.grid.spacing, &own)
     }
 
     /// Coordinates of a node of the mesh in the half-space; those in its surface lie in it exactly.
@@ -225,7 +225,7 @@ impl HybridBody {
     /// Bytes that it keeps.
     pub fn held_bytes(&self) -> usize {
         let operator = 4 * 8 * 16 * self.grid.cells[0] * self.grid.cells[1];
-        self.model.held_bytes() + 8 * self.correction.fields.values().len() + operator
+        self.model.resident_bytes() + 8 * self.correction.fields.values().len() + operator
     }
 
     /// Number of unknowns of its finite elements.
@@ -252,7 +252,7 @@ impl ElasticBody for HybridBody {
         BodyEquations::Hybrid(self)
     }
 
-    fn near_field(&self) -> Option<&SurfaceGreen> {
+    fn near_field_green(&self) -> Option<&SurfaceGreen> {
         Some(&self.green)
     }
 
@@ -260,8 +260,8 @@ impl ElasticBody for HybridBody {
         if std::mem::replace(&mut self.taken, true) {
             return Err(Error::numerical("the flexibility of a body was taken twice"));
         }
-        let cells = (&self.grid, self.places.as_deref());
-        Ok(Some(corrected(&self.green, vec![self.far.clone()], cells, (cross, None))?))
+        let cells = (&self.grid, self.grid_indices.as_deref());
+        Ok(Some(build_corrected_flexibility(&self.green, vec![self.far_field.clone()], cells, (cross, None))?))
     }
 
     fn free_gap(&self) -> Option<&[f64]> {
@@ -273,14 +273,14 @@ impl ElasticBody for HybridBody {
             mesh: self.model.mesh(),
             faces: &self.faces,
             side: self.side,
-            heights: self.heights.clone(),
+            mean_heights: self.heights.clone(),
         })
     }
 
     /// Displacement at all mesh nodes: that of the half-space and of the correction.
     fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
         let mut displacement = self.corrections(tractions);
-        let distribution = self.distribution(tractions);
+        let distribution = self.traction_tree(tractions);
         displacement.par_iter_mut().enumerate().for_each(|(node, u)| {
             let local = self.distribution_point(node);
             let near = self.patch.axes.to_global(&distribution.at(&local, &self.field).displacement);
@@ -294,32 +294,32 @@ impl ElasticBody for HybridBody {
         &self,
         tractions: &[f64],
         _displacement: &[[f64; 3]],
-        estimate: Estimate,
+        estimate: ErrorEstimation,
     ) -> Result<Option<StressField>> {
         let recovery = &self.recovery;
         let correction = self.corrections(tractions);
         let mut stress = recovery.stress(&self.model, &correction)?;
         let error = match estimate {
-            Estimate::Wanted => {
-                let mut error = recovery.estimate(&self.model, &correction, &stress)?;
+            ErrorEstimation::Estimate => {
+                let mut error = recovery.estimate_error(&self.model, &correction, &stress)?;
                 // Of the stress of the whole body, not of the correction's.
-                error.norm = error.norm.max(self.energy_norm(tractions)?);
+                error.stress_norm = error.stress_norm.max(self.energy_norm(tractions)?);
                 Some(error)
             }
-            Estimate::Skipped => None,
+            ErrorEstimation::Skip => None,
         };
-        let distribution = self.distribution(tractions);
+        let distribution = self.traction_tree(tractions);
         let points = recovery.points();
         let axes = self.patch.axes.0;
         let near = |node: usize| {
             axes * distribution.at(&self.distribution_point(node), &self.field).gradient * axes.transpose()
         };
-        stress.par_iter_mut().zip(&points.node).for_each(|(stress, &node)| {
+        stress.par_iter_mut().zip(&points.mesh_nodes).for_each(|(stress, &node)| {
             let near = self.stress(&near(node));
             (0..6).for_each(|k| stress[k] += near[k]);
         });
-        let mut contact = contact_points(&self.model, points, &self.faces, &correction);
-        contact.par_iter_mut().for_each(|contact| contact.add(&near(points.node[contact.point])));
+        let mut contact = surface_stress_points(&self.model, points, &self.faces, &correction);
+        contact.par_iter_mut().for_each(|contact| contact.add_gradient(&near(points.mesh_nodes[contact.point])));
         Ok(Some(StressField::new((&self.model, points), (stress, error), contact, &self.limits)))
     }
 }

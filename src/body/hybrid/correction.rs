@@ -9,57 +9,57 @@
 //! Ĉ(x, y) = -∫ u_x·t_y over the free + ∫ t_x·u_y over the held boundary + b_xᵀ K⁻¹ b_y - g_xᵀ K_bb g_y + f_bxᵀ g_y + g_xᵀ f_by,
 //! b = f_f - K_fb g: symmetric, and of twice the order of the displacements at the nodes.
 
-use super::boundary::{BoundaryFaces, BoundaryTerms};
-use super::forces::{Forces, Sources};
+use super::boundary_terms::{BoundaryFaces, BoundaryTerms};
+use super::forces::{PatchForces, ForceSet};
 use super::inclusions;
-use super::locate::Locator;
-use super::own_loads::Supports;
-use super::site::Site;
+use super::locate::PatchFaceLocator;
+use super::applied_loads::PrescribedMotion;
+use super::half_space_fit::HalfSpaceFit;
 use crate::error::Result;
-use crate::fem::{ColumnSolver, FeModel, Solved};
+use crate::fem::{ColumnSolver, FeModel, SolverInfo};
 use crate::geometry::Point;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 
 /// Defect of the balance of tractions and force above which faces are divided further.
-pub const BALANCE: f64 = 1e-4;
+pub const TARGET_IMBALANCE: f64 = 1e-4;
 
 /// Parts of faces against their distance from the forces: at first, and at last.
-const RATIOS: [f64; 2] = [1.0, 1.0 / 16.0];
+const FACE_RATIO_RANGE: [f64; 2] = [1.0, 1.0 / 16.0];
 
 /// From one to the next.
-const STEP: f64 = 0.7;
+const FACE_RATIO_FACTOR: f64 = 0.7;
 
 /// Share of the defect that the outermost forces may have.
-const MARGIN: f64 = 0.3;
+const OUTER_IMBALANCE_SHARE: f64 = 0.3;
 
 /// On bodies with a curved contact.
-const CURVED_RATIO: f64 = 0.35;
+const CURVED_FACE_RATIO: f64 = 0.35;
 
 /// The correction between point forces, and the fields that belong to it.
 pub struct Correction {
     /// Ĉ by Betti's theorem, made symmetric, axes of the patches, mm/N, `[3 n, 3 n]`; component j of force i at 3 i + j, the forces
     /// of one patch after those of the other. Between different patches all of the displacement, with that of the half-space.
-    pub matrix: Columns,
+    pub matrix: DenseMatrix,
     /// u_c at all nodes, global axes, `[3 n_points, 3 n]`.
-    pub fields: Columns,
+    pub fields: DenseMatrix,
     /// Largest defect of the balance of the half-space's tractions on the boundary and the force, per unit force.
     pub imbalance: f64,
     /// Asymmetry of the terms of the boundary over the norm of the matrix.
     pub asymmetry: f64,
     /// What the body's own loads and prescribed displacements do; `None` where there are none.
-    pub(super) own: Option<OwnResponse>,
+    pub(super) applied_loads: Option<AppliedLoadResponse>,
     /// How the body's equations were solved.
-    pub solved: Solved,
+    pub solved: SolverInfo,
 }
 
 /// What a body's own loads and prescribed displacements do.
-pub(super) struct OwnResponse {
+pub(super) struct AppliedLoadResponse {
     /// Displacement of all nodes, global axes, mm, `[n_points]`.
     pub displacement: Vec<[f64; 3]>,
     /// Their work on u_c of each force, N mm per N, axes of the patches, `[3 n]`; that on the field of the half-space is not part of it.
     pub work: Vec<f64>,
     /// What is prescribed.
-    pub supports: Supports,
+    pub prescribed_motion: PrescribedMotion,
 }
 
 impl Correction {
@@ -67,32 +67,32 @@ impl Correction {
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh; if memory does not suffice or the equations cannot be solved.
-    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &[Forces]) -> Result<Self> {
-        let sources = Sources(forces);
+    pub fn new(model: &FeModel, solver: &ColumnSolver, forces: &[PatchForces]) -> Result<Self> {
+        let sources = ForceSet(forces);
         let faces = BoundaryFaces::new(model, sources);
-        let mut ratio = RATIOS[0];
+        let mut ratio = FACE_RATIO_RANGE[0];
         // What leaves through a curved surface is missing from the balance.
-        let curved = forces.iter().any(|forces| !forces.surface.is_empty());
+        let curved = forces.iter().any(|forces| !forces.curved_faces.is_empty());
         if curved {
-            ratio = CURVED_RATIO;
+            ratio = CURVED_FACE_RATIO;
         } else {
             // The outermost forces are the nearest to the boundary; those between them may be worse by chance.
             for (patch, forces) in forces.iter().enumerate() {
                 let outermost = (patch, &forces.outermost());
-                while faces.imbalance(model.mesh(), outermost, ratio) > MARGIN * BALANCE && ratio > RATIOS[1]
+                while faces.imbalance(model.mesh(), outermost, ratio) > OUTER_IMBALANCE_SHARE * TARGET_IMBALANCE && ratio > FACE_RATIO_RANGE[1]
                 {
-                    ratio *= STEP;
+                    ratio *= FACE_RATIO_FACTOR;
                 }
             }
         }
         let mut boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
-        while boundary.imbalance > BALANCE && ratio > RATIOS[1] && !curved {
-            ratio *= STEP;
+        while boundary.imbalance > TARGET_IMBALANCE && ratio > FACE_RATIO_RANGE[1] && !curved {
+            ratio *= FACE_RATIO_FACTOR;
             boundary = BoundaryTerms::new(model, sources, (&faces, ratio))?;
         }
         let mut found = Self::of_terms((model, solver), sources, boundary)?;
         let transposed = found.matrix.transposed();
-        found.matrix.add(1.0, &transposed);
+        found.matrix.add_scaled(1.0, &transposed);
         found.matrix.values_mut().iter_mut().for_each(|value| *value *= 0.5);
         Ok(found)
     }
@@ -106,46 +106,46 @@ impl Correction {
     pub fn unsymmetric(
         model: &FeModel,
         solver: &ColumnSolver,
-        forces: &[Forces],
+        forces: &[PatchForces],
         ratio: f64,
     ) -> Result<Self> {
-        let sources = Sources(forces);
+        let sources = ForceSet(forces);
         let boundary = BoundaryTerms::new(model, sources, (&BoundaryFaces::new(model, sources), ratio))?;
         Self::of_terms((model, solver), sources, boundary)
     }
 
     fn of_terms(
         (model, solver): (&FeModel, &ColumnSolver),
-        forces: Sources,
+        forces: ForceSet,
         mut boundary: BoundaryTerms,
     ) -> Result<Self> {
-        inclusions::add(model, forces, &mut boundary)?;
+        inclusions::add_inclusions(model, forces, &mut boundary)?;
         let n = forces.n_columns();
         let prescribed = model.prescribed_dofs();
         let held = held_displacements(model, forces, &prescribed)?;
-        let reactions = model.support_forces_by(&prescribed, held.values())?;
-        let reactions_of_held = Columns::from_values(prescribed.len(), n, reactions.prescribed);
+        let reactions = model.forces_of_prescribed_displacements(&prescribed, held.values())?;
+        let reactions_of_held = DenseMatrix::from_values(prescribed.len(), n, reactions.on_prescribed_dofs);
         let (free_loads, held_loads) = split(model, &prescribed, &boundary.loads)?;
         let mut rhs = free_loads;
-        rhs.values_mut().iter_mut().zip(&reactions.free).for_each(|(load, reaction)| *load -= reaction);
+        rhs.values_mut().iter_mut().zip(&reactions.on_free_dofs).for_each(|(load, reaction)| *load -= reaction);
         let mut columns = rhs.values().to_vec();
-        if model.is_loaded() {
+        if model.has_own_loads() {
             columns.extend(model.load_vector());
         }
         solver.solve(&mut columns)?;
         let free = columns.split_off(n * model.n_free());
-        let displacement = Columns::from_values(model.n_free(), n, columns);
+        let displacement = DenseMatrix::from_values(model.n_free(), n, columns);
         let own = if free.is_empty() {
             None
         } else {
-            let supports = Supports::new(model, &prescribed);
+            let supports = PrescribedMotion::new(model, &prescribed);
             let work = work_of_own(model, &supports, (&displacement, &held), (&prescribed, &held_loads))?;
-            Some(OwnResponse { displacement: model.expand(&free), work, supports })
+            Some(AppliedLoadResponse { displacement: model.expand(&free), work, prescribed_motion: supports })
         };
         let mut matrix = boundary.work;
         let defect = {
             let mut defect = matrix.transposed();
-            defect.add(-1.0, &matrix);
+            defect.add_scaled(-1.0, &matrix);
             defect.norm()
         };
         matrix.add_transposed_product(1.0, &rhs, &displacement);
@@ -153,8 +153,8 @@ impl Correction {
         matrix.add_transposed_product(1.0, &held_loads, &held);
         matrix.add_transposed_product(1.0, &held, &held_loads);
         let asymmetry = defect / matrix.norm();
-        let fields = spread(model, &prescribed, (&displacement, &held))?;
-        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, own, solved: solver.solved() })
+        let fields = expand_to_all_dofs(model, &prescribed, (&displacement, &held))?;
+        Ok(Self { matrix, fields, imbalance: boundary.imbalance, asymmetry, applied_loads: own, solved: solver.info() })
     }
 
     /// Bytes that `columns` fields of a model take at the peak, of which a quarter is kept.
@@ -163,12 +163,12 @@ impl Correction {
     }
 
     /// Number of quadrature points in elements of other materials than that under the patch of `site`.
-    pub fn inclusion_points(model: &FeModel, site: &Site) -> usize {
+    pub fn inclusion_points(model: &FeModel, site: &HalfSpaceFit) -> usize {
         inclusions::n_points(model, site.stiffness.voigt(), &site.patch)
     }
 
     /// Adds u_c by forces `[3 n]`, or the first of them, to the displacement of all nodes.
-    pub(super) fn add_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
+    pub(super) fn superpose_fields(&self, forces: &[f64], displacement: &mut [[f64; 3]]) {
         for (column, force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             let field = self.fields.column(column);
             displacement.as_flattened_mut().iter_mut().zip(field).for_each(|(u, f)| *u += force * f);
@@ -180,15 +180,15 @@ impl Correction {
     ///
     /// # Errors
     /// If a force does not act on a face of the mesh.
-    pub fn direct(&self, model: &FeModel, at: &Forces) -> Result<Columns> {
+    pub fn at_mesh_nodes(&self, model: &FeModel, at: &PatchForces) -> Result<DenseMatrix> {
         at_forces(model, at, &self.fields)
     }
 }
 
 /// -u_hs at the prescribed dofs, `[n_prescribed, n_columns]`.
-fn held_displacements(model: &FeModel, forces: Sources, prescribed: &[usize]) -> Result<Columns> {
-    let mut held = Columns::zeros(prescribed.len(), forces.n_columns())?;
-    let mut at_node = Columns::zeros(3, forces.n_columns())?;
+fn held_displacements(model: &FeModel, forces: ForceSet, prescribed: &[usize]) -> Result<DenseMatrix> {
+    let mut held = DenseMatrix::zeros(prescribed.len(), forces.n_columns())?;
+    let mut at_node = DenseMatrix::zeros(3, forces.n_columns())?;
     let mut node = usize::MAX;
     for (i, dof) in prescribed.iter().enumerate() {
         if dof / 3 != node {
@@ -205,13 +205,13 @@ fn held_displacements(model: &FeModel, forces: Sources, prescribed: &[usize]) ->
 /// Work of loads and prescribed displacements, less their rigid motion, on the displacements of the free and `held` dofs.
 fn work_of_own(
     model: &FeModel,
-    supports: &Supports,
-    (free, held): (&Columns, &Columns),
-    (prescribed, held_loads): (&[usize], &Columns),
+    supports: &PrescribedMotion,
+    (free, held): (&DenseMatrix, &DenseMatrix),
+    (prescribed, held_loads): (&[usize], &DenseMatrix),
 ) -> Result<Vec<f64>> {
-    let forces = model.support_forces_by(prescribed, &supports.rest)?;
+    let forces = model.forces_of_prescribed_displacements(prescribed, &supports.deformation)?;
     let external = model.external_forces();
-    let mut on_free: Vec<f64> = forces.free.iter().map(|force| -force).collect();
+    let mut on_free: Vec<f64> = forces.on_free_dofs.iter().map(|force| -force).collect();
     for dof in 0..3 * external.len() {
         if let Some(row) = model.free_dof(dof / 3, dof % 3) {
             on_free[row] += external[dof / 3][dof % 3];
@@ -219,23 +219,23 @@ fn work_of_own(
     }
     let on_held: Vec<f64> = prescribed
         .iter()
-        .zip(&forces.prescribed)
+        .zip(&forces.on_prescribed_dofs)
         .map(|(&dof, force)| external[dof / 3][dof % 3] - force)
         .collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let work = |column: usize| {
         dot(&on_free, free.column(column))
             + dot(&on_held, held.column(column))
-            + dot(&supports.rest, held_loads.column(column))
+            + dot(&supports.deformation, held_loads.column(column))
     };
     Ok((0..free.n_columns()).map(work).collect())
 }
 
 /// Loads on all dofs as those on the free and on the prescribed ones.
-fn split(model: &FeModel, prescribed: &[usize], loads: &Columns) -> Result<(Columns, Columns)> {
+fn split(model: &FeModel, prescribed: &[usize], loads: &DenseMatrix) -> Result<(DenseMatrix, DenseMatrix)> {
     let n = loads.n_columns();
-    let mut free = Columns::zeros(model.n_free(), n)?;
-    let mut held = Columns::zeros(prescribed.len(), n)?;
+    let mut free = DenseMatrix::zeros(model.n_free(), n)?;
+    let mut held = DenseMatrix::zeros(prescribed.len(), n)?;
     let rows: Vec<(usize, usize)> =
         (0..loads.n_rows()).filter_map(|dof| Some((dof, model.free_dof(dof / 3, dof % 3)?))).collect();
     for column in 0..n {
@@ -249,9 +249,9 @@ fn split(model: &FeModel, prescribed: &[usize], loads: &Columns) -> Result<(Colu
 }
 
 /// Displacement of all dofs, zero on no solid.
-fn spread(model: &FeModel, prescribed: &[usize], (free, held): (&Columns, &Columns)) -> Result<Columns> {
+fn expand_to_all_dofs(model: &FeModel, prescribed: &[usize], (free, held): (&DenseMatrix, &DenseMatrix)) -> Result<DenseMatrix> {
     let n_rows = 3 * model.mesh().n_points();
-    let mut all = Columns::zeros(n_rows, free.n_columns())?;
+    let mut all = DenseMatrix::zeros(n_rows, free.n_columns())?;
     for (column, values) in all.values_mut().chunks_exact_mut(n_rows).enumerate() {
         let (free, held) = (free.column(column), held.column(column));
         for (dof, value) in values.iter_mut().enumerate() {
@@ -265,10 +265,10 @@ fn spread(model: &FeModel, prescribed: &[usize], (free, held): (&Columns, &Colum
 }
 
 /// Displacement of the mesh where the forces act, in the axes of the patch.
-fn at_forces(model: &FeModel, forces: &Forces, fields: &Columns) -> Result<Columns> {
+fn at_forces(model: &FeModel, forces: &PatchForces, fields: &DenseMatrix) -> Result<DenseMatrix> {
     let n = 3 * forces.points.len();
-    let mut at = Columns::zeros(n, fields.n_columns())?;
-    let locator = Locator::new(model.mesh(), forces);
+    let mut at = DenseMatrix::zeros(n, fields.n_columns())?;
+    let locator = PatchFaceLocator::new(model.mesh(), forces);
     for (i, point) in forces.points.iter().enumerate() {
         let weights = locator.weights(*point)?;
         for column in 0..fields.n_columns() {

@@ -1,10 +1,10 @@
 //! The correction of a body as the frame sees it: a polynomial in the places of force and displacement.
 
-use super::patch::Patch;
-use super::sources::Chebyshev;
+use super::patch::ContactPatch;
+use super::chebyshev::Chebyshev;
 use crate::geometry::Side;
-use crate::linalg::columns::Columns;
-use crate::linalg::wide::wide;
+use crate::linalg::dense_matrix::DenseMatrix;
+use crate::linalg::simd::wide;
 use crate::quadrature::gauss_legendre;
 
 /// Gap by tractions on a rectangle, Σ L_a(x) L_b(y) Ĉ_ab,cd L_c(x') L_d(y'), axes of the frame.
@@ -13,7 +13,7 @@ pub struct FarField {
     /// Nodes along x and y of the patch.
     nodes: [Chebyshev; 2],
     /// Whether y of the patch is -y of the frame.
-    turned: bool,
+    y_flipped: bool,
     /// Gap by forces at the nodes, mm/N, components by planes: component c at node (a, b) stands at (c m_x + a) m_y + b;
     /// `[3 m_x m_y]²`.
     matrix: Vec<f64>,
@@ -21,19 +21,19 @@ pub struct FarField {
 
 /// The polynomials of a far field on the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct OnGrid {
+pub(super) struct FarFieldOnGrid {
     /// Cells along x and y.
     pub cells: [usize; 2],
     /// Means of the polynomials in x over the cells, `[cells, m_x]`, and of those in y, `[m_y, cells]`.
     x: Vec<f64>,
     y: Vec<f64>,
-    m: [usize; 2],
+    nodes_per_side: [usize; 2],
     /// Area of a cell, mm2.
     pub area: f64,
 }
 
 /// Values at the nodes, and rows in between, of one product.
-pub(super) struct Work {
+pub(super) struct FarFieldScratch {
     pub rows: Vec<f64>,
     pub forces: Vec<f64>,
     pub gaps: Vec<f64>,
@@ -42,28 +42,28 @@ pub(super) struct Work {
 impl FarField {
     /// Of the correction `matrix` between forces at the nodes `[m_x, m_y]` of the patch on the body at `side` of the frame; force
     /// i = a m_y + b acts at node a along x and b along y.
-    pub(super) fn new(matrix: &Columns, m: [usize; 2], patch: &Patch, side: Side) -> Self {
+    pub(super) fn new(matrix: &DenseMatrix, m: [usize; 2], patch: &ContactPatch, side: Side) -> Self {
         let nodes = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
         let matrix = by_planes(matrix, [side; 2]);
-        Self { nodes, turned: side == Side::Upper, matrix }
+        Self { nodes, y_flipped: side == Side::Upper, matrix }
     }
 
     /// Number of nodes along x and y.
-    pub fn m(&self) -> [usize; 2] {
+    pub fn nodes_per_side(&self) -> [usize; 2] {
         [0, 1].map(|axis| self.nodes[axis].nodes().len())
     }
 
     /// On `cells` of a grid with sides `spacing`, the first of which begins at `first` from the middle of the patch, axes of the
     /// frame.
-    pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> OnGrid {
-        let m = self.m();
+    pub(super) fn on_grid(&self, cells: [usize; 2], spacing: [f64; 2], first: [f64; 2]) -> FarFieldOnGrid {
+        let m = self.nodes_per_side();
         let [x, y] = [0, 1].map(|axis| {
-            let turned = axis == 1 && self.turned;
+            let turned = axis == 1 && self.y_flipped;
             self.nodes[axis].means(cells[axis], spacing[axis], first[axis], turned)
         });
         let n = cells[1];
         let by_node = (0..m[1] * n).map(|k| y[(k % n) * m[1] + k / n]).collect();
-        OnGrid { cells, x, y: by_node, m, area: spacing[0] * spacing[1] }
+        FarFieldOnGrid { cells, x, y: by_node, nodes_per_side: m, area: spacing[0] * spacing[1] }
     }
 
     /// All entries by rows.
@@ -73,7 +73,7 @@ impl FarField {
 
     /// Gaps at the nodes by forces there, both by planes, for the components `planes`.
     fn multiply(&self, planes: std::ops::Range<usize>, forces: &[f64], gaps: &mut [f64]) {
-        let [mx, my] = self.m();
+        let [mx, my] = self.nodes_per_side();
         let (n, first) = (mx * my, planes.start * mx * my);
         let size = planes.len() * n;
         for (row, gap) in gaps[..size].iter_mut().enumerate() {
@@ -92,9 +92,9 @@ impl FarField {
     ) -> Vec<f64> {
         let first = grid.half_width().map(|half| -half);
         let on_grid = self.on_grid(grid.cells, grid.spacing, first);
-        let mut work = Work::new(&on_grid);
+        let mut work = FarFieldScratch::new(&on_grid);
         let (all, n) = (grid.cells[0] * grid.cells[1], tractions.len() / 3);
-        let nodes = self.m()[0] * self.m()[1];
+        let nodes = self.nodes_per_side()[0] * self.nodes_per_side()[1];
         let mut forces = vec![0.0; 3 * nodes];
         for c in 0..3 {
             let own = &tractions[c * n..(c + 1) * n];
@@ -105,7 +105,7 @@ impl FarField {
                 }
                 None => plane.copy_from_slice(own),
             }
-            let sign = if self.turned && c > 0 { -1.0 } else { 1.0 };
+            let sign = if self.y_flipped && c > 0 { -1.0 } else { 1.0 };
             let mut at_nodes = vec![0.0; nodes];
             on_grid.gather(&plane, &mut work.rows, &mut at_nodes);
             at_nodes.iter().enumerate().for_each(|(i, force)| forces[3 * i + c] = sign * force);
@@ -115,7 +115,7 @@ impl FarField {
 
     /// Means over the cells of `grid` that are in `places` of a displacement given at the nodes (axes of the patch, component c at 3 i + c
     /// as in [`Self::forces`]), axes of the frame by planes.
-    pub(super) fn on_cells(
+    pub(super) fn cell_means(
         &self,
         grid: &crate::frame::Grid,
         places: Option<&[usize]>,
@@ -123,10 +123,10 @@ impl FarField {
     ) -> Vec<f64> {
         let first = grid.half_width().map(|half| -half);
         let on_grid = self.on_grid(grid.cells, grid.spacing, first);
-        let mut work = Work::new(&on_grid);
+        let mut work = FarFieldScratch::new(&on_grid);
         let mut all = Vec::new();
         for c in 0..3 {
-            let sign = if self.turned && c > 0 { -1.0 } else { 1.0 };
+            let sign = if self.y_flipped && c > 0 { -1.0 } else { 1.0 };
             let values: Vec<f64> = at_nodes.iter().skip(c).step_by(3).map(|value| sign * value).collect();
             let mut plane = vec![0.0; grid.cells[0] * grid.cells[1]];
             on_grid.scatter(&values, &mut work.rows, &mut plane);
@@ -140,13 +140,13 @@ impl FarField {
 
     /// Entry between components `a` and `b` of two nodes, mm/N.
     fn entry(&self, (a, i): (usize, usize), (b, j): (usize, usize)) -> f64 {
-        let n = self.m()[0] * self.m()[1];
+        let n = self.nodes_per_side()[0] * self.nodes_per_side()[1];
         self.matrix[(a * n + i) * 3 * n + b * n + j]
     }
 }
 
 /// The entries between forces on the bodies at the `sides` (rows, columns) of their frames, in the axes of these by planes, row by row.
-pub(super) fn by_planes(matrix: &Columns, sides: [Side; 2]) -> Vec<f64> {
+pub(super) fn by_planes(matrix: &DenseMatrix, sides: [Side; 2]) -> Vec<f64> {
     // Body 2 sees the frame turned about x.
     let sign = |side: Side, c: usize| if side == Side::Upper && c > 0 { -1.0 } else { 1.0 };
     let (n_rows, n_columns) = (matrix.n_rows(), matrix.n_columns());
@@ -179,17 +179,17 @@ impl Chebyshev {
     }
 }
 
-impl Work {
-    pub fn new(grid: &OnGrid) -> Self {
-        let n = 3 * grid.m[0] * grid.m[1];
-        Self { rows: vec![0.0; grid.cells[0] * grid.m[1]], forces: vec![0.0; n], gaps: vec![0.0; n] }
+impl FarFieldScratch {
+    pub fn new(grid: &FarFieldOnGrid) -> Self {
+        let n = 3 * grid.nodes_per_side[0] * grid.nodes_per_side[1];
+        Self { rows: vec![0.0; grid.cells[0] * grid.nodes_per_side[1]], forces: vec![0.0; n], gaps: vec![0.0; n] }
     }
 }
 
-impl OnGrid {
+impl FarFieldOnGrid {
     /// Number of nodes of the patch.
     pub fn n_nodes(&self) -> usize {
-        self.m[0] * self.m[1]
+        self.nodes_per_side[0] * self.nodes_per_side[1]
     }
 
     /// Adds the gaps by tractions, both by planes of the components `planes`.
@@ -198,9 +198,9 @@ impl OnGrid {
         field: &FarField,
         planes: std::ops::Range<usize>,
         (tractions, gap): (&[f64], &mut [f64]),
-        work: &mut Work,
+        work: &mut FarFieldScratch,
     ) {
-        let n = self.m[0] * self.m[1];
+        let n = self.nodes_per_side[0] * self.nodes_per_side[1];
         let cells = self.cells[0] * self.cells[1];
         for (plane, forces) in tractions.chunks_exact(cells).zip(work.forces.chunks_exact_mut(n)) {
             self.gather(plane, &mut work.rows, forces);
@@ -213,7 +213,7 @@ impl OnGrid {
 
     /// Forces at the nodes of the tractions of one component.
     pub fn gather(&self, plane: &[f64], rows: &mut [f64], forces: &mut [f64]) {
-        let [mx, my] = self.m;
+        let [mx, my] = self.nodes_per_side;
         sum_rows(plane, &self.y, my, rows);
         forces.fill(0.0);
         for (sums, x) in rows.chunks_exact(my).zip(self.x.chunks_exact(mx)) {
@@ -225,7 +225,7 @@ impl OnGrid {
 
     /// Adds the gaps at the nodes to those of the cells of one component.
     pub fn scatter(&self, gaps: &[f64], rows: &mut [f64], plane: &mut [f64]) {
-        let [mx, my] = self.m;
+        let [mx, my] = self.nodes_per_side;
         for (row, x) in rows.chunks_exact_mut(my).zip(self.x.chunks_exact(mx)) {
             row.fill(0.0);
             for (gaps, x) in gaps.chunks_exact(my).zip(x) {
@@ -236,8 +236,8 @@ impl OnGrid {
     }
 
     /// Means of the polynomials over a cell, node by node, `[m_x m_y]`.
-    pub fn at(&self, cell: usize) -> Vec<f64> {
-        let ([mx, my], ny) = (self.m, self.cells[1]);
+    pub fn cell_weights(&self, cell: usize) -> Vec<f64> {
+        let ([mx, my], ny) = (self.nodes_per_side, self.cells[1]);
         let (ix, iy) = (cell / ny, cell % ny);
         (0..mx * my).map(|k| self.x[ix * mx + k / my] * self.y[(k % my) * ny + iy]).collect()
     }
@@ -253,7 +253,7 @@ impl OnGrid {
 
     /// Adds the block of each cell on itself.
     pub fn add_diagonal(&self, field: &FarField, blocks: &mut [nalgebra::Matrix3<f64>]) {
-        let ([mx, my], [nx, ny]) = (self.m, self.cells);
+        let ([mx, my], [nx, ny]) = (self.nodes_per_side, self.cells);
         let mut along = vec![nalgebra::Matrix3::<f64>::zeros(); mx * mx];
         for iy in 0..ny {
             // Σ over the nodes in y first.

@@ -9,13 +9,13 @@ use crate::material::Stiffness;
 /// What tractions on a half-space do inside it and on its surface, axes of the patch.
 pub(super) struct HalfSpaceField {
     /// Of a point force.
-    pub points: PointForceField,
+    pub point_force: PointForceField,
     /// Of uniform tractions on polygons of the surface, there.
-    pub patches: PatchIntegrator,
+    pub patch_integrals: PatchIntegrator,
     /// C(e3, e_a) for a = x, y.
     tangential: [Matrix3<f64>; 2],
     /// T⁻¹ = C(e3, e3)⁻¹.
-    normal: Matrix3<f64>,
+    inverse_normal: Matrix3<f64>,
 }
 
 impl HalfSpaceField {
@@ -27,23 +27,23 @@ impl HalfSpaceField {
         let contract = |l: usize| Matrix3::from_fn(|i, k| stiffness.component(i, 2, k, l));
         let normal = contract(2).try_inverse();
         Ok(Self {
-            points,
-            patches: PatchIntegrator::new(green),
+            point_force: points,
+            patch_integrals: PatchIntegrator::new(green),
             tangential: [contract(0), contract(1)],
-            normal: normal.ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
+            inverse_normal: normal.ok_or_else(|| Error::numerical("the stiffness of the half-space is singular"))?,
         })
     }
 
     /// T⁻¹ of a vector: the slope along the normal of what carries it as traction and does not vary along the surface.
-    pub fn slope(&self, traction: &Vector3<f64>) -> Vector3<f64> {
-        self.normal * traction
+    pub fn normal_derivative(&self, traction: &Vector3<f64>) -> Vector3<f64> {
+        self.inverse_normal * traction
     }
 
     /// The gradient of displacement on the surface by its derivatives in the surface and the traction there:
     /// T ∂u/∂z = t - Σ C(e3, e_a) ∂u/∂a.
-    pub fn on_surface(&self, along: [Vector3<f64>; 2], traction: &Vector3<f64>) -> Matrix3<f64> {
+    pub fn gradient_from_traction(&self, along: [Vector3<f64>; 2], traction: &Vector3<f64>) -> Matrix3<f64> {
         let [x, y] = along;
         let rest = traction - self.tangential[0] * x - self.tangential[1] * y;
-        Matrix3::from_columns(&[x, y, self.slope(&rest)])
+        Matrix3::from_columns(&[x, y, self.normal_derivative(&rest)])
     }
 }

@@ -4,24 +4,24 @@ use std::collections::HashSet;
 
 use nalgebra::Matrix3;
 
-use super::patch::Patch;
+use super::patch::ContactPatch;
 use crate::bem::half_space::PointForceField;
 use crate::geometry::Point;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::material::Stiffness;
 use crate::mesh::faces::SurfaceFace;
 use crate::mesh::{CellRef, Mesh};
 
 /// Nodes nearer to the plane of the patch than this share of its size lie in it.
-pub(super) const IN_PLANE: f64 = 1e-6;
+pub(super) const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// A face of a mesh: its solid, and its index among the faces of that.
-pub type FaceRef = (CellRef, usize);
+pub type FaceId = (CellRef, usize);
 
 /// Point forces on a patch, and the half-space that carries them.
-pub struct Forces<'a> {
+pub struct PatchForces<'a> {
     /// The patch.
-    pub patch: Patch,
+    pub patch: ContactPatch,
     /// The half-space's material, in the axes of the patch.
     pub stiffness: &'a Stiffness,
     /// Its field of a point force.
@@ -29,10 +29,10 @@ pub struct Forces<'a> {
     /// Where they act, in the patch, `[n]`; each along x, y, z of the patch.
     pub points: Vec<[f64; 2]>,
     /// Faces off the plane that stand for it: a curved contact surface about the patch.
-    pub surface: &'a [FaceRef],
+    pub curved_faces: &'a [FaceId],
 }
 
-impl Forces<'_> {
+impl PatchForces<'_> {
     /// Those at the corners and in the middle of the points.
     pub(super) fn outermost(&self) -> Self {
         let extreme = |sign: [f64; 2]| {
@@ -45,42 +45,42 @@ impl Forces<'_> {
     }
 
     /// Vector from force `i` to a point in the axes of the patch.
-    pub(super) fn from(&self, i: usize, local: &Point) -> Point {
+    pub(super) fn vector_from(&self, i: usize, local: &Point) -> Point {
         let [x, y] = self.points[i];
         Point::new(local.x - x, local.y - y, local.z)
     }
 
     /// Where force `i` acts, global, mm.
-    pub(super) fn place(&self, i: usize) -> Point {
+    pub(super) fn position(&self, i: usize) -> Point {
         let [x, y] = self.points[i];
-        self.patch.middle + self.patch.axes.to_global(&Point::new(x, y, 0.0))
+        self.patch.center + self.patch.axes.to_global(&Point::new(x, y, 0.0))
     }
 
     /// Distance of a point from the nearest force.
     pub(super) fn distance(&self, x: &Point) -> f64 {
         let local = self.patch.local(x);
-        (0..self.points.len()).map(|i| self.from(i, &local).norm()).fold(f64::INFINITY, f64::min)
+        (0..self.points.len()).map(|i| self.vector_from(i, &local).norm()).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether a face of the boundary is one of the surface of the half-space, where this has no tractions.
     pub(super) fn own_faces<'m>(&'m self, mesh: &'m Mesh) -> impl Fn(&SurfaceFace) -> bool + 'm {
-        let surface: HashSet<FaceRef> = self.surface.iter().copied().collect();
+        let surface: HashSet<FaceId> = self.curved_faces.iter().copied().collect();
         move |face| in_plane(mesh, face, &self.patch) || surface.contains(&(face.owner, face.local_face))
     }
 
     /// Whether the surface of another half-space is that of this one.
     pub(super) fn is_coplanar(&self, other: &Self) -> bool {
-        let height = self.patch.local(&other.patch.middle).z.abs();
+        let height = self.patch.local(&other.patch.center).z.abs();
         let turn = self.patch.axes.normal().cross(&other.patch.axes.normal()).norm();
-        height <= IN_PLANE * self.patch.size() && turn <= IN_PLANE
+        height <= PLANE_TOLERANCE * self.patch.size() && turn <= PLANE_TOLERANCE
     }
 }
 
 /// The forces on all patches of a body, those of one patch after those of the other.
 #[derive(Clone, Copy)]
-pub(super) struct Sources<'a>(pub &'a [Forces<'a>]);
+pub(super) struct ForceSet<'a>(pub &'a [PatchForces<'a>]);
 
-impl<'a> Sources<'a> {
+impl<'a> ForceSet<'a> {
     /// Number of forces.
     pub fn n(self) -> usize {
         self.0.iter().map(|forces| forces.points.len()).sum()
@@ -92,7 +92,7 @@ impl<'a> Sources<'a> {
     }
 
     /// The patches with the number of their first force.
-    pub fn patches(self) -> impl Iterator<Item = (usize, &'a Forces<'a>)> {
+    pub fn patches(self) -> impl Iterator<Item = (usize, &'a PatchForces<'a>)> {
         let firsts = self.0.iter().scan(0, |first, forces| {
             *first += forces.points.len();
             Some(*first - forces.points.len())
@@ -106,11 +106,11 @@ impl<'a> Sources<'a> {
     }
 
     /// Displacement at `x` by each force, global rows, written to rows `3 row ..` of `out`.
-    pub fn displacements(self, x: &Point, row: usize, out: &mut Columns) {
+    pub fn displacements(self, x: &Point, row: usize, out: &mut DenseMatrix) {
         for (first, forces) in self.patches() {
             let local = forces.patch.local(x);
             for i in 0..forces.points.len() {
-                let value = forces.patch.axes.0 * forces.field.at(&forces.from(i, &local)).value;
+                let value = forces.patch.axes.0 * forces.field.at(&forces.vector_from(i, &local)).value;
                 put(&value, (row, first + i), out);
             }
         }
@@ -118,7 +118,7 @@ impl<'a> Sources<'a> {
 }
 
 /// Writes a block of three rows and three columns.
-pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut Columns) {
+pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut DenseMatrix) {
     let n = out.n_rows();
     for k in 0..3 {
         let first = (3 * force + k) * n + 3 * row;
@@ -127,7 +127,7 @@ pub(super) fn put(block: &Matrix3<f64>, (row, force): (usize, usize), out: &mut 
 }
 
 /// Whether all nodes of a face lie in the plane of the patch.
-pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &Patch) -> bool {
+pub(super) fn in_plane(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
     let height = |node: &usize| patch.local(&mesh.points[*node].into()).z.abs();
-    face.nodes.iter().all(|node| height(node) <= IN_PLANE * patch.size())
+    face.nodes.iter().all(|node| height(node) <= PLANE_TOLERANCE * patch.size())
 }

@@ -3,46 +3,46 @@
 use nalgebra::{Matrix3, Matrix6, Vector6};
 use rayon::prelude::*;
 
-use super::boundary::BoundaryTerms;
-use super::forces::Sources;
-use super::patch::Patch;
+use super::boundary_terms::BoundaryTerms;
+use super::forces::ForceSet;
+use super::patch::ContactPatch;
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem::FeModel;
 use crate::geometry::Point;
 use crate::interrupt;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::material::VOIGT;
 use crate::quadrature::gauss_legendre;
 
 /// Elements computed side by side before they are added up.
-const BATCH: usize = 64;
+const ELEMENTS_PER_BATCH: usize = 64;
 
 /// Gauss points along each side of a part of an element; of a part that is small against its distance.
-const POINTS: [usize; 2] = [3, 2];
+const GAUSS_POINTS: [usize; 2] = [3, 2];
 
 /// Edge of such a part of a hexahedron over the size of the largest that is not divided.
-const SMALL: f64 = 0.5;
+const COARSE_RULE_EDGE: f64 = 0.5;
 
 /// Points whose strains are held at a time.
-const POINT_BATCH: usize = 64;
+const POINTS_PER_BATCH: usize = 64;
 
 /// Parts of elements against their distance from the forces, at most.
-const RATIO: f64 = 0.5;
+const MAX_SIZE_TO_DISTANCE: f64 = 0.5;
 
 /// Divisions of an element, one after the other, at most.
-const MOST_DIVISIONS: usize = 8;
+const MAX_SUBDIVISIONS: usize = 8;
 
 /// Materials are the same where the largest difference of their stiffnesses is below this share of the largest entry.
-const SAME: f64 = 1e-9;
+const STIFFNESS_TOLERANCE: f64 = 1e-9;
 
 /// Whether two stiffnesses are the same.
-pub(super) fn same(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
-    (a - b).amax() <= SAME * b.amax()
+pub(super) fn is_same_stiffness(a: &Matrix6<f64>, b: &Matrix6<f64>) -> bool {
+    (a - b).amax() <= STIFFNESS_TOLERANCE * b.amax()
 }
 
 /// A point of the reference cell, and its derivatives by the sides of the unit cube that is collapsed to it.
-fn reference(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
+fn collapsed_cube(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
     match kind.n_corners() {
         4 => {
             let (p, q) = (1.0 - u, 1.0 - v);
@@ -58,18 +58,18 @@ fn reference(kind: ElementKind, [u, v, w]: [f64; 3]) -> ([f64; 3], f64) {
 }
 
 /// An element of another material.
-struct Element<'a> {
+struct Inclusion<'a> {
     kind: ElementKind,
     nodes: &'a [usize],
     points: Vec<Point>,
     /// C - C0, global axes.
-    excess: Matrix6<f64>,
+    stiffness_difference: Matrix6<f64>,
 }
 
 /// How an element is divided and integrated.
 struct Rule<'a> {
     distance: &'a dyn Fn(&Point) -> f64,
-    /// Gauss points on [0, 1], as many as [`POINTS`].
+    /// Gauss points on [0, 1], as many as [`GAUSS_POINTS`].
     lines: [Vec<(f64, f64)>; 2],
 }
 
@@ -81,7 +81,7 @@ struct VolumePoint {
     gradients: Vec<Point>,
 }
 
-impl Element<'_> {
+impl Inclusion<'_> {
     fn position(&self, xi: [f64; 3]) -> Point {
         self.kind.shape_values(xi).iter().zip(&self.points).map(|(value, x)| x * *value).sum()
     }
@@ -91,8 +91,8 @@ impl Element<'_> {
         let line =
             |n| gauss_legendre(n).into_iter().map(|(x, weight)| (0.5 * (1.0 + x), 0.5 * weight)).collect();
         let mut points = Vec::new();
-        let rule = Rule { distance, lines: POINTS.map(line) };
-        self.divide(([0.0; 3], [1.0; 3]), &rule, MOST_DIVISIONS, &mut points);
+        let rule = Rule { distance, lines: GAUSS_POINTS.map(line) };
+        self.divide(([0.0; 3], [1.0; 3]), &rule, MAX_SUBDIVISIONS, &mut points);
         points
     }
 
@@ -105,14 +105,14 @@ impl Element<'_> {
         points: &mut Vec<VolumePoint>,
     ) {
         let at = |share: [f64; 3]| [0, 1, 2].map(|axis| first[axis] + share[axis] * sides[axis]);
-        let position = |share: [f64; 3]| self.position(reference(self.kind, at(share)).0);
+        let position = |share: [f64; 3]| self.position(collapsed_cube(self.kind, at(share)).0);
         let corner = |k: usize| position([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
         let edges = [0, 1, 2].map(|axis| {
             let ends = (0..8).filter(|k| k >> axis & 1 == 0).map(|k| (corner(k), corner(k | 1 << axis)));
             ends.map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
         });
         let size = edges.iter().map(|edge| edge * edge).sum::<f64>().sqrt();
-        let reach = RATIO * (rule.distance)(&position([0.5; 3]));
+        let reach = MAX_SIZE_TO_DISTANCE * (rule.distance)(&position([0.5; 3]));
         if size > reach && divisions > 0 {
             let longest = edges.into_iter().fold(0.0, f64::max);
             let halved = edges.map(|edge| edge > 0.5 * longest);
@@ -125,11 +125,11 @@ impl Element<'_> {
         }
         // The other kinds are collapsed cubes, whose weights vary.
         let lines =
-            edges.map(|edge| &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < SMALL * reach)]);
+            edges.map(|edge| &rule.lines[usize::from(self.kind.n_corners() == 8 && edge < COARSE_RULE_EDGE * reach)]);
         for &(u, by_u) in lines[0] {
             for &(v, by_v) in lines[1] {
                 for &(w, by_w) in lines[2] {
-                    let (xi, stretch) = reference(self.kind, at([u, v, w]));
+                    let (xi, stretch) = collapsed_cube(self.kind, at([u, v, w]));
                     let volume = sides.iter().product::<f64>() * stretch;
                     points.extend(self.point(xi, by_u * by_v * by_w * volume));
                 }
@@ -153,10 +153,10 @@ impl Element<'_> {
 }
 
 /// What one element adds.
-struct Share {
+struct InclusionContribution {
     /// `[n_columns][3 n_nodes]`.
     loads: Vec<f64>,
-    work: Columns,
+    work: DenseMatrix,
 }
 
 /// Strain of a gradient of displacement, Voigt order.
@@ -173,13 +173,13 @@ pub(super) fn strain(gradient: &Matrix3<f64>) -> Vector6<f64> {
 ///
 /// # Errors
 /// If memory does not suffice.
-pub(super) fn add(model: &FeModel, sources: Sources, terms: &mut BoundaryTerms) -> Result<()> {
+pub(super) fn add_inclusions(model: &FeModel, sources: ForceSet, terms: &mut BoundaryTerms) -> Result<()> {
     let Some(forces) = sources.0.first() else { return Ok(()) };
     let own = *forces.stiffness.rotated(&forces.patch.axes.0).voigt();
-    for batch in elements(model, &own).chunks(BATCH) {
+    for batch in elements(model, &own).chunks(ELEMENTS_PER_BATCH) {
         interrupt::check()?;
-        let shares: Vec<Result<Share>> =
-            batch.par_iter().map(|element| Share::new(element, sources)).collect();
+        let shares: Vec<Result<InclusionContribution>> =
+            batch.par_iter().map(|element| InclusionContribution::new(element, sources)).collect();
         for (element, share) in batch.iter().zip(shares) {
             let share = share?;
             terms.add_share(element.nodes, &share.loads, &share.work);
@@ -190,36 +190,36 @@ pub(super) fn add(model: &FeModel, sources: Sources, terms: &mut BoundaryTerms) 
 
 /// Number of quadrature points in elements of another material than `own` (global axes), by a half-space whose forces lie all over
 /// `patch`.
-pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &Patch) -> usize {
+pub(super) fn n_points(model: &FeModel, own: &Matrix6<f64>, patch: &ContactPatch) -> usize {
     let distance = |x: &Point| patch.distance(&patch.local(x));
     elements(model, own).par_iter().map(|element| element.quadrature(&distance).len()).sum()
 }
 
 /// The elements of another material than `own`.
-fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Element<'a>> {
+fn elements<'a>(model: &'a FeModel, own: &Matrix6<f64>) -> Vec<Inclusion<'a>> {
     let (mesh, regions) = (model.mesh(), model.regions());
-    let other = |&i: &usize| !same(&regions.stiffness(i), own);
+    let other = |&i: &usize| !is_same_stiffness(&regions.stiffness(i), own);
     let element = |i: usize| {
         let cell = regions.cells()[i];
         let nodes = mesh.cell_nodes(cell);
         let points = nodes.iter().map(|&node| mesh.points[node].into()).collect();
-        Element { kind: mesh.kind(cell), nodes, points, excess: regions.stiffness(i) - own }
+        Inclusion { kind: mesh.kind(cell), nodes, points, stiffness_difference: regions.stiffness(i) - own }
     };
     (0..regions.n_elements()).filter(other).map(element).collect()
 }
 
-impl Share {
-    fn new(element: &Element, sources: Sources) -> Result<Self> {
+impl InclusionContribution {
+    fn new(element: &Inclusion, sources: ForceSet) -> Result<Self> {
         let points = element.quadrature(&|x| sources.distance(x));
         let (n, n_nodes) = (sources.n_columns(), element.nodes.len());
         let mut loads = vec![0.0; n * 3 * n_nodes];
-        let mut work = Columns::zeros(n, n)?;
-        for points in points.chunks(POINT_BATCH) {
-            let mut strains = Columns::zeros(6 * points.len(), n)?;
-            let mut stresses = Columns::zeros(6 * points.len(), n)?;
+        let mut work = DenseMatrix::zeros(n, n)?;
+        for points in points.chunks(POINTS_PER_BATCH) {
+            let mut strains = DenseMatrix::zeros(6 * points.len(), n)?;
+            let mut stresses = DenseMatrix::zeros(6 * points.len(), n)?;
             for (p, point) in points.iter().enumerate() {
                 for (j, strain) in strains_at(sources, &point.at) {
-                    let stress = element.excess * strain * point.volume;
+                    let stress = element.stiffness_difference * strain * point.volume;
                     let rows = j * 6 * points.len() + 6 * p;
                     strains.values_mut()[rows..rows + 6].copy_from_slice(strain.as_slice());
                     stresses.values_mut()[rows..rows + 6].copy_from_slice(stress.as_slice());
@@ -239,13 +239,13 @@ impl Share {
 }
 
 /// Strain at `x` by each column of forces, global axes.
-fn strains_at<'a>(sources: Sources<'a>, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> + use<'a> {
+fn strains_at<'a>(sources: ForceSet<'a>, x: &Point) -> impl Iterator<Item = (usize, Vector6<f64>)> + use<'a> {
     let x = *x;
     sources.patches().flat_map(move |(first, forces)| {
         let axes = forces.patch.axes.0;
         let local = forces.patch.local(&x);
         (0..forces.points.len()).flat_map(move |i| {
-            let field = forces.field.at(&forces.from(i, &local));
+            let field = forces.field.at(&forces.vector_from(i, &local));
             (0..3).map(move |column| {
                 let own = Matrix3::from_fn(|row, k| field.gradient[k][(row, column)]);
                 (3 * (first + i) + column, strain(&(axes * own * axes.transpose())))
@@ -277,7 +277,7 @@ mod tests {
             let points: Vec<Point> =
                 kind.reference_nodes().into_iter().map(|xi| stretch * Point::from(xi)).collect();
             let volume = volume * stretch.determinant();
-            let element = Element { kind, nodes: &[], points, excess: Matrix6::zeros() };
+            let element = Inclusion { kind, nodes: &[], points, stiffness_difference: Matrix6::zeros() };
             let corner = element.points[0];
             for scale in [200.0, 1.6] {
                 let found = element.quadrature(&|x| scale * (x - corner).norm());

@@ -3,36 +3,36 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::far_field::FarField;
-use super::patch::Patch;
-use super::site::Site;
-use super::sources::Chebyshev;
+use super::patch::ContactPatch;
+use super::half_space_fit::HalfSpaceFit;
+use super::chebyshev::Chebyshev;
 use crate::bem::half_space::{CrossBlocks, FftFlexibility, SurfaceGreen};
 use crate::error::Result;
 use crate::geometry::Side;
-use crate::linalg::columns::Columns;
+use crate::linalg::dense_matrix::DenseMatrix;
 use crate::linalg::operator::Flexibility;
 
 /// Cells along each side of the patch that the half-space is compared on.
-const CELLS: usize = 24;
+const COMPARISON_CELLS: usize = 24;
 
 /// Limits beyond which a correction is not used.
-pub const MOST_IMBALANCE: f64 = 1e-4;
+pub const MAX_IMBALANCE: f64 = 1e-4;
 /// Of the terms of the boundary.
-pub const MOST_ASYMMETRY: f64 = 1e-3;
+pub const MAX_ASYMMETRY: f64 = 1e-3;
 /// Both on a curved surface more, for what leaves through it, this many times its rise.
-pub const CURVED: f64 = 5.0;
+pub const ALLOWANCE_PER_RISE: f64 = 5.0;
 /// Of the mean displacement.
-pub const MOST_DIFFERENCE: f64 = 0.1;
+pub const MAX_DIRECT_DIFFERENCE: f64 = 0.1;
 /// Estimated, of the mean displacement.
-pub const MOST_MESH_ERROR: f64 = 0.1;
+pub const MAX_MESH_ERROR: f64 = 0.1;
 /// The same, from which on there is a warning.
-pub const DOUBTFUL_MESH_ERROR: f64 = 0.02;
+pub const MESH_ERROR_WARNING: f64 = 0.02;
 /// Of the table of point forces.
-pub const MOST_FIELD_ERROR: f64 = 1e-3;
+pub const MAX_FIELD_ERROR: f64 = 1e-3;
 /// Share of the highest polynomials in the operator.
-pub const MOST_TAIL: f64 = 1e-2;
+pub const MAX_TAIL: f64 = 1e-2;
 /// The same, above which more nodes are taken.
-pub const WANTED_TAIL: f64 = 2e-3;
+pub const TARGET_TAIL: f64 = 2e-3;
 
 /// How good a correction is, all without anything to compare it with.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -62,10 +62,10 @@ pub struct Indicators {
 }
 
 /// The correction of one patch, as far as it is judged.
-pub(super) struct Judged<'a> {
+pub(super) struct PatchCorrection<'a> {
     /// By Betti's theorem, and at the nodes of the mesh.
-    pub matrix: &'a Columns,
-    pub direct: &'a Columns,
+    pub matrix: &'a DenseMatrix,
+    pub direct: &'a DenseMatrix,
     /// Of [`super::Correction`].
     pub imbalance: f64,
     pub asymmetry: f64,
@@ -79,20 +79,20 @@ impl Indicators {
     /// # Errors
     /// If memory does not suffice.
     pub(super) fn new(
-        judged: Judged,
-        (site, m): (&Site, [usize; 2]),
+        judged: PatchCorrection,
+        (site, m): (&HalfSpaceFit, [usize; 2]),
         (green, field_error): (&SurfaceGreen, f64),
     ) -> Result<Self> {
         let n = 3 * m[0] * m[1];
         let patch = &site.patch;
         // The lower side: everything is in the axes of the patch.
-        let dense = |columns: &Columns| {
+        let dense = |columns: &DenseMatrix| {
             let far = FarField::new(columns, m, patch, Side::Lower);
             DMatrix::from_row_slice(n, n, far.entries())
         };
         let (dual, direct) = (dense(judged.matrix), dense(judged.direct));
-        let spacing = patch.half_width.map(|half| 2.0 * half / CELLS as f64);
-        let operator = FftFlexibility::new([CELLS; 2], spacing, green, CrossBlocks::Keep)?;
+        let spacing = patch.half_width.map(|half| 2.0 * half / COMPARISON_CELLS as f64);
+        let operator = FftFlexibility::new([COMPARISON_CELLS; 2], spacing, green, CrossBlocks::Keep)?;
         let (near, mass) = on_polynomials(&operator, patch, m, spacing);
         let far = &mass * &dual * &mass;
         let change = &mass * (&direct - &dual) * &mass;
@@ -124,23 +124,23 @@ impl Indicators {
     }
 
     /// Why the correction must not be used; `None` if nothing speaks against it.
-    pub fn objection(&self) -> Option<String> {
-        let curved = CURVED * self.rise;
+    pub fn rejection_reason(&self) -> Option<String> {
+        let curved = ALLOWANCE_PER_RISE * self.rise;
         let limits = [
-            ("the error of the table of point forces", self.field_error, MOST_FIELD_ERROR),
+            ("the error of the table of point forces", self.field_error, MAX_FIELD_ERROR),
             (
                 "the imbalance of the half-space's tractions on the boundary",
                 self.imbalance,
-                MOST_IMBALANCE + curved,
+                MAX_IMBALANCE + curved,
             ),
-            ("the asymmetry of the correction", self.asymmetry, MOST_ASYMMETRY + curved),
+            ("the asymmetry of the correction", self.asymmetry, MAX_ASYMMETRY + curved),
             (
                 "the difference of the two evaluations of the correction",
                 self.direct_difference,
-                MOST_DIFFERENCE,
+                MAX_DIRECT_DIFFERENCE,
             ),
-            ("the estimated error of the finite elements", self.mesh_error, MOST_MESH_ERROR),
-            ("the share of the highest polynomials", self.tail, MOST_TAIL),
+            ("the estimated error of the finite elements", self.mesh_error, MAX_MESH_ERROR),
+            ("the share of the highest polynomials", self.tail, MAX_TAIL),
         ];
         let exceeded = limits.iter().find(|(_, value, most)| value.is_nan() || value > most);
         let told = exceeded
@@ -157,19 +157,19 @@ impl Indicators {
 /// Φᵀ A S Φ of the half-space and Φᵀ A Φ, components by planes.
 fn on_polynomials(
     operator: &FftFlexibility,
-    patch: &Patch,
+    patch: &ContactPatch,
     m: [usize; 2],
     spacing: [f64; 2],
 ) -> (DMatrix<f64>, DMatrix<f64>) {
-    let cells = CELLS * CELLS;
+    let cells = COMPARISON_CELLS * COMPARISON_CELLS;
     let nodes = m[0] * m[1];
     let [x, y] = [0, 1].map(|axis| {
         let nodes = Chebyshev::new(m[axis], patch.half_width[axis]);
-        nodes.means(CELLS, spacing[axis], -patch.half_width[axis], false)
+        nodes.means(COMPARISON_CELLS, spacing[axis], -patch.half_width[axis], false)
     });
     let polynomial = |k: usize| -> Vec<f64> {
         let (a, b) = (k / m[1], k % m[1]);
-        (0..cells).map(|cell| x[cell / CELLS * m[0] + a] * y[cell % CELLS * m[1] + b]).collect()
+        (0..cells).map(|cell| x[cell / COMPARISON_CELLS * m[0] + a] * y[cell % COMPARISON_CELLS * m[1] + b]).collect()
     };
     let polynomials: Vec<Vec<f64>> = (0..nodes).map(polynomial).collect();
     let area = spacing[0] * spacing[1];

@@ -1,27 +1,27 @@
 //! The face of the patch under a point, and its shape functions there.
 
-use super::forces::Forces;
-use super::patch::Patch;
+use super::forces::PatchForces;
+use super::patch::ContactPatch;
 use crate::error::{Error, Result};
-use crate::geometry::{Point, number};
+use crate::geometry::{Point, format_number};
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SurfaceFace, outer_faces};
 
 /// Newton steps of the map back to the reference face, at most.
-const MOST_STEPS: usize = 30;
+const MAX_NEWTON_STEPS: usize = 30;
 
 /// How far outside of a face in reference coordinates a point still lies on it.
-const BORDER: f64 = 1e-7;
+const REFERENCE_TOLERANCE: f64 = 1e-7;
 
 /// The faces of the surface that a patch lies on.
-pub(super) struct Locator<'a> {
+pub(super) struct PatchFaceLocator<'a> {
     mesh: &'a Mesh,
-    patch: &'a Patch,
+    patch: &'a ContactPatch,
     faces: Vec<SurfaceFace>,
 }
 
-impl<'a> Locator<'a> {
-    pub fn new(mesh: &'a Mesh, forces: &'a Forces) -> Self {
+impl<'a> PatchFaceLocator<'a> {
+    pub fn new(mesh: &'a Mesh, forces: &'a PatchForces) -> Self {
         let own = forces.own_faces(mesh);
         let faces = outer_faces(mesh).into_iter().filter(|face| own(face)).collect();
         Self { mesh, patch: &forces.patch, faces }
@@ -43,7 +43,7 @@ impl<'a> Locator<'a> {
             };
             if inside(0)
                 && inside(1)
-                && let Some(xi) = reference(face, &corners, at)
+                && let Some(xi) = inverse_map(face, &corners, at)
             {
                 let values = face.kind.face_values(xi);
                 return Ok(face.nodes.iter().copied().zip(values).collect());
@@ -51,8 +51,8 @@ impl<'a> Locator<'a> {
         }
         Err(Error::input(format!(
             "no face of the mesh lies at ({}, {}) of the patch",
-            number(at[0]),
-            number(at[1])
+            format_number(at[0]),
+            format_number(at[1])
         )))
     }
 
@@ -62,10 +62,10 @@ impl<'a> Locator<'a> {
 }
 
 /// Reference coordinates of a point in the plane of a face; `None` if it lies outside.
-pub(super) fn reference(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
+pub(super) fn inverse_map(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Option<[f64; 2]> {
     let triangle = face.kind.n_corners() == 3;
     let mut xi = if triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_NEWTON_STEPS {
         let (values, gradients) = (face.kind.face_values(xi), face.kind.face_gradients(xi));
         let sum = |weight: &dyn Fn(usize) -> f64, axis: usize| -> f64 {
             nodes.iter().enumerate().map(|(a, node)| weight(a) * node[axis]).sum()
@@ -86,9 +86,9 @@ pub(super) fn reference(face: &SurfaceFace, nodes: &[Point], at: [f64; 2]) -> Op
         }
     }
     let inside = if triangle {
-        xi[0] >= -BORDER && xi[1] >= -BORDER && xi[0] + xi[1] <= 1.0 + BORDER
+        xi[0] >= -REFERENCE_TOLERANCE && xi[1] >= -REFERENCE_TOLERANCE && xi[0] + xi[1] <= 1.0 + REFERENCE_TOLERANCE
     } else {
-        xi.iter().all(|x| x.abs() <= 1.0 + BORDER)
+        xi.iter().all(|x| x.abs() <= 1.0 + REFERENCE_TOLERANCE)
     };
     inside.then_some(xi)
 }

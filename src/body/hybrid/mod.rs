@@ -1,34 +1,34 @@
 //! Finite bodies at the resolution of a half-space: its operator on the frame, and what the finite body lacks of it by finite
 //! elements.
 
-mod adaptive;
+mod polynomial_order;
 mod body;
-mod boundary;
+mod boundary_terms;
 pub mod correction;
-mod distribution;
-mod faces;
+mod traction_tree;
+mod face_quadrature;
 pub mod far_field;
 mod field;
 mod forces;
 mod inclusions;
 pub mod indicators;
 mod locate;
-pub mod operator;
-mod opposite;
-mod outline;
-mod own_loads;
+pub mod corrected_flexibility;
+mod patch_coupling;
+mod face_outline;
+mod applied_loads;
 mod patch;
-mod patches;
-mod site;
-mod sources;
+mod multi_patch_body;
+mod half_space_fit;
+mod chebyshev;
 
-pub use adaptive::OwnError;
+pub use polynomial_order::AppliedLoadError;
 pub use body::HybridBody;
 
 pub use correction::Correction;
 pub use far_field::FarField;
-pub use forces::{FaceRef, Forces};
+pub use forces::{FaceId, PatchForces};
 pub use indicators::Indicators;
-pub use patch::Patch;
-pub use patches::{BlockFlexibility, FaceContact, MultiPatchBody};
-pub use site::{Site, Unsuited};
+pub use patch::ContactPatch;
+pub use multi_patch_body::{MultiFrameFlexibility, FaceContact, MultiPatchBody};
+pub use half_space_fit::{HalfSpaceFit, Unsuitable};

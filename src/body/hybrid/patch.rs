@@ -4,35 +4,35 @@ use crate::geometry::{Point, Side, Triad};
 
 /// A rectangle on the plane surface of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
+pub struct ContactPatch {
     /// Axes of the half-space: x and y along the sides, the third the outward normal of the body.
     pub axes: Triad,
     /// Middle of the rectangle, global, mm.
-    pub middle: Point,
+    pub center: Point,
     /// Half of its sides, mm.
     pub half_width: [f64; 2],
 }
 
-impl Patch {
+impl ContactPatch {
     /// The rectangle about `middle` with sides along the x and y of a frame, on the body at `side` of it. Body 2 sees the frame
     /// turned about x.
-    pub fn under(frame: &Triad, side: Side, middle: Point, half_width: [f64; 2]) -> Self {
+    pub fn on_body(frame: &Triad, side: Side, middle: Point, half_width: [f64; 2]) -> Self {
         let mut axes = frame.0;
         if side == Side::Upper {
             axes.column_mut(1).neg_mut();
             axes.column_mut(2).neg_mut();
         }
-        Self { axes: Triad(axes), middle, half_width }
+        Self { axes: Triad(axes), center: middle, half_width }
     }
 
     /// Of two heights along the global z the one further out of the body.
-    pub fn outermost(&self, low: f64, high: f64) -> f64 {
+    pub fn outer_height(&self, low: f64, high: f64) -> f64 {
         if self.axes.normal().z > 0.0 { high } else { low }
     }
 
     /// Coordinates in the axes of the patch, from its middle.
     pub fn local(&self, x: &Point) -> Point {
-        self.axes.to_local(&(x - self.middle))
+        self.axes.to_local(&(x - self.center))
     }
 
     /// Distance of a point (coordinates of [`Self::local`]) from the rectangle.

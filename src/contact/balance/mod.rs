@@ -10,58 +10,58 @@ mod potential;
 
 use nalgebra::{DMatrix, SVector, SymmetricEigen};
 
-use potential::Friction;
+use potential::FrictionBound;
 
 use super::projection::StepSizes;
-use super::scales::Hat;
+use super::scales::FrictionScaling;
 use crate::friction::FrictionEllipse;
 
 /// Most further motions of an increment: six in which one body floats, or as many shared out between two; or three rotations.
-pub const FLOATING: usize = 6;
+pub const MAX_RIGID_MODES: usize = 6;
 
 /// Components of a relative rigid motion: along the frame's x, y, n, then by each further motion.
-pub const COMPONENTS: usize = 3 + FLOATING;
+pub const MOTION_COMPONENTS: usize = 3 + MAX_RIGID_MODES;
 
 /// A relative rigid motion by its components.
-pub type Motion = [f64; COMPONENTS];
+pub type RigidMotion = [f64; MOTION_COMPONENTS];
 
 /// Values by motion; those beyond the number of motions stay zero.
-type Values = SVector<f64, COMPONENTS>;
+type MotionValues = SVector<f64, MOTION_COMPONENTS>;
 
 /// Share of the largest below which a combination of motions moves no cell.
-const NOTHING: f64 = 1e-12;
+const RANK_TOLERANCE: f64 = 1e-12;
 
 /// Work of the loads on a motion that nothing resists, below this share of the largest, is rounding.
-const NO_LOAD: f64 = 1e-9;
+const LOAD_TOLERANCE: f64 = 1e-9;
 
 /// Sets of radii in one projection; what is left shows in the natural residual.
-const PASSES: usize = 6;
+const MAX_RADIUS_UPDATES: usize = 6;
 
 /// A motion to be found, and what the tractions must do on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct BalanceConstraint {
     /// The motion.
-    pub motion: Motion,
+    pub motion: RigidMotion,
     /// Wanted Σ A P·(gap per unit of it).
     pub work: f64,
 }
 
 /// A motion that no traction of the frame resists, although a load acts along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Unresisted {
+pub struct UnresistedLoad {
     /// The motion.
-    pub motion: Motion,
+    pub motion: RigidMotion,
     /// Work of the load on it.
     pub work: f64,
 }
 
 /// The frame that motions are balanced on.
 #[derive(Clone, Copy)]
-pub(super) struct Cells<'a> {
+pub(super) struct BalanceCells<'a> {
     /// Areas, `[N]`.
     pub areas: &'a [f64],
     /// Friction, `None` without.
-    pub hat: Option<Hat>,
+    pub hat: Option<FrictionScaling>,
 }
 
 /// The motions to be found at one end of an increment.
@@ -69,17 +69,17 @@ pub(super) struct Cells<'a> {
 pub struct Balance {
     /// Number of motions m.
     n: usize,
-    motions: Vec<Motion>,
+    motions: Vec<RigidMotion>,
     /// Gap per unit of each motion, hatted, by cell, `[N, m]` of (1, 2, n).
     columns: Vec<[f64; 3]>,
-    wanted: Values,
+    target_work: MotionValues,
     /// Motions that nothing resists and nothing drives: they stay as they are.
-    pub held: Vec<Motion>,
+    pub unresisted_motions: Vec<RigidMotion>,
 }
 
 /// What a projection starts from.
 #[derive(Clone, Copy)]
-pub(super) struct From<'a> {
+pub(super) struct ProjectionStart<'a> {
     /// Hatted tractions and gradient, `[3, N]` each.
     pub hatted: &'a [f64],
     pub gradient: &'a [f64],
@@ -88,13 +88,13 @@ pub(super) struct From<'a> {
 
 /// How a set of prescribed works fails.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Failure {
+pub struct BalanceFailure {
     /// Direction of the motion that nothing stops, the largest component 1 in size.
-    pub motion: Motion,
+    pub motion: RigidMotion,
     /// Whether it takes the surfaces apart.
-    pub opens: bool,
+    pub separates_bodies: bool,
     /// Share of the load along it that friction carries.
-    pub carried: f64,
+    pub carried_load_fraction: f64,
 }
 
 impl Balance {
@@ -104,13 +104,13 @@ impl Balance {
     ///
     /// # Errors
     /// The first driven motion that nothing resists.
-    pub fn on(
+    pub fn for_frame(
         areas: &[f64],
         friction: Option<&FrictionEllipse>,
         gap: impl Fn(usize, usize) -> [f64; 3],
-        wanted: &[Wanted],
-    ) -> Result<Self, Unresisted> {
-        Self::new(Cells { areas, hat: friction.map(Hat::new) }, gap, wanted)
+        wanted: &[BalanceConstraint],
+    ) -> Result<Self, UnresistedLoad> {
+        Self::new(BalanceCells { areas, hat: friction.map(FrictionScaling::new) }, gap, wanted)
     }
 
     /// The balance of `wanted` on `cells`; `gap(component, cell)` is the local gap (x, y, n) per unit of a component
@@ -119,10 +119,10 @@ impl Balance {
     /// # Errors
     /// The first driven motion that nothing resists.
     fn new(
-        cells: Cells,
+        cells: BalanceCells,
         gap: impl Fn(usize, usize) -> [f64; 3],
-        wanted: &[Wanted],
-    ) -> Result<Self, Unresisted> {
+        wanted: &[BalanceConstraint],
+    ) -> Result<Self, UnresistedLoad> {
         let raw = raw_columns(cells, gap, wanted);
         let m = wanted.len();
         let area: f64 = cells.areas.iter().sum();
@@ -133,7 +133,7 @@ impl Balance {
             for j in 0..m {
                 size[j] += a / area * row[j].iter().map(|c| c * c).sum::<f64>();
                 for k in 0..m {
-                    gram[(j, k)] += a / area * resisted(row[j], row[k], cells.hat.is_some());
+                    gram[(j, k)] += a / area * resisted_product(row[j], row[k], cells.hat.is_some());
                 }
             }
         }
@@ -145,13 +145,13 @@ impl Balance {
             n: 0,
             motions: Vec::new(),
             columns: Vec::new(),
-            wanted: Values::zeros(),
-            held: Vec::new(),
+            target_work: MotionValues::zeros(),
+            unresisted_motions: Vec::new(),
         };
         let mut combinations = Vec::new();
         for i in 0..m {
             let vector = eigen.eigenvectors.column(i);
-            let resists = eigen.eigenvalues[i] > NOTHING;
+            let resists = eigen.eigenvalues[i] > RANK_TOLERANCE;
             let unit = if resists { eigen.eigenvalues[i].sqrt().recip() } else { 1.0 };
             let combination: Vec<f64> = (0..m).map(|j| unit * vector[j] * scale[j]).collect();
             let work: f64 = combination.iter().zip(wanted).map(|(c, w)| c * w.work).sum();
@@ -159,21 +159,21 @@ impl Balance {
                 combination.iter().zip(wanted).map(|(c, w)| c * w.motion[k]).sum::<f64>()
             });
             if resists {
-                balance.wanted[balance.n] = work;
+                balance.target_work[balance.n] = work;
                 balance.n += 1;
                 balance.motions.push(motion);
                 combinations.push(combination);
-            } else if work.abs() > NO_LOAD * largest_work {
-                return Err(Unresisted { motion: largest_one(motion), work });
+            } else if work.abs() > LOAD_TOLERANCE * largest_work {
+                return Err(UnresistedLoad { motion: with_unit_maximum(motion), work });
             } else {
-                balance.held.push(largest_one(motion));
+                balance.unresisted_motions.push(with_unit_maximum(motion));
             }
         }
         balance.fill_columns(cells, &raw, &combinations);
         Ok(balance)
     }
 
-    fn fill_columns(&mut self, cells: Cells, raw: &[[f64; 3]], combinations: &[Vec<f64>]) {
+    fn fill_columns(&mut self, cells: BalanceCells, raw: &[[f64; 3]], combinations: &[Vec<f64>]) {
         let m = raw.len() / cells.areas.len();
         for row in raw.chunks_exact(m.max(1)) {
             for combination in combinations {
@@ -181,7 +181,7 @@ impl Balance {
                 for (column, c) in row.iter().zip(combination) {
                     (0..3).for_each(|k| sum[k] += c * column[k]);
                 }
-                let tangential = cells.hat.map_or([0.0; 2], |hat| hat.slip([sum[0], sum[1]]));
+                let tangential = cells.hat.map_or([0.0; 2], |hat| hat.scaled_slip([sum[0], sum[1]]));
                 self.columns.push([tangential[0], tangential[1], sum[2]]);
             }
         }
@@ -193,7 +193,7 @@ impl Balance {
     }
 
     /// Gap (hatted) of the motion `rho` in a cell.
-    fn gap(&self, cell: usize, rho: &Values) -> [f64; 3] {
+    fn gap(&self, cell: usize, rho: &MotionValues) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (column, r) in self.row(cell).iter().zip(rho.iter()) {
             (0..3).for_each(|k| sum[k] += r * column[k]);
@@ -201,8 +201,8 @@ impl Balance {
         sum
     }
 
-    fn motion(&self, rho: &Values) -> Motion {
-        let mut sum = [0.0; COMPONENTS];
+    fn motion(&self, rho: &MotionValues) -> RigidMotion {
+        let mut sum = [0.0; MOTION_COMPONENTS];
         for (motion, r) in self.motions.iter().zip(rho.iter()) {
             sum.iter_mut().zip(motion).for_each(|(s, c)| *s += r * c);
         }
@@ -210,20 +210,20 @@ impl Balance {
     }
 
     /// The motions to be found, with what the tractions have to do on each.
-    pub(super) fn wanted(&self) -> impl Iterator<Item = (Motion, f64)> {
-        self.motions.iter().copied().zip(self.wanted.iter().copied())
+    pub(super) fn constraints(&self) -> impl Iterator<Item = (RigidMotion, f64)> {
+        self.motions.iter().copied().zip(self.target_work.iter().copied())
     }
 
     /// The balance of the same motions and works on some of the cells.
-    pub(super) fn on_cells(&self, cells: &[usize]) -> Self {
+    pub(super) fn restricted_to(&self, cells: &[usize]) -> Self {
         let columns = cells.iter().flat_map(|&cell| self.row(cell)).copied().collect();
-        Self { columns, motions: self.motions.clone(), held: self.held.clone(), ..*self }
+        Self { columns, motions: self.motions.clone(), unresisted_motions: self.unresisted_motions.clone(), ..*self }
     }
 
     /// Defect of the balance for hatted tractions `[3, N]`, relative to the works wanted and done.
     pub(super) fn residual(&self, areas: &[f64], hatted: &[f64]) -> f64 {
         let n = areas.len();
-        let (mut defect, mut size) = (-self.wanted, self.wanted.norm());
+        let (mut defect, mut size) = (-self.target_work, self.target_work.norm());
         for (cell, area) in areas.iter().enumerate() {
             let p = [hatted[cell], hatted[n + cell], hatted[2 * n + cell]];
             for (j, c) in self.row(cell).iter().enumerate() {
@@ -238,24 +238,24 @@ impl Balance {
 
     /// Writes the projected tractions that do the wanted works to `out`, and returns the motion that makes them.
     /// Does not allocate.
-    pub(super) fn project(&self, cells: Cells, from: From, out: &mut [f64]) -> (Motion, Option<Failure>) {
+    pub(super) fn project(&self, cells: BalanceCells, from: ProjectionStart, out: &mut [f64]) -> (RigidMotion, Option<BalanceFailure>) {
         let n = cells.areas.len();
-        let mut rho = Values::zeros();
+        let mut rho = MotionValues::zeros();
         let old = &from.hatted[2 * n..];
         out[2 * n..].copy_from_slice(old);
         let mut stick = cells.hat.is_none() || old.iter().all(|p| *p <= 0.0);
-        for _ in 0..PASSES {
+        for _ in 0..MAX_RADIUS_UPDATES {
             let radii = &out[2 * n..];
-            let friction = if stick { Friction::Stick } else { Friction::Radii(radii) };
+            let friction = if stick { FrictionBound::Stick } else { FrictionBound::Radius(radii) };
             let failure = match self.minimise(cells, from, friction, &mut rho) {
                 Ok(()) => None,
                 Err(direction) => Some(self.failure(cells, radii, &direction)),
             };
             if let Some((direction, failure)) = failure {
                 // What is left to balance besides the motion that nothing stops.
-                rho = Values::zeros();
-                if self.minimise(cells, from, Friction::Slide(radii, direction), &mut rho).is_err() {
-                    rho = Values::zeros();
+                rho = MotionValues::zeros();
+                if self.minimise(cells, from, FrictionBound::Saturated(radii, direction), &mut rho).is_err() {
+                    rho = MotionValues::zeros();
                 }
                 self.write(cells, from, &rho, Some(direction), out);
                 return (self.motion(&rho), Some(failure));
@@ -272,10 +272,10 @@ impl Balance {
 }
 
 /// Gap per unit of each wanted motion, `[N, m]`.
-fn raw_columns(cells: Cells, gap: impl Fn(usize, usize) -> [f64; 3], wanted: &[Wanted]) -> Vec<[f64; 3]> {
+fn raw_columns(cells: BalanceCells, gap: impl Fn(usize, usize) -> [f64; 3], wanted: &[BalanceConstraint]) -> Vec<[f64; 3]> {
     let mut raw = Vec::with_capacity(cells.areas.len() * wanted.len());
     for cell in 0..cells.areas.len() {
-        for Wanted { motion, .. } in wanted {
+        for BalanceConstraint { motion, .. } in wanted {
             let mut sum = [0.0; 3];
             for (component, share) in motion.iter().enumerate().filter(|(_, share)| **share != 0.0) {
                 let unit = gap(component, cell);
@@ -288,13 +288,13 @@ fn raw_columns(cells: Cells, gap: impl Fn(usize, usize) -> [f64; 3], wanted: &[W
 }
 
 /// Product of two gaps as far as tractions can act on them.
-fn resisted(a: [f64; 3], b: [f64; 3], friction: bool) -> f64 {
+fn resisted_product(a: [f64; 3], b: [f64; 3], friction: bool) -> f64 {
     let tangential = if friction { a[0] * b[0] + a[1] * b[1] } else { 0.0 };
     tangential + a[2] * b[2]
 }
 
 /// A motion scaled so that its largest component is 1 in size.
-fn largest_one(motion: Motion) -> Motion {
+fn with_unit_maximum(motion: RigidMotion) -> RigidMotion {
     let largest = motion.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if largest > 0.0 { motion.map(|c| c / largest) } else { motion }
 }

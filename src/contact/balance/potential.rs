@@ -2,32 +2,32 @@
 
 use nalgebra::{SMatrix, SymmetricEigen};
 
-use super::{Balance, COMPONENTS, Cells, Failure, From, Values, largest_one};
+use super::{Balance, MOTION_COMPONENTS, BalanceCells, BalanceFailure, ProjectionStart, MotionValues, with_unit_maximum};
 use crate::contact::projection::StepSizes;
 
 /// Newton steps for one set of radii.
-const STEPS: usize = 80;
+const MAX_NEWTON_STEPS: usize = 80;
 
 /// Share of the works wanted beyond which Newton's end is no rounding.
-const FAR: f64 = 1e-6;
+const UNBALANCED_SHARE: f64 = 1e-6;
 
 /// How tangential tractions follow from their predictors.
 #[derive(Clone, Copy)]
-pub(super) enum Friction<'a> {
+pub(super) enum FrictionBound<'a> {
     /// They are not limited.
     Stick,
     /// Radial return on these radii, `[N]`.
-    Radii(&'a [f64]),
+    Radius(&'a [f64]),
     /// All at these limits, against a motion.
-    Slide(&'a [f64], Values),
+    Saturated(&'a [f64], MotionValues),
 }
 
-type Matrix = SMatrix<f64, COMPONENTS, COMPONENTS>;
+type Matrix = SMatrix<f64, MOTION_COMPONENTS, MOTION_COMPONENTS>;
 
 /// Potential, its gradient and second derivatives.
-struct Point {
+struct PotentialValue {
     potential: f64,
-    gradient: Values,
+    gradient: MotionValues,
     hessian: Matrix,
     /// Σ A |column·P|: what the gradient is measured by.
     size: f64,
@@ -41,14 +41,14 @@ impl Balance {
     /// of the last step, if the works wanted are far from done after the last.
     pub(super) fn minimise(
         &self,
-        cells: Cells,
-        from: From,
-        friction: Friction,
-        rho: &mut Values,
-    ) -> Result<(), Values> {
-        let fixed = if let Friction::Slide(_, d) = friction { Some((d, self.pressing(cells))) } else { None };
+        cells: BalanceCells,
+        from: ProjectionStart,
+        friction: FrictionBound,
+        rho: &mut MotionValues,
+    ) -> Result<(), MotionValues> {
+        let fixed = if let FrictionBound::Saturated(_, d) = friction { Some((d, self.normal_motion_projector(cells))) } else { None };
         // What pressures balance besides the sliding motion.
-        let across = |v: Values| match fixed {
+        let across = |v: MotionValues| match fixed {
             None => v,
             Some((d, pressing)) => {
                 let v = pressing * v;
@@ -59,7 +59,7 @@ impl Balance {
         let stiffness = from.steps.normal * cells.areas.iter().sum::<f64>();
         let mut here = self.point(cells, from, friction, rho);
         let mut last = None;
-        for step in 0..STEPS {
+        for step in 0..MAX_NEWTON_STEPS {
             let gradient = across(here.gradient);
             let error = gradient.norm();
             if error <= 1e-14 * here.size {
@@ -68,11 +68,11 @@ impl Balance {
             // The floor keeps steps bounded where nothing touches, or all slips one way, and lets them grow tenfold.
             let floor = 0.1 * error / (rho.norm() + here.size / stiffness);
             let mut matrix = here.hessian;
-            (0..COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
+            (0..MOTION_COMPONENTS).for_each(|j| matrix[(j, j)] += if j < self.n { floor } else { 1.0 });
             let Some(factor) = matrix.cholesky() else { break };
             let direction = across(-factor.solve(&gradient));
             last = Some(direction.normalize());
-            if fixed.is_none() && step > 4 && self.is_endless(cells, friction, &direction.normalize()) {
+            if fixed.is_none() && step > 4 && self.is_unbounded_along(cells, friction, &direction.normalize()) {
                 return Err(direction.normalize());
             }
             let slope = -direction.dot(&gradient);
@@ -95,12 +95,12 @@ impl Balance {
                 break;
             }
         }
-        let undone = across(here.gradient).norm() > FAR * here.size;
+        let undone = across(here.gradient).norm() > UNBALANCED_SHARE * here.size;
         last.filter(|_| undone).map_or(Ok(()), Err)
     }
 
     /// Projector on the motions that change normal gaps.
-    fn pressing(&self, cells: Cells) -> Matrix {
+    fn normal_motion_projector(&self, cells: BalanceCells) -> Matrix {
         let mut gram = Matrix::zeros();
         for (cell, area) in cells.areas.iter().enumerate() {
             let row = self.row(cell);
@@ -109,21 +109,21 @@ impl Balance {
             }
         }
         let eigen = SymmetricEigen::new(gram);
-        let least = FAR * eigen.eigenvalues.max();
-        (0..COMPONENTS).filter(|&i| eigen.eigenvalues[i] > least).fold(Matrix::zeros(), |sum, i| {
+        let least = UNBALANCED_SHARE * eigen.eigenvalues.max();
+        (0..MOTION_COMPONENTS).filter(|&i| eigen.eigenvalues[i] > least).fold(Matrix::zeros(), |sum, i| {
             let v = eigen.eigenvectors.column(i);
             sum + v * v.transpose()
         })
     }
 
-    fn point(&self, cells: Cells, from: From, friction: Friction, rho: &Values) -> Point {
+    fn point(&self, cells: BalanceCells, from: ProjectionStart, friction: FrictionBound, rho: &MotionValues) -> PotentialValue {
         let n = cells.areas.len();
         let StepSizes { normal, tangential } = from.steps;
-        let mut point = Point {
-            potential: self.wanted.dot(rho),
-            gradient: self.wanted,
+        let mut point = PotentialValue {
+            potential: self.target_work.dot(rho),
+            gradient: self.target_work,
             hessian: Matrix::zeros(),
-            size: self.wanted.norm(),
+            size: self.target_work.norm(),
         };
         for (cell, &area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, rho);
@@ -154,7 +154,7 @@ impl Balance {
         point
     }
 
-    fn add_work(&self, cell: usize, area: f64, force: [f64; 3], stiffness: [[f64; 3]; 3], point: &mut Point) {
+    fn add_work(&self, cell: usize, area: f64, force: [f64; 3], stiffness: [[f64; 3]; 3], point: &mut PotentialValue) {
         let row = self.row(cell);
         for (j, c) in row.iter().enumerate() {
             let work = area * (c[0] * force[0] + c[1] * force[1] + c[2] * force[2]);
@@ -172,12 +172,12 @@ impl Balance {
     }
 
     /// Potential of a predictor (Huber's, or the work of a traction that is given), the traction it returns, and its derivatives.
-    fn tangential(&self, cell: usize, star: [f64; 2], friction: Friction) -> (f64, [f64; 2], [[f64; 2]; 2]) {
+    fn tangential(&self, cell: usize, star: [f64; 2], friction: FrictionBound) -> (f64, [f64; 2], [[f64; 2]; 2]) {
         let norm = star[0].hypot(star[1]);
         let radius = match friction {
-            Friction::Stick => f64::INFINITY,
-            Friction::Radii(radii) => radii[cell],
-            Friction::Slide(radii, direction) => {
+            FrictionBound::Stick => f64::INFINITY,
+            FrictionBound::Radius(radii) => radii[cell],
+            FrictionBound::Saturated(radii, direction) => {
                 // The work of a constant traction.
                 let q = self.limit(cell, radii[cell], &direction);
                 return (q[0] * star[0] + q[1] * star[1], q, [[0.0; 2]; 2]);
@@ -196,23 +196,23 @@ impl Balance {
     }
 
     /// The traction of size `radius` against the motion `direction` of a cell.
-    fn limit(&self, cell: usize, radius: f64, direction: &Values) -> [f64; 2] {
+    fn limit(&self, cell: usize, radius: f64, direction: &MotionValues) -> [f64; 2] {
         let gap = self.gap(cell, direction);
         let norm = gap[0].hypot(gap[1]);
         if norm > 0.0 { [-radius * gap[0] / norm, -radius * gap[1] / norm] } else { [0.0; 2] }
     }
 
     /// Whether the potential falls for ever along `direction`: no cell closes, and friction cannot stop it.
-    fn is_endless(&self, cells: Cells, friction: Friction, direction: &Values) -> bool {
-        let driven = -self.wanted.dot(direction);
+    fn is_unbounded_along(&self, cells: BalanceCells, friction: FrictionBound, direction: &MotionValues) -> bool {
+        let driven = -self.target_work.dot(direction);
         let (mut resisted, mut closing, mut largest) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, direction);
             let size = gap[0].hypot(gap[1]);
             resisted += match friction {
-                Friction::Radii(radii) => area * radii[cell] * size,
-                Friction::Stick | Friction::Slide(..) if cells.hat.is_some() && size > 0.0 => return false,
-                Friction::Stick | Friction::Slide(..) => 0.0,
+                FrictionBound::Radius(radii) => area * radii[cell] * size,
+                FrictionBound::Stick | FrictionBound::Saturated(..) if cells.hat.is_some() && size > 0.0 => return false,
+                FrictionBound::Stick | FrictionBound::Saturated(..) => 0.0,
             };
             closing = closing.min(gap[2]);
             largest = largest.max(size).max(gap[2].abs());
@@ -221,25 +221,25 @@ impl Balance {
     }
 
     /// The endless direction and what is told of it.
-    pub(super) fn failure(&self, cells: Cells, radii: &[f64], direction: &Values) -> (Values, Failure) {
+    pub(super) fn failure(&self, cells: BalanceCells, radii: &[f64], direction: &MotionValues) -> (MotionValues, BalanceFailure) {
         let (mut resisted, mut opening, mut sliding) = (0.0, 0.0f64, 0.0f64);
         for (cell, area) in cells.areas.iter().enumerate() {
             let gap = self.gap(cell, direction);
             resisted += area * radii[cell] * gap[0].hypot(gap[1]);
             opening = opening.max(gap[2]);
-            let slip = cells.hat.map_or([0.0; 2], |hat| hat.unslip([gap[0], gap[1]]));
+            let slip = cells.hat.map_or([0.0; 2], |hat| hat.physical_slip([gap[0], gap[1]]));
             sliding = sliding.max(slip[0].hypot(slip[1]));
         }
-        let failure = Failure {
-            motion: largest_one(self.motion(direction)),
-            opens: opening > sliding,
-            carried: resisted / -self.wanted.dot(direction),
+        let failure = BalanceFailure {
+            motion: with_unit_maximum(self.motion(direction)),
+            separates_bodies: opening > sliding,
+            carried_load_fraction: resisted / -self.target_work.dot(direction),
         };
         (*direction, failure)
     }
 
     /// Pressures of the motion `rho`; whether they are those already there, to rounding.
-    pub(super) fn write_pressures(&self, from: From, rho: &Values, pressures: &mut [f64]) -> bool {
+    pub(super) fn write_pressures(&self, from: ProjectionStart, rho: &MotionValues, pressures: &mut [f64]) -> bool {
         let n = pressures.len();
         let (mut change, mut largest) = (0.0f64, 0.0f64);
         for (cell, pressure) in pressures.iter_mut().enumerate() {
@@ -255,10 +255,10 @@ impl Balance {
     /// The projected tractions of the motion `rho`; at their limits against `sliding` if that is given.
     pub(super) fn write(
         &self,
-        cells: Cells,
-        from: From,
-        rho: &Values,
-        sliding: Option<Values>,
+        cells: BalanceCells,
+        from: ProjectionStart,
+        rho: &MotionValues,
+        sliding: Option<MotionValues>,
         out: &mut [f64],
     ) {
         let n = cells.areas.len();
@@ -285,9 +285,9 @@ impl Balance {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Wanted;
+    use super::super::BalanceConstraint;
     use super::*;
-    use crate::contact::scales::Hat;
+    use crate::contact::scales::FrictionScaling;
     use crate::friction::FrictionEllipse;
 
     const N: usize = 12;
@@ -297,18 +297,18 @@ mod tests {
     }
 
     /// A bowl of cells that a normal force and a moment press and tilt.
-    fn bowl(areas: &[f64], hat: Hat) -> Balance {
+    fn bowl(areas: &[f64], hat: FrictionScaling) -> Balance {
         let gap = |component: usize, cell: usize| match component {
             0 => [1.0, 0.2 * number(cell), number(3 * cell)],
             2 => [number(5 * cell), number(7 * cell + 1), 1.0],
             _ => [0.3 * number(cell + 4), number(2 * cell), 2.0 * number(11 * cell)],
         };
         let wanted = [(0, 0.4), (2, 3.0), (3, 0.2)].map(|(component, work)| {
-            let mut motion = [0.0; COMPONENTS];
+            let mut motion = [0.0; MOTION_COMPONENTS];
             motion[component] = 1.0;
-            Wanted { motion, work }
+            BalanceConstraint { motion, work }
         });
-        Balance::new(Cells { areas, hat: Some(hat) }, gap, &wanted).unwrap()
+        Balance::new(BalanceCells { areas, hat: Some(hat) }, gap, &wanted).unwrap()
     }
 
     /// Truth: the gradient is the derivative of the potential, the Hessian that of the gradient, whatever the friction.
@@ -317,24 +317,24 @@ mod tests {
     fn the_gradient_is_the_derivative_of_the_potential() {
         let ellipse = FrictionEllipse { mu: [0.4, 0.6], angle: 0.3 };
         let areas: Vec<f64> = (0..N).map(|i| 1.0 + number(i)).collect();
-        let hat = Hat::new(&ellipse);
+        let hat = FrictionScaling::new(&ellipse);
         let balance = bowl(&areas, hat);
-        let cells = Cells { areas: &areas, hat: Some(hat) };
+        let cells = BalanceCells { areas: &areas, hat: Some(hat) };
         let hatted: Vec<f64> =
             (0..3 * N).map(|k| number(13 * k) + if k < 2 * N { 0.0 } else { 0.4 }).collect();
         let gradient: Vec<f64> = (0..3 * N).map(|k| 0.1 * number(17 * k)).collect();
         let steps = StepSizes { normal: 2.0, tangential: 1.5 };
-        let from = From { hatted: &hatted, gradient: &gradient, steps };
+        let from = ProjectionStart { hatted: &hatted, gradient: &gradient, steps };
         let radii: Vec<f64> = (0..N).map(|i| 0.3 + 0.4 * number(19 * i).abs()).collect();
-        let mut direction = Values::zeros();
+        let mut direction = MotionValues::zeros();
         (0..3).for_each(|j| direction[j] = number(j + 2));
-        let mut rho = Values::zeros();
+        let mut rho = MotionValues::zeros();
         (0..3).for_each(|j| rho[j] = 0.1 * number(23 * j + 1));
-        for friction in [Friction::Stick, Friction::Radii(&radii), Friction::Slide(&radii, direction)] {
+        for friction in [FrictionBound::Stick, FrictionBound::Radius(&radii), FrictionBound::Saturated(&radii, direction)] {
             let here = balance.point(cells, from, friction, &rho);
             for j in 0..3 {
                 let h = 1e-5;
-                let mut step = Values::zeros();
+                let mut step = MotionValues::zeros();
                 step[j] = h;
                 let [up, down] =
                     [rho + step, rho - step].map(|rho| balance.point(cells, from, friction, &rho));

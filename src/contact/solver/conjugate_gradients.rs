@@ -9,20 +9,20 @@
 //! Polonsky and Keer 1999, "A numerical method for solving rough contact problems based on the multi-level multi-summation and
 //! conjugate gradient techniques"; with a preconditioner: Vollebregt 2014.
 
-use super::super::projection::{Motions, StepSizes, project};
-use super::super::{Increment, Iterate, NormalControl, TangentialControl};
-use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
+use super::super::projection::{RigidMotions, StepSizes, project};
+use super::super::{Increment, ContactState, NormalControl, TangentialControl};
+use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
 
 /// Iterations without a new best residual after which another method has to go on.
-const PATIENCE: usize = 200;
+const MAX_STEPS_WITHOUT_GAIN: usize = 200;
 
 /// A step whose cut raises the energy is taken again shorter by this factor, in so many trials at most.
-const SHORTEN: f64 = 0.25;
-const SHORTER: usize = 8;
+const BACKTRACK_FACTOR: f64 = 0.25;
+const MAX_BACKTRACKS: usize = 8;
 
 /// Whether the increment is one of pressures alone, by one end whose rigid motion is given or follows from a normal force.
 fn suits(problem: &Increment) -> bool {
-    let [end] = problem.ends.as_slice() else { return false };
+    let [end] = problem.path_points.as_slice() else { return false };
     let pulled = matches!(end.normal, NormalControl::Force(force) if force <= 0.0);
     let free = end.balance.is_some() || end.tangential != TangentialControl::Shift;
     problem.friction.is_none() && problem.wear.is_none() && !pulled && !free
@@ -32,7 +32,7 @@ fn suits(problem: &Increment) -> bool {
 pub(super) struct ConjugateGradients;
 
 /// Vectors over the cells, `[N]`.
-struct Work {
+struct CgWorkspace {
     /// In contact, or about to be.
     active: Vec<bool>,
     /// Negative gap of the active cells.
@@ -48,7 +48,7 @@ struct Work {
     product_before: Option<f64>,
 }
 
-impl Work {
+impl CgWorkspace {
     fn new(n: usize) -> Self {
         let zeros = || vec![0.0; n];
         Self {
@@ -65,36 +65,36 @@ impl Work {
     }
 }
 
-impl Solver for ConjugateGradients {
+impl IncrementSolver for ConjugateGradients {
     fn name(&self) -> &'static str {
         "cg"
     }
 
-    fn suits(&self, problem: &Increment) -> bool {
+    fn is_applicable(&self, problem: &Increment) -> bool {
         suits(problem)
     }
 
     fn solve(
         &self,
         problem: &Increment,
-        it: &mut Iterate,
+        it: &mut ContactState,
         options: &SolverOptions,
-        watch: &mut Watch,
+        watch: &mut IterationCallback,
     ) -> SolveReport {
         let n = problem.n();
-        let mut work = Work::new(n);
+        let mut work = CgWorkspace::new(n);
         let mut report = SolveReport { applications: 2, ..SolveReport::default() };
         start(problem, it);
         let mut best = (f64::INFINITY, 0);
         // Whether S p is that of the pressures themselves and not a sum of updates.
         let mut fresh = true;
         loop {
-            let mut residual = level(problem, it, &mut work);
+            let mut residual = update_active_set(problem, it, &mut work);
             if residual <= options.tolerance {
                 // Updates of S p gather rounding.
                 report.applications += usize::from(!fresh);
                 if fresh {
-                    it.tractions[2 * n..].copy_from_slice(&it.hatted[2 * n..]);
+                    it.tractions[2 * n..].copy_from_slice(&it.scaled[2 * n..]);
                     problem.fill_from_elastic(it);
                 } else {
                     problem.evaluate(it);
@@ -104,20 +104,20 @@ impl Solver for ConjugateGradients {
             }
             report.residual = residual;
             if residual.is_nan() || residual <= options.tolerance {
-                report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
+                report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
                 return report;
             }
             if residual < best.0 {
                 best = (residual, report.iterations);
             }
-            if report.iterations >= options.max_iterations.min(best.1 + PATIENCE) {
+            if report.iterations >= options.max_iterations.min(best.1 + MAX_STEPS_WITHOUT_GAIN) {
                 return report;
             }
             if watch(report.iterations, residual) {
-                report.stop = Stop::Interrupted;
+                report.stop = StopReason::Interrupted;
                 return report;
             }
-            let Some(Step { products, cut }) = step(problem, it, &mut work) else {
+            let Some(CgStep { products, cut }) = step(problem, it, &mut work) else {
                 if work.product_before.take().is_none() {
                     return report;
                 }
@@ -133,31 +133,31 @@ impl Solver for ConjugateGradients {
 }
 
 /// Pressures to begin with, evaluated: those of `it`, or a projection from none, scaled to the least energy.
-fn start(problem: &Increment, it: &mut Iterate) {
+fn start(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
     let normal = 2 * n..3 * n;
     let sum = |p: &[f64]| -> f64 { p.iter().zip(problem.areas).map(|(p, area)| area * p).sum() };
     problem.evaluate(it);
-    let mut given = sum(&it.hatted[normal.clone()]);
+    let mut given = sum(&it.scaled[normal.clone()]);
     let cold = given <= 0.0;
     if cold {
-        let step = 1.0 / problem.scales.largest_normal(problem.flexibility, problem.areas);
-        let (from, gap) = (it.hatted.clone(), it.gap.clone());
-        let motions = Motions { rigid: &mut it.rigid, floating: &mut it.floating };
+        let step = 1.0 / problem.scales.max_normal_eigenvalue(problem.flexibility, problem.areas);
+        let (from, gap) = (it.scaled.clone(), it.gap.clone());
+        let motions = RigidMotions { rigid: &mut it.rigid_motion, floating: &mut it.mode_amplitudes };
         let steps = StepSizes { normal: step, tangential: step };
-        project(problem, steps, (&from, &gap), &mut it.hatted, motions);
+        project(problem, steps, (&from, &gap), &mut it.scaled, motions);
         problem.evaluate(it);
-        given = sum(&it.hatted[normal.clone()]);
+        given = sum(&it.scaled[normal.clone()]);
     }
     if given <= 0.0 {
         return;
     }
-    let factor = match problem.ends[0].normal {
+    let factor = match problem.path_points[0].normal {
         NormalControl::Force(force) => force / given,
         NormalControl::Approach if cold => {
             // Energy ½ t² pᵀ A S p + t pᵀ A (g - S p).
             let product = |values: &[f64]| -> f64 {
-                let pressures = it.hatted[normal.clone()].iter().zip(problem.areas);
+                let pressures = it.scaled[normal.clone()].iter().zip(problem.areas);
                 pressures.zip(&values[normal.clone()]).map(|((p, area), value)| area * p * value).sum()
             };
             let (elastic, gap) = (product(&it.elastic), product(&it.gap));
@@ -166,30 +166,30 @@ fn start(problem: &Increment, it: &mut Iterate) {
         NormalControl::Approach => 1.0,
     };
     if factor.is_finite() && factor > 0.0 {
-        it.hatted[normal.clone()].iter_mut().for_each(|p| *p *= factor);
+        it.scaled[normal.clone()].iter_mut().for_each(|p| *p *= factor);
         it.elastic[normal].iter_mut().for_each(|u| *u *= factor);
     }
 }
 
 /// Normal gap, rigid motion under a prescribed force, active cells and their residual for the pressures and S p of `it`; the
 /// natural residual but for the defect of the force.
-fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) -> f64 {
+fn update_active_set(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> f64 {
     let n = problem.n();
     problem.fill_normal_gap(it, 0);
-    if let NormalControl::Force(_) = problem.ends[0].normal {
+    if let NormalControl::Force(_) = problem.path_points[0].normal {
         let (mut sum, mut area) = (0.0, 0.0);
-        for i in (0..n).filter(|&i| it.hatted[2 * n + i] > 0.0) {
+        for i in (0..n).filter(|&i| it.scaled[2 * n + i] > 0.0) {
             sum += problem.areas[i] * it.gap[2 * n + i];
             area += problem.areas[i];
         }
         if area > 0.0 {
             let lift = sum / area;
-            it.rigid[0][2] -= lift;
+            it.rigid_motion[0][2] -= lift;
             it.gap[2 * n..].iter_mut().for_each(|gap| *gap -= lift);
         }
     }
     let (mut change, mut p_max, mut sum) = (0.0_f64, 0.0_f64, 0.0);
-    for (i, (p, gap)) in it.hatted[2 * n..].iter().zip(&it.gap[2 * n..]).enumerate() {
+    for (i, (p, gap)) in it.scaled[2 * n..].iter().zip(&it.gap[2 * n..]).enumerate() {
         work.active[i] = *p > 0.0 || *gap < 0.0;
         work.residual[i] = if work.active[i] { -gap } else { 0.0 };
         let after = (p - problem.scales.c_normal[i] * gap).max(0.0);
@@ -203,7 +203,7 @@ fn level(problem: &Increment, it: &mut Iterate, work: &mut Work) -> f64 {
 }
 
 /// What a step took.
-struct Step {
+struct CgStep {
     /// Products with S.
     products: usize,
     /// Whether pressures were cut, so that S p is fresh.
@@ -211,9 +211,9 @@ struct Step {
 }
 
 /// A step along the next direction; `None` if it gains nothing.
-fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<Step> {
+fn step(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace) -> Option<CgStep> {
     let n = problem.n();
-    work.pressures_before.copy_from_slice(&it.hatted[2 * n..]);
+    work.pressures_before.copy_from_slice(&it.scaled[2 * n..]);
     let areas = problem.areas;
     let product =
         |a: &[f64], b: &[f64]| -> f64 { areas.iter().zip(a).zip(b).map(|((area, a), b)| area * a * b).sum() };
@@ -221,7 +221,7 @@ fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<Step> 
         let scaled = work.residual.iter().zip(&problem.scales.c_normal).map(|(r, c)| r * c);
         work.preconditioned.iter_mut().zip(scaled).for_each(|(z, value)| *z = value);
     }
-    let held = matches!(problem.ends[0].normal, NormalControl::Force(_));
+    let held = matches!(problem.path_points[0].normal, NormalControl::Force(_));
     restrict(&mut work.preconditioned, &work.active, areas, held);
     let now = product(&work.residual, &work.preconditioned);
     let memory = match work.product_before {
@@ -240,12 +240,12 @@ fn step(problem: &Increment, it: &mut Iterate, work: &mut Work) -> Option<Step> 
     }
     work.residual_before.copy_from_slice(&work.residual);
     work.product_before = Some(now);
-    let cut = advance(&mut it.hatted[2 * n..], &work.direction, length);
+    let cut = advance(&mut it.scaled[2 * n..], &work.direction, length);
     if cut {
-        Some(Step { products: 1 + shorten(problem, it, work, length), cut })
+        Some(CgStep { products: 1 + backtrack(problem, it, work, length), cut })
     } else {
         it.elastic[2 * n..].iter_mut().zip(&work.image).for_each(|(u, s)| *u += length * s);
-        Some(Step { products: 1, cut })
+        Some(CgStep { products: 1, cut })
     }
 }
 
@@ -262,7 +262,7 @@ fn advance(pressures: &mut [f64], direction: &[f64], length: f64) -> bool {
 
 /// Applies S to pressures that were cut after a step of `length`, a shorter one where the cut has raised the energy; the number
 /// of products.
-fn shorten(problem: &Increment, it: &mut Iterate, work: &mut Work, length: f64) -> usize {
+fn backtrack(problem: &Increment, it: &mut ContactState, work: &mut CgWorkspace, length: f64) -> usize {
     let (normal, mut length) = (2 * problem.n().., length);
     work.elastic_before.copy_from_slice(&it.elastic[normal.clone()]);
     // Of pressures with S p, up to a constant: Σ A p (g - S p_before + ½ S p), g the gap before.
@@ -273,21 +273,21 @@ fn shorten(problem: &Increment, it: &mut Iterate, work: &mut Work, length: f64) 
     };
     let (gap, before) = (&it.gap[normal.clone()], &work.elastic_before);
     let start = energy(&work.pressures_before, before, gap, before);
-    for products in 1..=SHORTER {
-        let pressures = &mut it.hatted[normal.clone()];
-        if let NormalControl::Force(force) = problem.ends[0].normal {
+    for products in 1..=MAX_BACKTRACKS {
+        let pressures = &mut it.scaled[normal.clone()];
+        if let NormalControl::Force(force) = problem.path_points[0].normal {
             let sum: f64 = pressures.iter().zip(problem.areas).map(|(p, area)| area * p).sum();
             pressures.iter_mut().for_each(|p| *p *= force / sum);
         }
         problem.flexibility.apply_normal(pressures, &mut it.elastic[normal.clone()]);
-        if products == SHORTER || energy(pressures, &it.elastic[normal.clone()], gap, before) <= start {
+        if products == MAX_BACKTRACKS || energy(pressures, &it.elastic[normal.clone()], gap, before) <= start {
             return products;
         }
-        length *= SHORTEN;
+        length *= BACKTRACK_FACTOR;
         pressures.copy_from_slice(&work.pressures_before);
         advance(pressures, &work.direction, length);
     }
-    SHORTER
+    MAX_BACKTRACKS
 }
 
 /// Sets `values` to zero outside the active cells; under a prescribed force also their mean.

@@ -3,12 +3,12 @@
 //! The unknowns of the half are those of its own cells, under half of each prescribed force; the operator adds what the images
 //! do. The answer is put together on all cells and judged there.
 
-use super::super::window::{Operator, Part, Window};
-use super::super::{End, Increment, Iterate, NormalControl, Pressures, SlipReference, TangentialControl};
-use super::{Method, SolveReport, SolverOptions, Watch};
+use super::super::window::{WindowOperator, WindowProblem, Window};
+use super::super::{PathPoint, Increment, ContactState, NormalControl, Pressures, SlipReference, TangentialControl};
+use super::{Method, SolveReport, SolverOptions, IterationCallback};
 use crate::friction::FrictionEllipse;
-use crate::skip::Skip;
-use crate::wear::WearIntensity;
+use crate::skip::OmittableWork;
+use crate::wear::SpecificWearRate;
 
 /// What differs from its mirror image by this share of the largest is rounding: of transforms, of sums over increments.
 const EXACT: f64 = 1e-13;
@@ -24,26 +24,26 @@ const SMALL: usize = 16;
 
 /// Axes of laws, and what they do along them.
 #[derive(Debug, Clone, Copy)]
-pub struct Axes {
+pub struct LawAxes {
     /// Along the first and the second.
     pub sizes: [f64; 2],
     /// Angle of the first from the frame's x, radians.
     pub angle: f64,
 }
 
-impl From<FrictionEllipse> for Axes {
+impl From<FrictionEllipse> for LawAxes {
     fn from(ellipse: FrictionEllipse) -> Self {
         Self { sizes: ellipse.mu, angle: ellipse.angle }
     }
 }
 
-impl From<WearIntensity> for Axes {
-    fn from(wear: WearIntensity) -> Self {
+impl From<SpecificWearRate> for LawAxes {
+    fn from(wear: SpecificWearRate) -> Self {
         Self { sizes: wear.i, angle: wear.angle }
     }
 }
 
-impl Axes {
+impl LawAxes {
     /// Whether the law is its own mirror image along x, and so along y.
     pub fn mirror(&self) -> bool {
         let [first, second] = self.sizes;
@@ -54,12 +54,12 @@ impl Axes {
 
 /// Whether halves are solved of increments with an operator on the cells of `grid`, if they are their own mirror images.
 pub fn on_halves(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
-    let skips = options.skip.has(Skip::MirrorHalf) && options.method == Method::Auto;
+    let skips = options.skip.allows(OmittableWork::MirrorHalf) && options.method == Method::Auto;
     skips && grid.is_some_and(|grid| grid.iter().all(|&cells| cells >= SMALL))
 }
 
 /// Whether nothing of a vector along x, y points along axis `across`.
-pub fn is_along(vector: [f64; 2], across: usize) -> bool {
+pub fn has_no_component_across(vector: [f64; 2], across: usize) -> bool {
     vector[across].abs() <= EXACT * vector[1 - across].abs()
 }
 
@@ -119,33 +119,33 @@ impl Halves {
     }
 
     /// Whether the increment is its own image, the state in `it` about so.
-    fn suit(&self, problem: &Increment, it: &Iterate) -> bool {
+    fn suit(&self, problem: &Increment, it: &ContactState) -> bool {
         let n = problem.n();
         let even = |field: &[f64]| self.are_alike([(field, 1.0)], EXACT);
-        let laws = [problem.friction.map(Axes::from), problem.wear.map(Axes::from)];
+        let laws = [problem.friction.map(LawAxes::from), problem.wear.map(LawAxes::from)];
         // Of pressures alone what happens in the surface is no matter.
         let bare = problem.normal_only() && problem.wear.is_none();
         let gap = |gap: &[f64]| even(&gap[2 * n..]) && (bare || self.is_alike(&gap[..2 * n]));
         let turns =
-            |(k, floating): (usize, &Vec<f64>)| it.floating.iter().all(|f| f[k] == 0.0) || gap(floating);
-        laws.iter().flatten().all(Axes::mirror)
+            |(k, floating): (usize, &Vec<f64>)| it.mode_amplitudes.iter().all(|f| f[k] == 0.0) || gap(floating);
+        laws.iter().flatten().all(LawAxes::mirror)
             && even(problem.areas)
             && gap(problem.initial_gap)
             // Worn depths only ever count beside the gap.
-            && self.are_alike([(&problem.initial_gap[2 * n..], 1.0), (problem.worn, 1.0)], EXACT)
-            && problem.path_factors.is_none_or(even)
-            && problem.floating.iter().enumerate().all(turns)
-            && problem.ends.iter().enumerate().all(|(k, end)| {
-                let level = end.balance.is_none() && end.lifted.as_deref().is_none_or(even);
-                level && (bare || self.suit_along(end, it.rigid[k]))
+            && self.are_alike([(&problem.initial_gap[2 * n..], 1.0), (problem.wear_depth, 1.0)], EXACT)
+            && problem.wear_path_factors.is_none_or(even)
+            && problem.mode_gaps.iter().enumerate().all(turns)
+            && problem.path_points.iter().enumerate().all(|(k, end)| {
+                let level = end.balance.is_none() && end.fixed_normal_offset.as_deref().is_none_or(even);
+                level && (bare || self.suit_along(end, it.rigid_motion[k]))
             })
             && self.starts(problem, it)
     }
 
     /// Makes pressures their own image on this mirror too: their means with it.
-    fn even_out(&self, it: &mut Iterate) {
+    fn even_out(&self, it: &mut ContactState) {
         let n = self.grid[0] * self.grid[1];
-        for planes in it.hatted.chunks_exact_mut(3 * n) {
+        for planes in it.scaled.chunks_exact_mut(3 * n) {
             let pressures = &mut planes[2 * n..];
             for [cell, image] in self.pairs() {
                 let mean = 0.5 * (pressures[cell] + pressures[image]);
@@ -155,36 +155,36 @@ impl Halves {
     }
 
     /// Whether an end is moved, or pulled, along the mirror, and its slip measured from what is its own image.
-    fn suit_along(&self, end: &End, rigid: [f64; 3]) -> bool {
+    fn suit_along(&self, end: &PathPoint, rigid: [f64; 3]) -> bool {
         let along = match end.tangential {
-            TangentialControl::Shift => is_along([rigid[0], rigid[1]], self.across),
-            TangentialControl::Force(force) => is_along(force, self.across),
-            TangentialControl::Along { .. } => false,
+            TangentialControl::Shift => has_no_component_across([rigid[0], rigid[1]], self.across),
+            TangentialControl::Force(force) => has_no_component_across(force, self.across),
+            TangentialControl::ForceAlong { .. } => false,
         };
         along
             && match &end.reference {
-                SlipReference::Previous(at) | SlipReference::Given(at) => self.is_alike(at),
-                SlipReference::EndBefore { stuck, at } => {
+                SlipReference::Previous(at) | SlipReference::Prescribed(at) => self.is_alike(at),
+                SlipReference::PreviousPoint { stuck, at } => {
                     self.pairs().all(|[cell, image]| stuck[cell] == stuck[image]) && self.is_alike(at)
                 }
                 SlipReference::Upstream(upstream) => {
-                    let from = &upstream.from;
+                    let from = &upstream.source_cell;
                     let step = |cell: usize| from[cell] as isize - cell as isize;
                     self.pairs().all(|[cell, image]| step(cell) == step(image))
-                        && self.is_alike(&upstream.creep)
+                        && self.is_alike(&upstream.rigid_slip)
                 }
             }
     }
 
     /// Whether the state is about its own image, pressures that are given exactly so.
-    fn starts(&self, problem: &Increment, it: &Iterate) -> bool {
+    fn starts(&self, problem: &Increment, it: &ContactState) -> bool {
         let (n, [sx, sy]) = (problem.n(), self.signs());
         let share = if problem.pressures == Pressures::Given { EXACT } else { START };
         let mut physical = vec![0.0; 2 * n];
-        it.hatted.chunks_exact(3 * n).all(|planes| {
+        it.scaled.chunks_exact(3 * n).all(|planes| {
             for i in 0..n {
                 let hatted = [planes[i], planes[n + i]];
-                [physical[i], physical[n + i]] = problem.hat().map_or(hatted, |hat| hat.traction(hatted));
+                [physical[i], physical[n + i]] = problem.friction_scaling().map_or(hatted, |hat| hat.physical_traction(hatted));
             }
             let (x, y) = physical.split_at(n);
             self.are_alike([(&planes[2 * n..], 1.0)], share) && self.are_alike([(x, sx), (y, sy)], START)
@@ -192,27 +192,27 @@ impl Halves {
     }
 
     /// An end as the half has it.
-    fn halved(&self, end: &mut End) {
+    fn halved(&self, end: &mut PathPoint) {
         if let NormalControl::Force(force) = &mut end.normal {
             *force *= 0.5;
         }
         if let TangentialControl::Force(force) = end.tangential {
             let axis = 1 - self.across;
-            end.tangential = TangentialControl::Along { axis, force: 0.5 * force[axis] };
+            end.tangential = TangentialControl::ForceAlong { axis, force: 0.5 * force[axis] };
         }
     }
 
     /// Puts the state of the half and its image into that of all cells.
-    fn put_together(&self, problem: &Increment, half: &Iterate, it: &mut Iterate) {
-        let (n, hat, [sx, sy]) = (problem.n(), problem.hat(), self.signs());
-        let ends = it.hatted.chunks_exact_mut(3 * n).zip(half.hatted.chunks_exact(3 * n / 2));
+    fn put_together(&self, problem: &Increment, half: &ContactState, it: &mut ContactState) {
+        let (n, hat, [sx, sy]) = (problem.n(), problem.friction_scaling(), self.signs());
+        let ends = it.scaled.chunks_exact_mut(3 * n).zip(half.scaled.chunks_exact(3 * n / 2));
         for (planes, of_half) in ends {
             for (k, [cell, image]) in self.pairs().enumerate() {
                 let q = [of_half[k], of_half[n / 2 + k]];
                 let turned = match hat {
                     Some(hat) => {
-                        let [x, y] = hat.traction(q);
-                        hat.untraction([sx * x, sy * y])
+                        let [x, y] = hat.physical_traction(q);
+                        hat.scaled_traction([sx * x, sy * y])
                     }
                     None => [sx * q[0], sy * q[1]],
                 };
@@ -221,40 +221,40 @@ impl Halves {
                 }
             }
         }
-        for (k, end) in problem.ends.iter().enumerate() {
-            let across = it.rigid[k][self.across];
-            it.rigid[k] = half.rigid[k];
+        for (k, end) in problem.path_points.iter().enumerate() {
+            let across = it.rigid_motion[k][self.across];
+            it.rigid_motion[k] = half.rigid_motion[k];
             if end.tangential == TangentialControl::Shift {
-                it.rigid[k][self.across] = across;
+                it.rigid_motion[k][self.across] = across;
             }
         }
-        it.floating.clone_from(&half.floating);
+        it.mode_amplitudes.clone_from(&half.mode_amplitudes);
     }
 }
 
 /// Solves half of the increment from the state in `it`, which takes the answer; `None` if it is not its own mirror image.
 pub(super) fn solve(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
-    watch: &mut Watch,
-    inner: &mut super::nested::Inner,
+    watch: &mut IterationCallback,
+    inner: &mut super::coarse_to_fine::InnerSolver,
 ) -> Option<SolveReport> {
     let grid = problem.flexibility.grid()?;
     if !on_halves(Some(grid), options) || problem.rigid_axes.is_some() {
         return None;
     }
-    let halves = [1, 0].into_iter().filter(|&across| problem.flexibility.mirrors(across));
+    let halves = [1, 0].into_iter().filter(|&across| problem.flexibility.is_mirror_symmetric(across));
     let mut suiting = halves.map(|across| Halves { grid, across }).filter(|halves| halves.suit(problem, it));
     let halves = suiting.next()?;
     // What follows from pressures alone may be its own image on the other mirror.
     let other = if problem.normal_only() && problem.wear.is_none() { suiting.next() } else { None };
-    let operator = Operator::Own(problem.flexibility.mirrored(halves.across)?);
-    let part = Part::new(problem, halves.window(), operator)?;
+    let operator = WindowOperator::Own(problem.flexibility.mirror_half(halves.across)?);
+    let part = WindowProblem::new(problem, halves.window(), operator)?;
     let mut half = part.problem(problem);
-    half.ends.iter_mut().for_each(|end| halves.halved(end));
+    half.path_points.iter_mut().for_each(|end| halves.halved(end));
     let mut state = part.state(it);
-    state.rigid.iter_mut().for_each(|rigid| rigid[halves.across] = 0.0);
+    state.rigid_motion.iter_mut().for_each(|rigid| rigid[halves.across] = 0.0);
     let tolerance = SHARE * options.tolerance;
     let report = inner(&half, &mut state, &SolverOptions { tolerance, ..*options }, watch);
     halves.put_together(problem, &state, it);

@@ -4,27 +4,27 @@ mod barzilai_borwein;
 mod conjugate_gradients;
 mod gauss_seidel;
 mod mirror;
-mod nested;
+mod coarse_to_fine;
 mod newton;
-mod projected;
+mod projected_gradient;
 mod report;
-mod sliding;
-mod split;
+mod full_slip;
+mod pressures_first;
 mod uzawa;
 
 pub use gauss_seidel::entries_bytes;
-pub use mirror::{Axes, is_along, is_even, on_halves};
-pub use nested::on_windows;
-pub use report::{SolveReport, Stop};
+pub use mirror::{LawAxes, has_no_component_across, is_even, on_halves};
+pub use coarse_to_fine::solves_windows;
+pub use report::{SolveReport, StopReason};
 
-use super::{Increment, Iterate, NormalControl};
+use super::{Increment, ContactState, NormalControl};
 use crate::linalg::precision::Precision;
-use crate::skip::Skips;
+use crate::skip::AllowedOmissions;
 use barzilai_borwein::BarzilaiBorwein;
 use conjugate_gradients::ConjugateGradients;
-use gauss_seidel::{Aim, GaussSeidel};
+use gauss_seidel::{SweepGoal, GaussSeidel};
 use newton::Newton;
-use sliding::Sliding;
+use full_slip::FullSlip;
 use uzawa::Uzawa;
 
 /// Which solver.
@@ -56,7 +56,7 @@ pub struct SolverOptions {
     /// Bound on the iterations of one solve.
     pub max_iterations: usize,
     /// Work that may be left out.
-    pub skip: Skips,
+    pub skip: AllowedOmissions,
     /// Precision of products inside linear solves; the residual that counts is always computed in double precision.
     pub precision: Precision,
 }
@@ -67,25 +67,25 @@ impl Default for SolverOptions {
             tolerance: 1e-8,
             method: Method::Auto,
             max_iterations: 20_000,
-            skip: Skips::ALL,
+            skip: AllowedOmissions::ALL,
             precision: Precision::default(),
         }
     }
 }
 
 /// What a solver calls between iterations: the iteration count and the residual; `true` asks it to stop.
-pub type Watch<'a> = dyn FnMut(usize, f64) -> bool + 'a;
+pub type IterationCallback<'a> = dyn FnMut(usize, f64) -> bool + 'a;
 
 /// A way to solve an increment.
-trait Solver {
+trait IncrementSolver {
     /// Its name, as scenes write it.
     fn name(&self) -> &'static str;
 
     /// Whether it is worth its while for the increment, if the choice is left to the program.
-    fn suits(&self, problem: &Increment) -> bool;
+    fn is_applicable(&self, problem: &Increment) -> bool;
 
     /// Whether there is something to do for it from the state in `it`.
-    fn begins(&self, _: &Increment, _: &mut Iterate) -> bool {
+    fn is_useful_from(&self, _: &Increment, _: &mut ContactState) -> bool {
         true
     }
 
@@ -93,27 +93,27 @@ trait Solver {
     fn solve(
         &self,
         problem: &Increment,
-        it: &mut Iterate,
+        it: &mut ContactState,
         options: &SolverOptions,
-        watch: &mut Watch,
+        watch: &mut IterationCallback,
     ) -> SolveReport;
 }
 
 /// The solvers that are tried one after the other, each from where the one before it has stopped gaining.
-fn chain(method: Method, problem: &Increment) -> Vec<&'static dyn Solver> {
-    let (krylov, newton): (&dyn Solver, &dyn Solver) = (&ConjugateGradients, &Newton);
+fn solver_sequence(method: Method, problem: &Increment) -> Vec<&'static dyn IncrementSolver> {
+    let (krylov, newton): (&dyn IncrementSolver, &dyn IncrementSolver) = (&ConjugateGradients, &Newton);
     match method {
         Method::Auto => {
-            let pressures = krylov.suits(problem).then_some(krylov);
-            let blocks: [&dyn Solver; 2] = [&GaussSeidel { aim: Aim::Few }, &GaussSeidel { aim: Aim::Start }];
-            let blocks = blocks.into_iter().filter(|solver| pressures.is_none() && solver.suits(problem));
-            let sliding: &dyn Solver = &Sliding;
-            let sliding = sliding.suits(problem).then_some(sliding);
+            let pressures = krylov.is_applicable(problem).then_some(krylov);
+            let blocks: [&dyn IncrementSolver; 2] = [&GaussSeidel { goal: SweepGoal::ConvergeIfFewCells }, &GaussSeidel { goal: SweepGoal::StartNewton }];
+            let blocks = blocks.into_iter().filter(|solver| pressures.is_none() && solver.is_applicable(problem));
+            let sliding: &dyn IncrementSolver = &FullSlip;
+            let sliding = sliding.is_applicable(problem).then_some(sliding);
             let first = pressures.into_iter().chain(sliding).chain(blocks).chain([newton]);
-            first.chain([&BarzilaiBorwein as &dyn Solver]).collect()
+            first.chain([&BarzilaiBorwein as &dyn IncrementSolver]).collect()
         }
-        Method::GaussSeidel => vec![&GaussSeidel { aim: Aim::Tolerance }, newton],
-        Method::ConjugateGradients if krylov.suits(problem) => vec![krylov],
+        Method::GaussSeidel => vec![&GaussSeidel { goal: SweepGoal::Converge }, newton],
+        Method::ConjugateGradients if krylov.is_applicable(problem) => vec![krylov],
         Method::ConjugateGradients | Method::Newton => vec![newton],
         Method::BarzilaiBorwein => vec![&BarzilaiBorwein],
         Method::Uzawa => vec![&Uzawa],
@@ -123,39 +123,39 @@ fn chain(method: Method, problem: &Increment) -> Vec<&'static dyn Solver> {
 /// Solves the increment from the tractions and rigid motions in `it`, which holds the answer afterwards.
 pub fn solve(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
-    watch: &mut Watch,
+    watch: &mut IterationCallback,
 ) -> SolveReport {
-    let report = if split::suits(problem, options) {
-        split::solve(problem, it, options, watch, &mut solve_nested)
+    let report = if pressures_first::is_applicable(problem, options) {
+        pressures_first::solve(problem, it, options, watch, &mut solve_nested)
     } else {
         solve_nested(problem, it, options, watch)
     };
     if report.converged() {
-        touch(problem, it);
+        close_unloaded_gap(problem, it);
     }
     report
 }
 
 /// Where no force presses the bodies and none is left, they just touch: any distance would be in equilibrium.
-fn touch(problem: &Increment, it: &mut Iterate) {
+fn close_unloaded_gap(problem: &Increment, it: &mut ContactState) {
     let n = problem.n();
-    for (end, spec) in problem.ends.iter().enumerate() {
+    for (end, spec) in problem.path_points.iter().enumerate() {
         let free = spec.normal == NormalControl::Force(0.0) && spec.balance.is_none();
         let planes = end * 3 * n..(end + 1) * 3 * n;
-        if !(free && problem.rigid_axes.is_none() && it.hatted[planes.clone()].iter().all(|t| *t == 0.0)) {
+        if !(free && problem.rigid_axes.is_none() && it.scaled[planes.clone()].iter().all(|t| *t == 0.0)) {
             continue;
         }
-        let least = |it: &mut Iterate| {
+        let least = |it: &mut ContactState| {
             problem.evaluate(it);
             it.gap[planes.clone()][2 * n..].iter().copied().fold(f64::INFINITY, f64::min)
         };
-        it.rigid[end][2] -= least(it);
+        it.rigid_motion[end][2] -= least(it);
         // What rounding leaves of an overlap would be an error without any pressure to measure it by.
         let mut lift = least(it).abs();
         while least(it) < 0.0 {
-            it.rigid[end][2] += lift;
+            it.rigid_motion[end][2] += lift;
             lift *= 2.0;
         }
     }
@@ -164,15 +164,15 @@ fn touch(problem: &Increment, it: &mut Iterate) {
 /// Solves from coarse to fine cells and on windows, where that is worth it.
 fn solve_nested(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
-    watch: &mut Watch,
+    watch: &mut IterationCallback,
 ) -> SolveReport {
-    if !nested::suits(problem, options) {
+    if !coarse_to_fine::is_applicable(problem, options) {
         return solve_whole(problem, it, options, watch);
     }
-    let (report, done) = nested::solve(problem, it, options, watch, &mut solve_whole);
-    if done || report.stop == Stop::Interrupted {
+    let (report, done) = coarse_to_fine::solve(problem, it, options, watch, &mut solve_whole);
+    if done || report.stop == StopReason::Interrupted {
         return report;
     }
     let max_iterations = options.max_iterations.saturating_sub(report.iterations);
@@ -185,45 +185,45 @@ fn solve_nested(
 /// Solves on half of the cells, if the other half is their mirror image, or else on all.
 fn solve_whole(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
-    watch: &mut Watch,
+    watch: &mut IterationCallback,
 ) -> SolveReport {
-    let Some(half) = mirror::solve(problem, it, options, watch, &mut by_methods) else {
-        return by_methods(problem, it, options, watch);
+    let Some(half) = mirror::solve(problem, it, options, watch, &mut solve_by_sequence) else {
+        return solve_by_sequence(problem, it, options, watch);
     };
-    if half.stop == Stop::Interrupted || half.converged() && half.residual <= options.tolerance {
+    if half.stop == StopReason::Interrupted || half.converged() && half.residual <= options.tolerance {
         return half;
     }
     // Whatever cannot be had on the half is a matter of all cells.
     let max_iterations = options.max_iterations.saturating_sub(half.iterations);
     let mut told = |iterations: usize, residual: f64| watch(half.iterations + iterations, residual);
-    let whole = by_methods(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
+    let whole = solve_by_sequence(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
     let iterations = half.iterations + whole.iterations;
     SolveReport { iterations, applications: half.applications + whole.applications, ..whole }
 }
 
 /// Solves on all cells by the methods of the chain.
-fn by_methods(
+fn solve_by_sequence(
     problem: &Increment,
-    it: &mut Iterate,
+    it: &mut ContactState,
     options: &SolverOptions,
-    watch: &mut Watch,
+    watch: &mut IterationCallback,
 ) -> SolveReport {
     let mut total = SolveReport::default();
-    for (index, solver) in chain(options.method, problem).into_iter().enumerate() {
+    for (index, solver) in solver_sequence(options.method, problem).into_iter().enumerate() {
         let max_iterations = options.max_iterations.saturating_sub(total.iterations);
         if index > 0 && max_iterations == 0 {
             break;
         }
-        if !solver.begins(problem, it) {
+        if !solver.is_useful_from(problem, it) {
             continue;
         }
         let before = total.iterations;
         let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
         let report = solver.solve(problem, it, &SolverOptions { max_iterations, ..*options }, &mut told);
-        total = total.then(solver.name(), report);
-        if total.stop != Stop::Iterations {
+        total = total.followed_by(solver.name(), report);
+        if total.stop != StopReason::Iterations {
             break;
         }
     }

@@ -1,10 +1,10 @@
 //! What a solve did and why it ended.
 
-use super::super::projection::Sliding;
+use super::super::projection::LossOfEquilibrium;
 
 /// Why a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopReason {
     /// The natural residual met the tolerance.
     Converged,
     /// The iteration limit.
@@ -16,7 +16,7 @@ pub enum Stop {
     /// The watcher asked for it.
     Interrupted,
     /// Each solution converged, but the cells that stick through a fretting cycle changed from one to the next.
-    Unsettled,
+    StickZoneNotConverged,
     /// A traction or a gap was not a number.
     NotFinite,
 }
@@ -25,7 +25,7 @@ pub enum Stop {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolveReport {
     /// Why it ended.
-    pub stop: Stop,
+    pub stop: StopReason,
     /// Natural residual of the state left in the iterate.
     pub residual: f64,
     /// Iterations.
@@ -33,24 +33,24 @@ pub struct SolveReport {
     /// Operator applications.
     pub applications: usize,
     /// What could not be held, where that is why it ended.
-    pub sliding: Option<Sliding>,
+    pub loss_of_equilibrium: Option<LossOfEquilibrium>,
     /// The method, and those before it with why they were left.
     pub method: String,
     /// Why it was left where another one goes on, if not for lack of gain.
-    pub left: Option<&'static str>,
+    pub handover_reason: Option<&'static str>,
 }
 
 /// Nothing done yet.
 impl Default for SolveReport {
     fn default() -> Self {
         Self {
-            stop: Stop::Iterations,
+            stop: StopReason::Iterations,
             residual: f64::INFINITY,
             iterations: 0,
             applications: 0,
-            sliding: None,
+            loss_of_equilibrium: None,
             method: String::new(),
-            left: None,
+            handover_reason: None,
         }
     }
 }
@@ -58,11 +58,11 @@ impl Default for SolveReport {
 impl SolveReport {
     /// Whether it met its tolerance.
     pub(super) fn converged(&self) -> bool {
-        self.stop == Stop::Converged
+        self.stop == StopReason::Converged
     }
 
     /// This report with that of what was solved next to it.
-    pub(super) fn and(self, next: Self) -> Self {
+    pub(super) fn joined_with(self, next: Self) -> Self {
         let method = if self.method == next.method {
             self.method
         } else {
@@ -74,13 +74,13 @@ impl SolveReport {
     }
 
     /// This report with that of the solver `name`, which went on after it.
-    pub(super) fn then(self, name: &str, next: Self) -> Self {
+    pub(super) fn followed_by(self, name: &str, next: Self) -> Self {
         let method = if self.method.is_empty() {
             name.to_owned()
         } else {
             let (iterations, residual) = (self.iterations, self.residual);
             let done = format!("after {iterations} iterations at {residual:.1e}");
-            match self.left {
+            match self.handover_reason {
                 None => format!("{} (no gain {done}), then {name}", self.method),
                 Some(why) if iterations > 0 => format!("{} ({why} {done}), then {name}", self.method),
                 Some(why) => format!("{} ({why}), then {name}", self.method),

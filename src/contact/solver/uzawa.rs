@@ -5,9 +5,9 @@
 //! r = 1.8 / λ_max, constant; the rate is 1 - O(h/L), so it is slow on fine frames.
 
 use super::super::projection::StepSizes;
-use super::super::{Increment, Iterate};
-use super::projected::{StepRule, iterate, spectral_bounds};
-use super::{SolveReport, Solver, SolverOptions, Watch};
+use super::super::{Increment, ContactState};
+use super::projected_gradient::{StepRule, run_projected_gradient, spectral_bounds};
+use super::{SolveReport, IncrementSolver, SolverOptions, IterationCallback};
 
 const RELAXATION: f64 = 1.8;
 
@@ -18,7 +18,7 @@ impl StepRule for Constant {
         self.0
     }
 
-    fn next(&mut self, _: &Increment, _: &Iterate, _: &Iterate) -> StepSizes {
+    fn next(&mut self, _: &Increment, _: &ContactState, _: &ContactState) -> StepSizes {
         self.0
     }
 
@@ -33,25 +33,25 @@ impl StepRule for Constant {
 /// The method.
 pub(super) struct Uzawa;
 
-impl Solver for Uzawa {
+impl IncrementSolver for Uzawa {
     fn name(&self) -> &'static str {
         "uzawa"
     }
 
-    fn suits(&self, _: &Increment) -> bool {
+    fn is_applicable(&self, _: &Increment) -> bool {
         true
     }
 
     fn solve(
         &self,
         problem: &Increment,
-        it: &mut Iterate,
+        it: &mut ContactState,
         options: &SolverOptions,
-        watch: &mut Watch,
+        watch: &mut IterationCallback,
     ) -> SolveReport {
         problem.evaluate(it);
         let (normal, tangential) = spectral_bounds(problem, it);
         let steps = StepSizes { normal: RELAXATION / normal, tangential: RELAXATION / tangential };
-        iterate(problem, it, options, &mut Constant(steps), watch)
+        run_projected_gradient(problem, it, options, &mut Constant(steps), watch)
     }
 }

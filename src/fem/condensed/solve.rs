@@ -3,8 +3,8 @@
 use super::CondensedBody;
 use crate::error::Result;
 use crate::fem::model::FeModel;
-use crate::linalg::dense::zeroed;
-use crate::linalg::factor::SymmetricFactor;
+use crate::linalg::dense::try_zeroed;
+use crate::linalg::cholesky::SymmetricSolver;
 
 impl CondensedBody {
     /// Displacement of all mesh nodes, global axes, mm, `[n_points]`, by the body's own loads and the contact forces
@@ -17,7 +17,7 @@ impl CondensedBody {
     /// # Panics
     /// If there are not 3 n_c forces.
     pub fn solve(&self, contact_forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        self.solve_at(&self.contact_nodes, contact_forces)
+        self.solve_with_forces_on(&self.contact_nodes, contact_forces)
     }
 
     /// As [`Self::solve`], with forces `[3 n]` on any `n` nodes of the mesh.
@@ -27,7 +27,7 @@ impl CondensedBody {
     ///
     /// # Panics
     /// If there are not three forces per node.
-    pub fn solve_at(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+    pub fn solve_with_forces_on(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<[f64; 3]>> {
         assert_eq!(forces.len(), 3 * nodes.len(), "three forces per node");
         let mut rhs = self.model.load_vector();
         self.add_forces(nodes, forces, &mut rhs);
@@ -40,22 +40,22 @@ impl CondensedBody {
     ///
     /// # Errors
     /// As [`Self::solve`].
-    pub fn displacement_by(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<f64>> {
+    pub fn displacement_of_forces(&self, nodes: &[usize], forces: &[f64]) -> Result<Vec<f64>> {
         let mut rhs = self.right_hand_side(nodes, forces);
         solve_in_place(&self.model, self.solver()?, &mut rhs)?;
         Ok(self.at_nodes(nodes, &rhs))
     }
 
-    /// As [`Self::displacement_by`], corrected once by the residual of the assembled equations, so that it is as right as they
+    /// As [`Self::displacement_of_forces`], corrected once by the residual of the assembled equations, so that it is as right as they
     /// are; `None` if what solves them is not at hand (the flexibility came from a cache, and nothing else needed it).
     ///
     /// # Errors
     /// As [`Self::solve`].
-    pub fn displacement_afresh(&self, nodes: &[usize], forces: &[f64]) -> Result<Option<Vec<f64>>> {
+    pub fn refined_displacement(&self, nodes: &[usize], forces: &[f64]) -> Result<Option<Vec<f64>>> {
         let Some(solver) = self.solver.get() else { return Ok(None) };
         let mut rhs = self.right_hand_side(nodes, forces);
         let refined = |rhs: &mut [f64]| -> Result<()> {
-            let mut residual = zeroed(rhs.len())?;
+            let mut residual = try_zeroed(rhs.len())?;
             let forces = rhs.to_vec();
             solver.solve_in_place(rhs, 1)?;
             self.model.stiffness().multiply(rhs, &mut residual);
@@ -64,7 +64,7 @@ impl CondensedBody {
             rhs.iter_mut().zip(&residual).for_each(|(u, correction)| *u += correction);
             Ok(())
         };
-        match self.model.floating() {
+        match self.model.generalised_inverse() {
             Some(floating) => floating.solve(&mut rhs, refined)?,
             None => refined(&mut rhs)?,
         }
@@ -106,15 +106,15 @@ impl CondensedBody {
         let dofs: Vec<_> = loaded.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
         let targets: Vec<_> = at.iter().flat_map(|&node| (0..3).map(move |c| free(node, c))).collect();
         let (n, solver) = (self.model.n_free(), self.solver()?);
-        let mut rows = zeroed(dofs.len() * targets.len())?;
-        let mut columns = zeroed(n * dofs.len().min(BATCH))?;
-        for (dofs, rows) in dofs.chunks(BATCH).zip(rows.chunks_mut((BATCH * targets.len()).max(1))) {
+        let mut rows = try_zeroed(dofs.len() * targets.len())?;
+        let mut columns = try_zeroed(n * dofs.len().min(COLUMNS_PER_SOLVE))?;
+        for (dofs, rows) in dofs.chunks(COLUMNS_PER_SOLVE).zip(rows.chunks_mut((COLUMNS_PER_SOLVE * targets.len()).max(1))) {
             let columns = &mut columns[..n * dofs.len()];
             columns.fill(0.0);
             for (column, dof) in columns.chunks_exact_mut(n).zip(dofs) {
                 dof.iter().for_each(|&row| column[row] = 1.0);
             }
-            match self.model.floating() {
+            match self.model.generalised_inverse() {
                 None => solver.solve_in_place(columns, dofs.len())?,
                 Some(_) => columns
                     .chunks_exact_mut(n)
@@ -131,12 +131,12 @@ impl CondensedBody {
 }
 
 /// Right-hand sides that are solved together.
-const BATCH: usize = 24;
+const COLUMNS_PER_SOLVE: usize = 24;
 
 /// Displacement of the free dofs by forces on them, `[n_free]`, in place; of a body that floats by the generalised
 /// inverse.
-pub(super) fn solve_in_place(model: &FeModel, solver: &dyn SymmetricFactor, rhs: &mut [f64]) -> Result<()> {
-    match model.floating() {
+pub(super) fn solve_in_place(model: &FeModel, solver: &dyn SymmetricSolver, rhs: &mut [f64]) -> Result<()> {
+    match model.generalised_inverse() {
         Some(floating) => floating.solve(rhs, |rhs| solver.solve_in_place(rhs, 1)),
         None => solver.solve_in_place(rhs, 1),
     }

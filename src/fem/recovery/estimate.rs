@@ -18,51 +18,51 @@ use crate::fem::FeModel;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ErrorEstimate {
     /// Norm of the error in each solid cell, `[n_cells]`.
-    pub element: Vec<f64>,
+    pub cell_errors: Vec<f64>,
     /// Volume of each solid cell, mm3, `[n_cells]`.
-    pub volume: Vec<f64>,
+    pub cell_volumes: Vec<f64>,
     /// Centre of each solid cell, `[n_cells]`.
-    pub centre: Vec<[f64; 3]>,
+    pub cell_centres: Vec<[f64; 3]>,
     /// Norm of the elements' own stress over the body.
-    pub norm: f64,
+    pub stress_norm: f64,
 }
 
 /// Relative errors below this are rounding and the tolerance of the contact, whatever the mesh.
-pub const ROUNDING: f64 = 1e-8;
+pub const MIN_RELATIVE_ERROR: f64 = 1e-8;
 
 impl ErrorEstimate {
     /// Norm of the error over the body.
-    pub fn total(&self) -> f64 {
-        self.element.iter().map(|e| e * e).sum::<f64>().sqrt()
+    pub fn error_norm(&self) -> f64 {
+        self.cell_errors.iter().map(|e| e * e).sum::<f64>().sqrt()
     }
 
     /// Square of the norm of the true stress as far as it is known: that of the elements' plus that of the error.
     pub fn norm_squared(&self) -> f64 {
-        self.norm * self.norm + self.total().powi(2)
+        self.stress_norm * self.stress_norm + self.error_norm().powi(2)
     }
 
     /// Error of the body relative to the norm of its stress; 0 without stress.
-    pub fn relative(&self) -> f64 {
+    pub fn relative_error(&self) -> f64 {
         let whole = self.norm_squared().sqrt();
-        if whole > 0.0 { self.total() / whole } else { 0.0 }
+        if whole > 0.0 { self.error_norm() / whole } else { 0.0 }
     }
 
     /// Squared error per volume over the mean of the squared norm per volume, `[n_cells]`; 0 without stress.
-    pub fn density(&self) -> Vec<f64> {
-        let mean = self.norm_squared() / self.volume.iter().sum::<f64>();
+    pub fn error_density(&self) -> Vec<f64> {
+        let mean = self.norm_squared() / self.cell_volumes.iter().sum::<f64>();
         let density = |(e, v): (&f64, &f64)| if mean > 0.0 { e * e / (v * mean) } else { 0.0 };
-        self.element.iter().zip(&self.volume).map(density).collect()
+        self.cell_errors.iter().zip(&self.cell_volumes).map(density).collect()
     }
 
     /// The fewest cells that hold `share` (0..1) of the squared error, worst first; none without error.
-    pub fn worst(&self, share: f64) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.element.len()).filter(|&i| self.element[i] > 0.0).collect();
-        order.sort_by(|&a, &b| self.element[b].total_cmp(&self.element[a]).then(a.cmp(&b)));
-        let wanted = share * self.total().powi(2);
+    pub fn worst_cells(&self, share: f64) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.cell_errors.len()).filter(|&i| self.cell_errors[i] > 0.0).collect();
+        order.sort_by(|&a, &b| self.cell_errors[b].total_cmp(&self.cell_errors[a]).then(a.cmp(&b)));
+        let wanted = share * self.error_norm().powi(2);
         let mut sum = 0.0;
         let below = |i: &usize| {
             let before = sum;
-            sum += self.element[*i].powi(2);
+            sum += self.cell_errors[*i].powi(2);
             before < wanted
         };
         order.into_iter().take_while(below).collect()
@@ -75,22 +75,22 @@ impl StressRecovery {
     ///
     /// # Errors
     /// If an element is inverted (a model with such elements is refused when it is made).
-    pub fn estimate(
+    pub fn estimate_error(
         &self,
         model: &FeModel,
         displacement: &[[f64; 3]],
         stress: &[[f64; 6]],
     ) -> Result<ErrorEstimate> {
-        let n = model.elements().n();
+        let n = model.elements().n_elements();
         let cells: Vec<CellError> = (0..n)
             .into_par_iter()
             .map(|i| self.cell_error(model, i, displacement, stress))
             .collect::<Result<_>>()?;
         Ok(ErrorEstimate {
-            norm: cells.iter().map(|cell| cell.norm).sum::<f64>().sqrt(),
-            element: cells.iter().map(|cell| cell.error.max(0.0).sqrt()).collect(),
-            volume: cells.iter().map(|cell| cell.volume).collect(),
-            centre: cells.iter().map(|cell| cell.centre).collect(),
+            stress_norm: cells.iter().map(|cell| cell.norm).sum::<f64>().sqrt(),
+            cell_errors: cells.iter().map(|cell| cell.error.max(0.0).sqrt()).collect(),
+            cell_volumes: cells.iter().map(|cell| cell.volume).collect(),
+            cell_centres: cells.iter().map(|cell| cell.centre).collect(),
         })
     }
 
@@ -102,14 +102,14 @@ impl StressRecovery {
         stress: &[[f64; 6]],
     ) -> Result<CellError> {
         let elements = model.elements();
-        let compliance = compliance(&elements.material(i));
-        let points = self.points().of_cell(i);
+        let compliance = compliance(&elements.stiffness_tensor(i));
+        let points = self.points().points_of_cell(i);
         let mut cell = CellError::default();
         for point in energy_points(elements, i, displacement, self.rules())? {
             let mut difference = -point.stress;
             for (&node, &value) in points.iter().zip(&point.values) {
                 difference += Vector6::from(stress[node]) * value;
-                let x = elements.mesh.points[self.points().node[node]];
+                let x = elements.mesh.points[self.points().mesh_nodes[node]];
                 (0..3).for_each(|c| cell.centre[c] += value * point.volume * x[c]);
             }
             cell.error += point.volume * difference.dot(&(compliance * difference));

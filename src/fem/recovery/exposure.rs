@@ -3,17 +3,17 @@
 use rayon::prelude::*;
 
 use super::points::RecoveryPoints;
-use crate::material::strength::{Criterion, Exposure, Limit, in_axes};
+use crate::material::strength::{FailureCriterion, StressExposure, MaterialStrength, stress_in_axes};
 
 /// Exposure by one criterion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExposureField {
     /// The criterion.
-    pub criterion: Criterion,
+    pub criterion: FailureCriterion,
     /// At each recovery point the largest over the cells that meet there, each in its own material axes, `[n_points]`.
-    pub points: Vec<Exposure>,
+    pub points: Vec<StressExposure>,
     /// In each solid cell the largest over its nodes, `[n_cells]`.
-    pub cells: Vec<Exposure>,
+    pub cells: Vec<StressExposure>,
 }
 
 /// Exposures by all criteria that apply somewhere, for recovered `stress` at the points; `limit` gives the limit and
@@ -21,30 +21,30 @@ pub struct ExposureField {
 pub(crate) fn exposures<'a>(
     points: &RecoveryPoints,
     stress: &[[f64; 6]],
-    limit: impl Fn(usize) -> Option<(&'a Limit, nalgebra::Matrix3<f64>)> + Sync,
+    limit: impl Fn(usize) -> Option<(&'a MaterialStrength, nalgebra::Matrix3<f64>)> + Sync,
 ) -> Vec<ExposureField> {
-    let mut criteria: Vec<Criterion> = (0..points.n_cells())
+    let mut criteria: Vec<FailureCriterion> = (0..points.n_cells())
         .filter_map(&limit)
         .flat_map(|(limit, _)| limit.criteria().iter().copied())
         .collect();
     criteria.sort_unstable();
     criteria.dedup();
     let field = |criterion| {
-        let of_cell = |cell: usize| -> Vec<Exposure> {
+        let of_cell = |cell: usize| -> Vec<StressExposure> {
             let Some((limit, axes)) = limit(cell) else {
-                return vec![Exposure::ZERO; points.of_cell(cell).len()];
+                return vec![StressExposure::ZERO; points.points_of_cell(cell).len()];
             };
-            let nodes = points.of_cell(cell).iter();
-            nodes.map(|&point| limit.exposure(criterion, &in_axes(&axes, &stress[point]))).collect()
+            let nodes = points.points_of_cell(cell).iter();
+            nodes.map(|&point| limit.exposure(criterion, &stress_in_axes(&axes, &stress[point]))).collect()
         };
-        let at_nodes: Vec<Vec<Exposure>> = (0..points.n_cells()).into_par_iter().map(of_cell).collect();
-        let mut at_points = vec![Exposure::ZERO; points.n_points()];
+        let at_nodes: Vec<Vec<StressExposure>> = (0..points.n_cells()).into_par_iter().map(of_cell).collect();
+        let mut at_points = vec![StressExposure::ZERO; points.n_points()];
         for (cell, found) in at_nodes.iter().enumerate() {
-            for (&point, &exposure) in points.of_cell(cell).iter().zip(found) {
+            for (&point, &exposure) in points.points_of_cell(cell).iter().zip(found) {
                 at_points[point] = at_points[point].max(exposure);
             }
         }
-        let cells = at_nodes.into_iter().map(|found| found.into_iter().fold(Exposure::ZERO, Exposure::max));
+        let cells = at_nodes.into_iter().map(|found| found.into_iter().fold(StressExposure::ZERO, StressExposure::max));
         ExposureField { criterion, points: at_points, cells: cells.collect() }
     };
     criteria.into_iter().map(field).collect()

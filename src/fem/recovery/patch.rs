@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Singular values below this share of the largest belong to polynomials that the samples do not determine (all in
 /// one plane, say). Scaled coordinates of patches with an aspect ratio of 1e4 stay above it.
-const UNDETERMINED: f64 = 1e-9;
+const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Which polynomials are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Terms {
+pub(super) enum PolynomialSpace {
     /// Up to degree 1, 4 terms.
     Linear,
     /// Up to degree 2, 10 terms.
@@ -18,10 +18,10 @@ pub(super) enum Terms {
 }
 
 /// The polynomial that fits the samples best.
-pub(super) struct Patch {
+pub(super) struct PatchFit {
     /// Samples, indices into those of the body, `[n]`.
     pub samples: Vec<usize>,
-    terms: Terms,
+    space: PolynomialSpace,
     /// From global coordinates to those of the polynomial.
     to_axes: Matrix3<f64>,
     centre: [f64; 3],
@@ -30,11 +30,11 @@ pub(super) struct Patch {
     weights: DMatrix<f64>,
 }
 
-impl Patch {
+impl PatchFit {
     /// The fit of polynomials of `terms` in coordinates along the columns of `axes` to `samples` at `positions`. Where these
     /// do not determine it, what they leave open is zero: the fit falls back to lower polynomials, in the end to the mean.
     pub fn new(
-        (terms, axes): (Terms, Matrix3<f64>),
+        (terms, axes): (PolynomialSpace, Matrix3<f64>),
         samples: Vec<usize>,
         position: impl Fn(usize) -> [f64; 3],
     ) -> Self {
@@ -47,12 +47,12 @@ impl Patch {
             std::array::from_fn(|c| at.iter().map(|x| (x[c] - centre[c]).abs()).fold(0.0, f64::max));
         // An axis along which the samples do not differ, to rounding, has no size of its own.
         let largest = Some(scale.iter().copied().fold(0.0, f64::max)).filter(|s| *s > 0.0).unwrap_or(1.0);
-        let scale = scale.map(|s| if s > UNDETERMINED * largest { s } else { largest });
-        let mut patch = Self { samples, terms, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
+        let scale = scale.map(|s| if s > RANK_TOLERANCE * largest { s } else { largest });
+        let mut patch = Self { samples, space: terms, to_axes, centre, scale, weights: DMatrix::zeros(0, 0) };
         let rows: Vec<Vec<f64>> = at.iter().map(|x| patch.monomials(*x)).collect();
         let a = DMatrix::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j]);
         let svd = a.svd(true, true);
-        let limit = UNDETERMINED * svd.singular_values.amax();
+        let limit = RANK_TOLERANCE * svd.singular_values.amax();
         let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { unreachable!("both were asked for") };
         let inverse = svd.singular_values.map(|s| if s > limit { 1.0 / s } else { 0.0 });
         patch.weights = u * DMatrix::from_diagonal(&inverse) * vt;
@@ -63,10 +63,10 @@ impl Patch {
     fn monomials(&self, x: [f64; 3]) -> Vec<f64> {
         let [x, y, z]: [f64; 3] = std::array::from_fn(|c| (x[c] - self.centre[c]) / self.scale[c]);
         let powers = |x: f64| [1.0, x, x * x];
-        match self.terms {
-            Terms::Linear => vec![1.0, x, y, z],
-            Terms::Quadratic => vec![1.0, x, y, z, x * x, y * y, z * z, y * z, x * z, x * y],
-            Terms::Triquadratic => powers(x)
+        match self.space {
+            PolynomialSpace::Linear => vec![1.0, x, y, z],
+            PolynomialSpace::Quadratic => vec![1.0, x, y, z, x * x, y * y, z * z, y * z, x * z, x * y],
+            PolynomialSpace::Triquadratic => powers(x)
                 .into_iter()
                 .flat_map(|a| powers(y).map(|b| a * b))
                 .flat_map(|ab| powers(z).map(|c| ab * c))
@@ -95,17 +95,17 @@ mod tests {
     fn polynomials_are_reproduced() {
         // Oblique axes.
         let axes = Matrix3::new(2.0, 0.3, 0.0, 0.0, 0.5, 0.01, 1.0, 0.0, 20.0);
-        for terms in [Terms::Linear, Terms::Quadratic, Terms::Triquadratic] {
+        for terms in [PolynomialSpace::Linear, PolynomialSpace::Quadratic, PolynomialSpace::Triquadratic] {
             let at = scattered(60);
-            let patch = Patch::new((terms, axes), (0..60).collect(), |i| at[i]);
+            let patch = PatchFit::new((terms, axes), (0..60).collect(), |i| at[i]);
             let field = |[x, y, z]: [f64; 3]| {
                 let linear = 2.0 + x - 50.0 * y + 0.2 * z;
                 let local = axes.try_inverse().unwrap() * Vector3::new(x, y, z);
                 linear
                     + match terms {
-                        Terms::Linear => 0.0,
-                        Terms::Quadratic => 4.0 * x * z - 3.0 * y * y + x * x,
-                        Terms::Triquadratic => 3.0 * (local.x * local.y * local.z).powi(2),
+                        PolynomialSpace::Linear => 0.0,
+                        PolynomialSpace::Quadratic => 4.0 * x * z - 3.0 * y * y + x * x,
+                        PolynomialSpace::Triquadratic => 3.0 * (local.x * local.y * local.z).powi(2),
                     }
             };
             let x = [0.4, 0.003, -9.0];
@@ -119,12 +119,12 @@ mod tests {
     #[test]
     fn what_the_samples_leave_open_is_constant() {
         let at: Vec<[f64; 3]> = scattered(12).into_iter().map(|[x, y, _]| [x, y, 2.0]).collect();
-        let patch = Patch::new((Terms::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
+        let patch = PatchFit::new((PolynomialSpace::Linear, Matrix3::identity()), (0..12).collect(), |i| at[i]);
         for (x, value) in [([0.1, 0.0, 2.0], 0.1), ([0.1, 0.0, 7.0], 0.1)] {
             let found: f64 = patch.weights_at(x).iter().zip(&at).map(|(w, p)| w * p[0]).sum();
             assert!((found - value).abs() < 1e-12, "{found}");
         }
-        let alone = Patch::new((Terms::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
+        let alone = PatchFit::new((PolynomialSpace::Triquadratic, Matrix3::identity()), vec![0], |_| [1.0, 2.0, 3.0]);
         assert!((alone.weights_at([5.0, -1.0, 0.0])[0] - 1.0).abs() < 1e-14);
     }
 }

@@ -2,19 +2,19 @@
 
 use nalgebra::Vector3;
 
-use crate::fem::assembly::Elements;
+use crate::fem::assembly::ElementContext;
 use crate::mesh::Mesh;
 use crate::mesh::faces::{SolidFace, SurfaceFace};
 
 /// Cosine of the largest angle between faces over which stress goes on: 30 degrees.
-const SMOOTH: f64 = 0.866;
+const SMOOTH_NORMAL_COSINE: f64 = 0.866;
 
 /// The nodes of the solids, once for each material that meets there, so that stress may jump across the border; of a body that is known by
 /// its surface the nodes of that, once for each smooth part that meets there, the faces being its cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecoveryPoints {
     /// Mesh node of each point, ascending, `[n_points]`.
-    pub node: Vec<usize>,
+    pub mesh_nodes: Vec<usize>,
     /// Points of the solid cells, one cell after the other (gmsh's node order), cells as in
     /// [`crate::mesh::Mesh::volume_cells`].
     pub cell_points: Vec<usize>,
@@ -25,7 +25,7 @@ pub struct RecoveryPoints {
 impl RecoveryPoints {
     /// Number of points.
     pub fn n_points(&self) -> usize {
-        self.node.len()
+        self.mesh_nodes.len()
     }
 
     /// Number of solid cells.
@@ -34,7 +34,7 @@ impl RecoveryPoints {
     }
 
     /// Points of a cell, in the order of its nodes.
-    pub fn of_cell(&self, cell: usize) -> &[usize] {
+    pub fn points_of_cell(&self, cell: usize) -> &[usize] {
         &self.cell_points[self.offsets[cell]..self.offsets[cell + 1]]
     }
 
@@ -53,14 +53,14 @@ impl RecoveryPoints {
         for (i, around) in at_nodes.iter().enumerate() {
             let mut parent: Vec<usize> = (0..around.len()).collect();
             for (a, b) in (0..around.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
-                if around[a].1.dot(&around[b].1) > SMOOTH {
-                    let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+                if around[a].1.dot(&around[b].1) > SMOOTH_NORMAL_COSINE {
+                    let (a, b) = (find_root(&mut parent, a), find_root(&mut parent, b));
                     parent[a.max(b)] = a.min(b);
                 }
             }
             let mut point = vec![0; around.len()];
             for a in 0..around.len() {
-                let first = root(&mut parent, a);
+                let first = find_root(&mut parent, a);
                 if first == a {
                     point[a] = node.len();
                     node.push(i);
@@ -68,10 +68,10 @@ impl RecoveryPoints {
                 cell_points[around[a].0] = point[first];
             }
         }
-        Self { node, cell_points, offsets }
+        Self { mesh_nodes: node, cell_points, offsets }
     }
 
-    pub(super) fn new(elements: Elements, class: &[usize]) -> Self {
+    pub(super) fn new(elements: ElementContext, class: &[usize]) -> Self {
         let cells = || elements.regions.cells.iter().map(|&cell| elements.mesh.cell_nodes(cell));
         let mut pairs: Vec<(usize, usize)> =
             cells().zip(class).flat_map(|(nodes, &class)| nodes.iter().map(move |&n| (n, class))).collect();
@@ -86,7 +86,7 @@ impl RecoveryPoints {
             cell_points.extend(nodes.iter().map(|&node| index(node, class)));
             offsets.push(cell_points.len());
         }
-        Self { node: pairs.into_iter().map(|(node, _)| node).collect(), cell_points, offsets }
+        Self { mesh_nodes: pairs.into_iter().map(|(node, _)| node).collect(), cell_points, offsets }
     }
 }
 
@@ -100,21 +100,21 @@ fn normal_at(mesh: &Mesh, face: &SurfaceFace, k: usize) -> Vector3<f64> {
 }
 
 /// Which elements stress is smooth over: those joined through faces between elements whose material goes on
-/// ([`crate::fem::Regions::goes_on`]). The class is the first element of each such part, `[n_cells]`.
-pub(super) fn classes(elements: Elements, faces: &[SolidFace]) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..elements.n()).collect();
+/// ([`crate::fem::Regions::is_continuous`]). The class is the first element of each such part, `[n_cells]`.
+pub(super) fn smooth_parts(elements: ElementContext, faces: &[SolidFace]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..elements.n_elements()).collect();
     for face in faces {
         let Some(other) = face.neighbour.filter(|&other| other > face.solid) else { continue };
-        if elements.regions.goes_on(face.solid, other) {
-            let (a, b) = (root(&mut parent, face.solid), root(&mut parent, other));
+        if elements.regions.is_continuous(face.solid, other) {
+            let (a, b) = (find_root(&mut parent, face.solid), find_root(&mut parent, other));
             parent[a.max(b)] = a.min(b);
         }
     }
-    (0..elements.n()).map(|i| root(&mut parent, i)).collect()
+    (0..elements.n_elements()).map(|i| find_root(&mut parent, i)).collect()
 }
 
 /// First element of the part of element `i`; shortens the way there.
-fn root(parent: &mut [usize], mut i: usize) -> usize {
+fn find_root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
         i = parent[i];
@@ -123,25 +123,25 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
 }
 
 /// How points and elements hang together, for patches.
-pub(super) struct Topology {
+pub(super) struct PointTopology {
     /// Cells at each point, ascending, `[n_points]`.
     pub cells_at: Vec<Vec<usize>>,
     /// Whether a point is a corner of a cell, `[n_points]`.
-    pub vertex: Vec<bool>,
+    pub is_vertex: Vec<bool>,
     /// Whether a point is on the border of its material, `[n_points]`.
-    pub border: Vec<bool>,
+    pub on_material_border: Vec<bool>,
 }
 
-impl Topology {
-    pub fn new(elements: Elements, class: &[usize], faces: &[SolidFace], points: &RecoveryPoints) -> Self {
+impl PointTopology {
+    pub fn new(elements: ElementContext, class: &[usize], faces: &[SolidFace], points: &RecoveryPoints) -> Self {
         let n = points.n_points();
         let mut topology =
-            Self { cells_at: vec![Vec::new(); n], vertex: vec![false; n], border: vec![false; n] };
+            Self { cells_at: vec![Vec::new(); n], is_vertex: vec![false; n], on_material_border: vec![false; n] };
         for (i, &cell) in elements.regions.cells.iter().enumerate() {
             let corners = elements.mesh.kind(cell).n_corners();
-            for (local, &point) in points.of_cell(i).iter().enumerate() {
+            for (local, &point) in points.points_of_cell(i).iter().enumerate() {
                 topology.cells_at[point].push(i);
-                topology.vertex[point] |= local < corners;
+                topology.is_vertex[point] |= local < corners;
             }
         }
         for face in faces {
@@ -150,7 +150,7 @@ impl Topology {
             }
             let kind = elements.mesh.kind(elements.regions.cells[face.solid]);
             for &local in kind.local_faces()[face.local_face].1 {
-                topology.border[points.of_cell(face.solid)[local]] = true;
+                topology.on_material_border[points.points_of_cell(face.solid)[local]] = true;
             }
         }
         topology.cells_at.iter_mut().for_each(Vec::dedup);

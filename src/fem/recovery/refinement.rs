@@ -14,7 +14,7 @@
 use super::estimate::ErrorEstimate;
 
 /// Least and largest size of the next elements in units of the present ones.
-pub const CHANGE: [f64; 2] = [0.25, 2.0];
+pub const SIZE_RATIO_BOUNDS: [f64; 2] = [0.25, 2.0];
 
 /// Size of the next elements in units of the present ones, in each solid cell, `[n_cells]`, for a wanted error relative to
 /// the norm of the stress; `degree` is the rate of convergence p of the elements.
@@ -22,22 +22,22 @@ pub fn size_ratios(estimate: &ErrorEstimate, degree: usize, wanted: f64) -> Vec<
     let rate = degree as f64;
     let exponent = 2.0 / (2.0 * rate + 3.0);
     let ratio =
-        |c: f64, e: f64| if e > 0.0 { (c / e).powf(exponent).clamp(CHANGE[0], CHANGE[1]) } else { CHANGE[1] };
+        |c: f64, e: f64| if e > 0.0 { (c / e).powf(exponent).clamp(SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]) } else { SIZE_RATIO_BOUNDS[1] };
     let squared =
-        |c: f64| -> f64 { estimate.element.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
+        |c: f64| -> f64 { estimate.cell_errors.iter().map(|&e| e * e * ratio(c, e).powf(2.0 * rate)).sum() };
     let target = wanted * wanted * estimate.norm_squared();
-    let positive = || estimate.element.iter().copied().filter(|e| *e > 0.0);
+    let positive = || estimate.cell_errors.iter().copied().filter(|e| *e > 0.0);
     // Beyond these every ratio is at its limit.
-    let mut low = positive().fold(f64::INFINITY, f64::min) * CHANGE[0].powf(1.0 / exponent);
-    let mut high = positive().fold(0.0, f64::max) * CHANGE[1].powf(1.0 / exponent);
+    let mut low = positive().fold(f64::INFINITY, f64::min) * SIZE_RATIO_BOUNDS[0].powf(1.0 / exponent);
+    let mut high = positive().fold(0.0, f64::max) * SIZE_RATIO_BOUNDS[1].powf(1.0 / exponent);
     if high == 0.0 {
-        return vec![CHANGE[1]; estimate.element.len()];
+        return vec![SIZE_RATIO_BOUNDS[1]; estimate.cell_errors.len()];
     }
     for _ in 0..200 {
         let middle = (low * high).sqrt();
         if squared(middle) > target { high = middle } else { low = middle }
     }
-    estimate.element.iter().map(|&e| ratio(low, e)).collect()
+    estimate.cell_errors.iter().map(|&e| ratio(low, e)).collect()
 }
 
 #[cfg(test)]
@@ -46,7 +46,7 @@ mod tests {
 
     fn estimate(element: Vec<f64>) -> ErrorEstimate {
         let n = element.len();
-        ErrorEstimate { element, volume: vec![1.0; n], centre: vec![[0.0; 3]; n], norm: 10.0 }
+        ErrorEstimate { cell_errors: element, cell_volumes: vec![1.0; n], cell_centres: vec![[0.0; 3]; n], stress_norm: 10.0 }
     }
 
     /// Truths: the predicted error is the wanted one; the predicted elements have equal errors.
@@ -54,13 +54,13 @@ mod tests {
     fn predicted_errors_are_equal_and_add_up() {
         for degree in [1, 2] {
             let estimate = estimate(vec![1.0, 0.7, 1.2, 0.9]);
-            let wanted = 0.6 * estimate.relative();
+            let wanted = 0.6 * estimate.relative_error();
             let ratios = size_ratios(&estimate, degree, wanted);
             let p = degree as i32;
-            let total: f64 = estimate.element.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p)).sum();
+            let total: f64 = estimate.cell_errors.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p)).sum();
             assert!((total.sqrt() / (wanted * estimate.norm_squared().sqrt()) - 1.0).abs() < 1e-12);
             let each: Vec<f64> =
-                estimate.element.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p + 3)).collect();
+                estimate.cell_errors.iter().zip(&ratios).map(|(e, r)| e * e * r.powi(2 * p + 3)).collect();
             assert!(each.iter().all(|e| (e / each[0] - 1.0).abs() < 1e-12), "{each:?}");
         }
     }
@@ -69,8 +69,8 @@ mod tests {
     #[test]
     fn changes_are_limited() {
         let ratios = size_ratios(&estimate(vec![1e3, 1.0, 1e-6, 0.0]), 1, 1e-3);
-        assert_eq!((ratios[0], ratios[3]), (CHANGE[0], CHANGE[1]));
+        assert_eq!((ratios[0], ratios[3]), (SIZE_RATIO_BOUNDS[0], SIZE_RATIO_BOUNDS[1]));
         assert!(ratios.windows(2).all(|pair| pair[0] <= pair[1]));
-        assert_eq!(size_ratios(&estimate(vec![0.0; 2]), 1, 0.01), [CHANGE[1]; 2]);
+        assert_eq!(size_ratios(&estimate(vec![0.0; 2]), 1, 0.01), [SIZE_RATIO_BOUNDS[1]; 2]);
     }
 }

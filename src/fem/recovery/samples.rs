@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
-use super::patch::Terms;
+use super::patch::PolynomialSpace;
 use crate::element::ElementKind;
 use crate::error::Result;
-use crate::fem::assembly::Elements;
-use crate::fem::element::{PointState, state, states_at};
+use crate::fem::assembly::ElementContext;
+use crate::fem::element_kernels::{PointStress, element_state, stresses_at};
 use crate::quadrature::{RulePoint, hexahedron, pyramid, tetrahedron, wedge};
 
 /// Stress at a point of an element.
 #[derive(Debug, Clone)]
-pub(super) struct Sample {
+pub(super) struct StressSample {
     pub position: [f64; 3],
     /// Its share of the volume.
     pub volume: f64,
@@ -22,12 +22,12 @@ pub(super) struct Sample {
 
 /// Rules by kind, where they are not those of the stiffness.
 #[derive(Debug, Clone)]
-pub(super) struct SampleRules {
+pub(super) struct RecoveryRules {
     superconvergent: BTreeMap<ElementKind, Vec<RulePoint<3>>>,
     energy: BTreeMap<ElementKind, Vec<RulePoint<3>>>,
 }
 
-impl SampleRules {
+impl RecoveryRules {
     pub fn new() -> Self {
         // Barlow's points of elements of second order; for wedges and pyramids the nearest there is to them.
         let superconvergent = [
@@ -46,61 +46,61 @@ impl SampleRules {
 }
 
 /// The polynomials that an element's stress is recovered with: of the degree of its displacement.
-pub(super) fn terms(kind: ElementKind) -> Terms {
+pub(super) fn recovery_space(kind: ElementKind) -> PolynomialSpace {
     match (kind.n_nodes() > kind.n_corners(), kind.n_corners()) {
-        (false, _) => Terms::Linear,
-        (true, 8) => Terms::Triquadratic,
-        (true, _) => Terms::Quadratic,
+        (false, _) => PolynomialSpace::Linear,
+        (true, 8) => PolynomialSpace::Triquadratic,
+        (true, _) => PolynomialSpace::Quadratic,
     }
 }
 
 /// Stress of element `i` at the points of `rule`, at those of its stiffness if there is none.
-fn point_states(
-    elements: Elements,
+fn point_stresses(
+    elements: ElementContext,
     i: usize,
     u: &[[f64; 3]],
     rule: Option<&Vec<RulePoint<3>>>,
-) -> Result<Vec<PointState>> {
+) -> Result<Vec<PointStress>> {
     let cell = elements.regions.cells[i];
     let nodal: Vec<[f64; 3]> = elements.mesh.cell_nodes(cell).iter().map(|&node| u[node]).collect();
-    let (kind, points) = (elements.mesh.kind(cell), elements.points(cell));
-    let c = elements.material(i);
+    let (kind, points) = (elements.mesh.kind(cell), elements.node_coordinates(cell));
+    let c = elements.stiffness_tensor(i);
     let states = match rule {
-        Some(rule) => states_at(kind, &points, &nodal, &c, rule),
-        None => state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points),
+        Some(rule) => stresses_at(kind, &points, &nodal, &c, rule),
+        None => element_state(kind, &points, &nodal, &c, elements.formulation, elements.rules).map(|s| s.points),
     };
-    states.map_err(|unsound| elements.unsound(cell, unsound))
+    states.map_err(|unsound| elements.defect_error(cell, unsound))
 }
 
-fn sample(elements: Elements, i: usize, point: PointState) -> Sample {
+fn sample(elements: ElementContext, i: usize, point: PointStress) -> StressSample {
     let nodes = elements.mesh.cell_nodes(elements.regions.cells[i]);
     let points = &elements.mesh.points;
     let coordinate =
         |c: usize| nodes.iter().zip(&point.values).map(|(&node, value)| points[node][c] * value).sum();
-    Sample { position: std::array::from_fn(coordinate), volume: point.volume, stress: point.stress }
+    StressSample { position: std::array::from_fn(coordinate), volume: point.volume, stress: point.stress }
 }
 
 /// Stress of element `i` at its integration points.
-pub(super) fn at_integration_points(elements: Elements, i: usize, u: &[[f64; 3]]) -> Result<Vec<Sample>> {
-    let states = point_states(elements, i, u, None)?;
+pub(super) fn integration_point_samples(elements: ElementContext, i: usize, u: &[[f64; 3]]) -> Result<Vec<StressSample>> {
+    let states = point_stresses(elements, i, u, None)?;
     Ok(states.into_iter().map(|point| sample(elements, i, point)).collect())
 }
 
 /// Stress of element `i` where it is one order more accurate than elsewhere: of a linear element the mean, at the
 /// centre.
-pub(super) fn superconvergent(
-    elements: Elements,
+pub(super) fn superconvergent_samples(
+    elements: ElementContext,
     i: usize,
     u: &[[f64; 3]],
-    rules: &SampleRules,
-) -> Result<Vec<Sample>> {
+    rules: &RecoveryRules,
+) -> Result<Vec<StressSample>> {
     if let Some(rule) = rules.superconvergent.get(&elements.mesh.kind(elements.regions.cells[i])) {
-        let states = point_states(elements, i, u, Some(rule))?;
+        let states = point_stresses(elements, i, u, Some(rule))?;
         return Ok(states.into_iter().map(|point| sample(elements, i, point)).collect());
     }
-    let points = at_integration_points(elements, i, u)?;
+    let points = integration_point_samples(elements, i, u)?;
     let volume: f64 = points.iter().map(|point| point.volume).sum();
-    let mut mean = Sample { position: [0.0; 3], volume, stress: Vector6::zeros() };
+    let mut mean = StressSample { position: [0.0; 3], volume, stress: Vector6::zeros() };
     for point in points {
         let share = point.volume / volume;
         mean.stress += point.stress * share;
@@ -111,10 +111,10 @@ pub(super) fn superconvergent(
 
 /// Points of a rule that integrates the square of the difference of a recovered and the element's own stress.
 pub(super) fn energy_points(
-    elements: Elements,
+    elements: ElementContext,
     i: usize,
     u: &[[f64; 3]],
-    rules: &SampleRules,
-) -> Result<Vec<PointState>> {
-    point_states(elements, i, u, rules.energy.get(&elements.mesh.kind(elements.regions.cells[i])))
+    rules: &RecoveryRules,
+) -> Result<Vec<PointStress>> {
+    point_stresses(elements, i, u, rules.energy.get(&elements.mesh.kind(elements.regions.cells[i])))
 }

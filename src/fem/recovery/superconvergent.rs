@@ -17,26 +17,26 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::patch::{Patch, Terms};
-use super::points::{RecoveryPoints, Topology, classes};
-use super::samples::{self, Sample, SampleRules};
+use super::patch::{PatchFit, PolynomialSpace};
+use super::points::{RecoveryPoints, PointTopology, smooth_parts};
+use super::samples::{self, StressSample, RecoveryRules};
 use crate::error::Result;
 use crate::fem::FeModel;
-use crate::fem::assembly::Elements;
+use crate::fem::assembly::ElementContext;
 use crate::mesh::faces::solid_faces;
 
 /// Corners whose distance exceeds the least by no more than this share are equally near.
-const TIE: f64 = 1e-6;
+const EQUAL_DISTANCE_TOLERANCE: f64 = 1e-6;
 
 /// Polynomials fitted side by side before their weights are put into the rows.
-const BATCH: usize = 1024;
+const PATCHES_PER_BATCH: usize = 1024;
 
 /// How the stress at the points of a body follows from that in its elements.
 pub struct StressRecovery {
     points: Arc<RecoveryPoints>,
-    rules: SampleRules,
+    rules: RecoveryRules,
     /// Elements whose integration points are samples too, `[n_cells]`.
-    dense: Vec<bool>,
+    samples_gauss_points: Vec<bool>,
     /// Weights of the samples at each point: start of each point's entries, samples, values.
     starts: Vec<usize>,
     samples: Vec<u32>,
@@ -51,28 +51,28 @@ impl StressRecovery {
     pub fn new(model: &FeModel) -> Result<Self> {
         let elements = model.elements();
         let faces = solid_faces(elements.mesh);
-        let class = classes(elements, &faces);
+        let class = smooth_parts(elements, &faces);
         let points = RecoveryPoints::new(elements, &class);
-        let topology = Topology::new(elements, &class, &faces, &points);
+        let topology = PointTopology::new(elements, &class, &faces, &points);
         let rest = vec![[0.0; 3]; elements.mesh.n_points()];
-        let sources: Vec<Vec<Source>> = (0..points.n_points())
+        let sources: Vec<Vec<PatchSource>> = (0..points.n_points())
             .into_par_iter()
-            .map(|p| sources(elements, &points, &topology, p))
+            .map(|p| patch_sources(elements, &points, &topology, p))
             .collect();
-        let mut dense = vec![false; elements.n()];
+        let mut dense = vec![false; elements.n_elements()];
         for source in sources.iter().flatten() {
-            if let Source::Ring(vertex) = source {
-                ring(&points, &topology, *vertex).into_iter().for_each(|cell| dense[cell] = true);
+            if let PatchSource::ExtendedRing(vertex) = source {
+                extended_ring(&points, &topology, *vertex).into_iter().for_each(|cell| dense[cell] = true);
             }
         }
-        let rules = SampleRules::new();
-        let layout = Layout::new(elements, &dense, &rest, &rules)?;
-        let builder = Builder { elements, points: &points, topology: &topology, layout: &layout };
+        let rules = RecoveryRules::new();
+        let layout = SampleLayout::new(elements, &dense, &rest, &rules)?;
+        let builder = RowBuilder { elements, points: &points, topology: &topology, layout: &layout };
         let rows = builder.rows(&sources);
         let mut recovery = Self {
             points: Arc::new(points),
             rules,
-            dense,
+            samples_gauss_points: dense,
             starts: vec![0],
             samples: Vec::new(),
             weights: Vec::new(),
@@ -85,7 +85,7 @@ impl StressRecovery {
         Ok(recovery)
     }
 
-    pub(super) fn rules(&self) -> &SampleRules {
+    pub(super) fn rules(&self) -> &RecoveryRules {
         &self.rules
     }
 
@@ -100,7 +100,7 @@ impl StressRecovery {
     /// # Errors
     /// If an element is inverted (a model with such elements is refused when it is made).
     pub fn stress(&self, model: &FeModel, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 6]>> {
-        let samples = all_samples(model.elements(), &self.dense, displacement, &self.rules)?;
+        let samples = all_samples(model.elements(), &self.samples_gauss_points, displacement, &self.rules)?;
         let value = |point: usize| {
             let range = self.starts[point]..self.starts[point + 1];
             let mut sum = nalgebra::Vector6::zeros();
@@ -115,49 +115,49 @@ impl StressRecovery {
 
 /// Where the value at a point comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Source {
+enum PatchSource {
     /// The polynomial over the elements around an inner vertex.
-    Vertex(usize),
+    InnerVertex(usize),
     /// That over the elements around a vertex and their neighbours, at the integration points.
-    Ring(usize),
+    ExtendedRing(usize),
 }
 
 /// The samples of all elements, superconvergent ones first, then those of `dense` elements.
 fn all_samples(
-    elements: Elements,
+    elements: ElementContext,
     dense: &[bool],
     u: &[[f64; 3]],
-    rules: &SampleRules,
-) -> Result<Vec<Sample>> {
-    let of_element = |i: usize| -> Result<Vec<Sample>> {
-        let mut found = samples::superconvergent(elements, i, u, rules)?;
+    rules: &RecoveryRules,
+) -> Result<Vec<StressSample>> {
+    let of_element = |i: usize| -> Result<Vec<StressSample>> {
+        let mut found = samples::superconvergent_samples(elements, i, u, rules)?;
         if dense[i] {
-            found.extend(samples::at_integration_points(elements, i, u)?);
+            found.extend(samples::integration_point_samples(elements, i, u)?);
         }
         Ok(found)
     };
-    let all: Vec<Vec<Sample>> = (0..elements.n()).into_par_iter().map(of_element).collect::<Result<_>>()?;
+    let all: Vec<Vec<StressSample>> = (0..elements.n_elements()).into_par_iter().map(of_element).collect::<Result<_>>()?;
     Ok(all.into_iter().flatten().collect())
 }
 
 /// Which samples belong to which element.
-struct Layout {
+struct SampleLayout {
     /// Start of each element's samples, of its integration points among them, and its end.
     starts: Vec<[usize; 3]>,
-    samples: Vec<Sample>,
+    samples: Vec<StressSample>,
 }
 
-impl Layout {
-    fn new(elements: Elements, dense: &[bool], rest: &[[f64; 3]], rules: &SampleRules) -> Result<Self> {
+impl SampleLayout {
+    fn new(elements: ElementContext, dense: &[bool], rest: &[[f64; 3]], rules: &RecoveryRules) -> Result<Self> {
         let samples = all_samples(elements, dense, rest, rules)?;
-        let mut starts = Vec::with_capacity(elements.n());
+        let mut starts = Vec::with_capacity(elements.n_elements());
         let mut end = 0;
         for (i, &dense) in dense.iter().enumerate() {
             let first = end;
-            let inner = first + samples::superconvergent(elements, i, rest, rules)?.len();
+            let inner = first + samples::superconvergent_samples(elements, i, rest, rules)?.len();
             end = inner;
             if dense {
-                end += samples::at_integration_points(elements, i, rest)?.len();
+                end += samples::integration_point_samples(elements, i, rest)?.len();
             }
             starts.push([first, inner, end]);
         }
@@ -166,8 +166,8 @@ impl Layout {
 }
 
 /// Cells around a vertex and those that share a point with them, ascending.
-fn ring(points: &RecoveryPoints, topology: &Topology, vertex: usize) -> Vec<usize> {
-    let around = topology.cells_at[vertex].iter().flat_map(|&cell| points.of_cell(cell));
+fn extended_ring(points: &RecoveryPoints, topology: &PointTopology, vertex: usize) -> Vec<usize> {
+    let around = topology.cells_at[vertex].iter().flat_map(|&cell| points.points_of_cell(cell));
     let mut cells: Vec<usize> = around.flat_map(|&point| topology.cells_at[point].iter().copied()).collect();
     cells.sort_unstable();
     cells.dedup();
@@ -175,44 +175,44 @@ fn ring(points: &RecoveryPoints, topology: &Topology, vertex: usize) -> Vec<usiz
 }
 
 /// Where the value at point `p` comes from; equally near vertices count alike.
-fn sources(elements: Elements, points: &RecoveryPoints, topology: &Topology, p: usize) -> Vec<Source> {
-    if !topology.vertex[p] {
+fn patch_sources(elements: ElementContext, points: &RecoveryPoints, topology: &PointTopology, p: usize) -> Vec<PatchSource> {
+    if !topology.is_vertex[p] {
         return nearest_corners(elements, points, topology, p)
             .into_iter()
-            .flat_map(|corner| sources(elements, points, topology, corner))
+            .flat_map(|corner| patch_sources(elements, points, topology, corner))
             .collect();
     }
-    if !topology.border[p] {
-        return vec![Source::Vertex(p)];
+    if !topology.on_material_border[p] {
+        return vec![PatchSource::InnerVertex(p)];
     }
     let mut inner: Vec<usize> = topology.cells_at[p]
         .iter()
-        .flat_map(|&cell| points.of_cell(cell))
+        .flat_map(|&cell| points.points_of_cell(cell))
         .copied()
-        .filter(|&q| topology.vertex[q] && !topology.border[q])
+        .filter(|&q| topology.is_vertex[q] && !topology.on_material_border[q])
         .collect();
     inner.sort_unstable();
     inner.dedup();
     let near = nearest(elements, points, p, &inner);
-    if near.is_empty() { vec![Source::Ring(p)] } else { near.into_iter().map(Source::Vertex).collect() }
+    if near.is_empty() { vec![PatchSource::ExtendedRing(p)] } else { near.into_iter().map(PatchSource::InnerVertex).collect() }
 }
 
 /// The corners nearest to a middle node in the first of its cells: two on an edge, all around a face.
-fn nearest_corners(elements: Elements, points: &RecoveryPoints, topology: &Topology, p: usize) -> Vec<usize> {
+fn nearest_corners(elements: ElementContext, points: &RecoveryPoints, topology: &PointTopology, p: usize) -> Vec<usize> {
     let cell = topology.cells_at[p][0];
     let corners = elements.mesh.kind(elements.regions.cells[cell]).n_corners();
-    nearest(elements, points, p, &points.of_cell(cell)[..corners])
+    nearest(elements, points, p, &points.points_of_cell(cell)[..corners])
 }
 
-fn nearest(elements: Elements, points: &RecoveryPoints, p: usize, among: &[usize]) -> Vec<usize> {
-    let at = |q: usize| nalgebra::Vector3::from(elements.mesh.points[points.node[q]]);
+fn nearest(elements: ElementContext, points: &RecoveryPoints, p: usize, among: &[usize]) -> Vec<usize> {
+    let at = |q: usize| nalgebra::Vector3::from(elements.mesh.points[points.mesh_nodes[q]]);
     let distance = |q: usize| (at(q) - at(p)).norm();
     let least = among.iter().map(|&q| distance(q)).fold(f64::INFINITY, f64::min);
-    among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + TIE)).collect()
+    among.iter().copied().filter(|&q| distance(q) <= least * (1.0 + EQUAL_DISTANCE_TOLERANCE)).collect()
 }
 
 /// Adds one row to another.
-fn add(row: &mut Row, part: Row) {
+fn add_row(row: &mut WeightRow, part: WeightRow) {
     row.extend(part);
     row.sort_by_key(|entry| entry.0);
     row.dedup_by(|next, kept| {
@@ -224,73 +224,73 @@ fn add(row: &mut Row, part: Row) {
 }
 
 /// Makes the rows of the operator.
-struct Builder<'a> {
-    elements: Elements<'a>,
+struct RowBuilder<'a> {
+    elements: ElementContext<'a>,
     points: &'a RecoveryPoints,
-    topology: &'a Topology,
-    layout: &'a Layout,
+    topology: &'a PointTopology,
+    layout: &'a SampleLayout,
 }
 
 /// Samples and their weights, samples ascending.
-type Row = Vec<(u32, f64)>;
+type WeightRow = Vec<(u32, f64)>;
 
-impl Builder<'_> {
+impl RowBuilder<'_> {
     /// The rows of all points, from the sources of each; a polynomial is fitted once for all points that take it.
-    fn rows(&self, sources: &[Vec<Source>]) -> Vec<Row> {
-        let mut uses: Vec<(Source, usize)> = sources
+    fn rows(&self, sources: &[Vec<PatchSource>]) -> Vec<WeightRow> {
+        let mut uses: Vec<(PatchSource, usize)> = sources
             .iter()
             .enumerate()
             .flat_map(|(p, of_point)| of_point.iter().map(move |&s| (s, p)))
             .collect();
         uses.sort_unstable();
-        let by_source: Vec<&[(Source, usize)]> = uses.chunk_by(|a, b| a.0 == b.0).collect();
-        let mut rows = vec![Row::new(); sources.len()];
-        for batch in by_source.chunks(BATCH) {
-            let parts: Vec<Vec<Row>> = batch.par_iter().map(|uses| self.parts(uses, sources)).collect();
+        let by_source: Vec<&[(PatchSource, usize)]> = uses.chunk_by(|a, b| a.0 == b.0).collect();
+        let mut rows = vec![WeightRow::new(); sources.len()];
+        for batch in by_source.chunks(PATCHES_PER_BATCH) {
+            let parts: Vec<Vec<WeightRow>> = batch.par_iter().map(|uses| self.weight_rows(uses, sources)).collect();
             for (&(_, point), part) in batch.iter().copied().flatten().zip(parts.into_iter().flatten()) {
-                add(&mut rows[point], part);
+                add_row(&mut rows[point], part);
             }
         }
         rows
     }
 
     /// What one source adds to the points that use it.
-    fn parts(&self, uses: &[(Source, usize)], sources: &[Vec<Source>]) -> Vec<Row> {
+    fn weight_rows(&self, uses: &[(PatchSource, usize)], sources: &[Vec<PatchSource>]) -> Vec<WeightRow> {
         let Some(&(source, _)) = uses.first() else { return Vec::new() };
         let patch = self.patch(source);
-        let part = |&(_, point): &(Source, usize)| -> Row {
-            let weights = patch.weights_at(self.elements.mesh.points[self.points.node[point]]);
+        let part = |&(_, point): &(PatchSource, usize)| -> WeightRow {
+            let weights = patch.weights_at(self.elements.mesh.points[self.points.mesh_nodes[point]]);
             let share = 1.0 / sources[point].len() as f64;
             patch.samples.iter().zip(weights.iter()).map(|(&s, w)| (s as u32, w * share)).collect()
         };
         uses.iter().map(part).collect()
     }
 
-    fn patch(&self, source: Source) -> Patch {
+    fn patch(&self, source: PatchSource) -> PatchFit {
         let (cells, kinds) = match source {
-            Source::Vertex(vertex) => (self.topology.cells_at[vertex].clone(), [0, 1]),
-            Source::Ring(vertex) => (ring(self.points, self.topology, vertex), [1, 2]),
+            PatchSource::InnerVertex(vertex) => (self.topology.cells_at[vertex].clone(), [0, 1]),
+            PatchSource::ExtendedRing(vertex) => (extended_ring(self.points, self.topology, vertex), [1, 2]),
         };
         let starts = &self.layout.starts;
         let samples = cells.iter().flat_map(|&cell| starts[cell][kinds[0]]..starts[cell][kinds[1]]);
         let samples: Vec<usize> = samples.collect();
-        let terms = self.terms(&cells, samples.len());
-        let axes = if terms == Terms::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
-        Patch::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
+        let terms = self.polynomial_space(&cells, samples.len());
+        let axes = if terms == PolynomialSpace::Triquadratic { self.axes(cells[0]) } else { Matrix3::identity() };
+        PatchFit::new((terms, axes), samples, |sample| self.layout.samples[sample].position)
     }
 
     /// The polynomials for a patch: those that all its elements can bear, products along the axes only where there are
     /// twice as many samples.
-    fn terms(&self, cells: &[usize], n_samples: usize) -> Terms {
+    fn polynomial_space(&self, cells: &[usize], n_samples: usize) -> PolynomialSpace {
         let kind = |&cell: &usize| self.elements.mesh.kind(self.elements.regions.cells[cell]);
-        let least = cells.iter().map(|cell| samples::terms(kind(cell))).min().unwrap_or(Terms::Linear);
-        if n_samples < 2 * 27 { least.min(Terms::Quadratic) } else { least }
+        let least = cells.iter().map(|cell| samples::recovery_space(kind(cell))).min().unwrap_or(PolynomialSpace::Linear);
+        if n_samples < 2 * 27 { least.min(PolynomialSpace::Quadratic) } else { least }
     }
 
     /// The edges of a hexahedron at its first corner: the axes along which neighbours in a row lie.
     fn axes(&self, cell: usize) -> Matrix3<f64> {
         let cell = self.elements.regions.cells[cell];
-        let points = self.elements.points(cell);
+        let points = self.elements.node_coordinates(cell);
         let edge = |to: usize| Vector3::from(points[to]) - Vector3::from(points[0]);
         Matrix3::from_columns(&[edge(1), edge(3), edge(4)])
     }

@@ -2,17 +2,17 @@
 //!
 //! The terms are orthogonal and ordered by size, so that the small ones bear a relative error of single precision.
 
-use super::cross::Terms;
+use super::cross_approximation::OuterProducts;
 
 /// Relative error of a term in single precision: both factors are rounded, at random.
-const SINGLE: f64 = 5e-8;
+const SINGLE_PRECISION_ERROR: f64 = 5e-8;
 
 /// Shares of the bound for the terms that are left out and for the rounding of those in single precision.
-const LEFT_OUT: f64 = 0.7;
-const ROUNDING: f64 = 0.5;
+const TRUNCATION_SHARE: f64 = 0.7;
+const ROUNDING_SHARE: f64 = 0.5;
 
 /// A column that is this small beside what it was is a sum of those before it.
-const DEPENDENT: f64 = 1e-13;
+const DEPENDENCE_TOLERANCE: f64 = 1e-13;
 
 /// The terms u vᵀ of a block, u before v for each.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,12 +27,12 @@ impl LowRank {
     ///
     /// # Source
     /// Golub and Van Loan 2013, Matrix Computations, 5.2.8 (modified Gram-Schmidt) and 5.4.2 (column pivoting).
-    pub fn new(terms: &Terms, (m, n): (usize, usize), bound: f64) -> Self {
+    pub fn new(terms: &OuterProducts, (m, n): (usize, usize), bound: f64) -> Self {
         let (q, mut w) = orthogonal(terms, (m, n));
         let mut shrunk = Self::default();
         let mut free: Vec<usize> = (0..terms.rank).collect();
         let mut sizes: Vec<f64> = w.chunks_exact(m).map(squares).collect();
-        while free.iter().map(|&p| sizes[p]).sum::<f64>().sqrt() > LEFT_OUT * bound {
+        while free.iter().map(|&p| sizes[p]).sum::<f64>().sqrt() > TRUNCATION_SHARE * bound {
             let most = (0..free.len()).max_by(|&a, &b| sizes[free[a]].total_cmp(&sizes[free[b]]));
             let Some(most) = most else { break };
             let p = free.swap_remove(most);
@@ -47,7 +47,7 @@ impl LowRank {
                 sizes[other] = squares(rest);
                 v.iter_mut().zip(&q[other * n..(other + 1) * n]).for_each(|(v, q)| *v += share * q);
             }
-            if dot(&v, &v).sqrt() * SINGLE > ROUNDING * bound {
+            if dot(&v, &v).sqrt() * SINGLE_PRECISION_ERROR > ROUNDING_SHARE * bound {
                 shrunk.double.extend_from_slice(&u);
                 shrunk.double.extend_from_slice(&v);
             } else {
@@ -66,7 +66,7 @@ impl LowRank {
 }
 
 /// Orthonormal q `[rank][n]` and w `[rank][m]` with Σ w qᵀ = Σ u vᵀ.
-fn orthogonal(terms: &Terms, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
+fn orthogonal(terms: &OuterProducts, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
     let rank = terms.rank;
     let (mut q, mut w) = (terms.v.clone(), vec![0.0; rank * m]);
     for l in 0..rank {
@@ -80,7 +80,7 @@ fn orthogonal(terms: &Terms, (m, n): (usize, usize)) -> (Vec<f64>, Vec<f64>) {
             w[p * m..(p + 1) * m].iter_mut().zip(u).for_each(|(w, u)| *w += share * u);
         }
         let left = squares(v).sqrt();
-        if left > DEPENDENT * size {
+        if left > DEPENDENCE_TOLERANCE * size {
             v.iter_mut().for_each(|v| *v /= left);
             w[l * m..(l + 1) * m].iter_mut().zip(u).for_each(|(w, u)| *w += left * u);
         } else {
@@ -110,7 +110,7 @@ pub(in crate::linalg) fn dot<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cross::{Component, EntryLines, approximate};
+    use super::super::cross_approximation::{ComponentLines, KernelBlock, approximate};
     use super::*;
 
     /// The sum of the terms at (i, j).
@@ -138,11 +138,11 @@ mod tests {
             values[1] = 0.0;
             values[2] = 3.0 * term(7, i, j);
         };
-        let mut lines = EntryLines::new(&entries, 0..m, m..m + n, 3);
+        let mut lines = KernelBlock::new(&entries, 0..m, m..m + n, 3);
         for (component, expected) in [(0, 5), (1, 0), (2, 1)] {
             let bound = 1e-9 * lines.norm();
             let block = LowRank::new(
-                &approximate(Component { lines: &mut lines, component }, 0.3 * bound),
+                &approximate(ComponentLines { lines: &mut lines, component }, 0.3 * bound),
                 (m, n),
                 bound,
             );
@@ -169,11 +169,11 @@ mod tests {
         };
         let mut ranks = Vec::new();
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-            let mut lines = EntryLines::new(&entries, 0..m, m..2 * m, 1);
+            let mut lines = KernelBlock::new(&entries, 0..m, m..2 * m, 1);
             let norm = lines.norm();
             let bound = tolerance * norm;
             let block = LowRank::new(
-                &approximate(Component { lines: &mut lines, component: 0 }, 0.3 * bound),
+                &approximate(ComponentLines { lines: &mut lines, component: 0 }, 0.3 * bound),
                 (m, m),
                 bound,
             );

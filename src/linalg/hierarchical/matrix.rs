@@ -5,41 +5,41 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::blocks::{Block, blocks};
-use super::cluster::ClusterTree;
-use super::cross::{Component, Entries, EntryLines, approximate};
+use super::block_partition::{ClusterPair, symmetric_partition};
+use super::cluster_tree::ClusterTree;
+use super::cross_approximation::{ComponentLines, KernelEntries, KernelBlock, approximate};
 use super::low_rank::LowRank;
 use crate::error::Result;
 use crate::interrupt;
 
 /// Part of a block's bound that its crosses may leave over; the rest is for the terms left out afterwards.
-const CROSSES: f64 = 0.3;
+const CROSS_ERROR_SHARE: f64 = 0.3;
 
 /// Finest tolerance of a block, unless less is asked for.
-const FINEST: f64 = 1e-13;
+const MIN_BLOCK_TOLERANCE: f64 = 1e-13;
 
 /// Far blocks of like size of which the ranks are found to tell the memory of all.
-const SAMPLES: usize = 3;
+const SAMPLED_BLOCKS_PER_SIZE: usize = 3;
 
 /// Parts a product is made in; their number is fixed so that the bits do not depend on the threads.
-pub(super) const PARTS: usize = 16;
+pub(super) const N_PRODUCT_PARTS: usize = 16;
 
 /// A block of all components.
-pub(super) struct Stored {
+pub(super) struct StoredBlock {
     pub rows: Range<usize>,
     pub columns: Range<usize>,
-    pub content: Content,
+    pub content: BlockContent,
 }
 
 /// The values of a block.
-pub(super) enum Content {
+pub(super) enum BlockContent {
     /// `[component][row][column]`
     Near(Vec<f64>),
     /// `[component]`
     Far(Vec<LowRank>),
 }
 
-impl Content {
+impl BlockContent {
     fn bytes(&self) -> usize {
         match self {
             Self::Near(values) => size_of_val(values.as_slice()),
@@ -50,9 +50,9 @@ impl Content {
     }
 }
 
-impl Content {
+impl BlockContent {
     /// What its entries of a component are sums of: `with(row, column, value)`.
-    fn each(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
+    fn for_each_term(&self, component: usize, [m, n]: [usize; 2], mut with: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Near(values) => {
                 let own = &values[component * m * n..(component + 1) * m * n];
@@ -72,42 +72,42 @@ impl Content {
     }
 }
 
-impl Stored {
+impl StoredBlock {
     /// Whether rows and columns are the same.
-    pub fn diagonal(&self) -> bool {
+    pub fn is_diagonal(&self) -> bool {
         self.rows == self.columns
     }
 }
 
 /// The blocks of matrices over a cluster tree.
-pub struct Layout {
+pub struct BlockLayout {
     tree: ClusterTree,
-    blocks: Vec<Block>,
+    blocks: Vec<ClusterPair>,
     /// Share of the tolerance that each cluster is given.
-    shares: Vec<f64>,
+    tolerance_shares: Vec<f64>,
 }
 
-impl Layout {
+impl BlockLayout {
     /// See [`blocks`] for `admissibility`.
     pub fn new(tree: ClusterTree, admissibility: f64) -> Self {
-        let blocks = blocks(&tree, admissibility);
+        let blocks = symmetric_partition(&tree, admissibility);
         let shares = vec![1.0; tree.clusters.len()];
-        Self { tree, blocks, shares }
+        Self { tree, blocks, tolerance_shares: shares }
     }
 
     /// With shares of the tolerance for the points, `[N]` in their own order; a block gets the least one of its rows and
     /// columns.
-    pub fn with_shares(self, shares: &[f64]) -> Self {
+    pub fn with_tolerance_shares(self, shares: &[f64]) -> Self {
         let of = |range: Range<usize>| {
             self.tree.order[range].iter().map(|&point| shares[point]).fold(f64::INFINITY, f64::min)
         };
         let shares = self.tree.clusters.iter().map(|cluster| of(cluster.range.clone())).collect();
-        Self { shares, ..self }
+        Self { tolerance_shares: shares, ..self }
     }
 
     /// The tolerance of a block.
-    fn tolerance_of(&self, block: &Block, tolerance: f64) -> f64 {
-        (tolerance * self.shares[block.rows].min(self.shares[block.columns])).max(FINEST.min(tolerance))
+    fn tolerance_of(&self, block: &ClusterPair, tolerance: f64) -> f64 {
+        (tolerance * self.tolerance_shares[block.rows].min(self.tolerance_shares[block.columns])).max(MIN_BLOCK_TOLERANCE.min(tolerance))
     }
 
     /// The tree.
@@ -116,20 +116,20 @@ impl Layout {
     }
 
     /// Rows and columns of a block.
-    fn ranges(&self, block: &Block) -> [Range<usize>; 2] {
+    fn ranges(&self, block: &ClusterPair) -> [Range<usize>; 2] {
         [block.rows, block.columns].map(|cluster| self.tree.clusters[cluster].range.clone())
     }
 
     /// Numbers in the blocks that are stored as they are, per component.
     pub fn near_entries(&self) -> usize {
-        let near = self.blocks.iter().filter(|block| !block.far).map(|block| self.ranges(block));
+        let near = self.blocks.iter().filter(|block| !block.is_admissible).map(|block| self.ranges(block));
         near.map(|[rows, columns]| rows.len() * columns.len()).sum()
     }
 
     /// Bytes of [`Self::fill`]: near blocks counted, far ones by the bytes that a row or column usually takes per component
     /// and square of the digits.
-    pub fn usual_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
-        let far = self.blocks.iter().filter(|block| block.far).map(|block| {
+    pub fn estimated_bytes(&self, components: usize, tolerance: f64, per_line: f64) -> usize {
+        let far = self.blocks.iter().filter(|block| block.is_admissible).map(|block| {
             let [m, n] = self.ranges(block).map(|range| range.len());
             let digits = self.tolerance_of(block, tolerance).log10();
             (per_line * digits * digits * (m + n) as f64).min((size_of::<f64>() * m * n) as f64)
@@ -138,9 +138,9 @@ impl Layout {
     }
 
     /// Bytes of [`Self::fill`]: near blocks counted, far ones by the ranks of some of each size.
-    pub fn expected_bytes(&self, entries: &impl Entries, components: usize, tolerance: f64) -> usize {
-        let mut of_size: Vec<Vec<&Block>> = Vec::new();
-        for block in self.blocks.iter().filter(|block| block.far) {
+    pub fn sampled_bytes(&self, entries: &impl KernelEntries, components: usize, tolerance: f64) -> usize {
+        let mut of_size: Vec<Vec<&ClusterPair>> = Vec::new();
+        for block in self.blocks.iter().filter(|block| block.is_admissible) {
             let [rows, columns] = self.ranges(block);
             let size = (rows.len() + columns.len()).ilog2() as usize;
             if of_size.len() <= size {
@@ -148,13 +148,13 @@ impl Layout {
             }
             of_size[size].push(block);
         }
-        let sampled = |blocks: &Vec<&Block>| {
-            let lines = |block: &Block| self.ranges(block).map(|range| range.len()).iter().sum::<usize>();
-            let count = SAMPLES.min(blocks.len());
+        let sampled = |blocks: &Vec<&ClusterPair>| {
+            let lines = |block: &ClusterPair| self.ranges(block).map(|range| range.len()).iter().sum::<usize>();
+            let count = SAMPLED_BLOCKS_PER_SIZE.min(blocks.len());
             let (mut bytes, mut seen) = (0, 0);
             for k in 0..count {
                 let block = blocks[(2 * k + 1) * blocks.len() / (2 * count)];
-                bytes += self.stored(block, entries, components, tolerance).content.bytes();
+                bytes += self.build_block(block, entries, components, tolerance).content.bytes();
                 seen += lines(block);
             }
             let all: usize = blocks.iter().map(|block| lines(block)).sum();
@@ -164,22 +164,22 @@ impl Layout {
         far.iter().sum::<f64>() as usize + size_of::<f64>() * components * self.near_entries()
     }
 
-    fn stored(&self, block: &Block, entries: &impl Entries, components: usize, tolerance: f64) -> Stored {
+    fn build_block(&self, block: &ClusterPair, entries: &impl KernelEntries, components: usize, tolerance: f64) -> StoredBlock {
         let [rows, columns] = self.ranges(block);
-        if interrupt::wished() {
-            return Stored { rows, columns, content: Content::Near(Vec::new()) };
+        if interrupt::requested() {
+            return StoredBlock { rows, columns, content: BlockContent::Near(Vec::new()) };
         }
         let (m, n) = (rows.len(), columns.len());
-        if block.far {
-            let mut lines = EntryLines::new(entries, rows.clone(), columns.clone(), components);
+        if block.is_admissible {
+            let mut lines = KernelBlock::new(entries, rows.clone(), columns.clone(), components);
             let bound = self.tolerance_of(block, tolerance) * lines.norm() / (components as f64).sqrt();
             let of = |component| {
-                let crosses = Component { lines: &mut lines, component };
-                LowRank::new(&approximate(crosses, CROSSES * bound), (m, n), bound)
+                let crosses = ComponentLines { lines: &mut lines, component };
+                LowRank::new(&approximate(crosses, CROSS_ERROR_SHARE * bound), (m, n), bound)
             };
-            let content = Content::Far((0..components).map(of).collect());
+            let content = BlockContent::Far((0..components).map(of).collect());
             if content.bytes() <= size_of::<f64>() * components * m * n {
-                return Stored { rows, columns, content };
+                return StoredBlock { rows, columns, content };
             }
         }
         let mut values = vec![0.0; components * m * n];
@@ -188,7 +188,7 @@ impl Layout {
             entries(rows.start + i, columns.start + j, &mut entry);
             (0..components).for_each(|c| values[(c * m + i) * n + j] = entry[c]);
         }
-        Stored { rows, columns, content: Content::Near(values) }
+        StoredBlock { rows, columns, content: BlockContent::Near(values) }
     }
 
     /// The matrices of a kernel: entry (j, i) of a component is its `signs` (1 or -1) times entry (i, j). Each far
@@ -197,10 +197,10 @@ impl Layout {
     ///
     /// # Errors
     /// If a stop is wished.
-    pub fn fill(self, entries: &impl Entries, signs: Vec<f64>, tolerance: f64) -> Result<HierarchicalMatrix> {
-        let of = |block: &Block| self.stored(block, entries, signs.len(), tolerance);
+    pub fn fill(self, entries: &impl KernelEntries, signs: Vec<f64>, tolerance: f64) -> Result<HierarchicalMatrix> {
+        let of = |block: &ClusterPair| self.build_block(block, entries, signs.len(), tolerance);
         // Large blocks take long: each is a task of its own.
-        let blocks: Vec<Stored> = self.blocks.par_iter().with_max_len(1).map(of).collect();
+        let blocks: Vec<StoredBlock> = self.blocks.par_iter().with_max_len(1).map(of).collect();
         interrupt::check()?;
         let parts = parts(&blocks);
         Ok(HierarchicalMatrix { tree: self.tree, blocks, signs, parts, scratch: Mutex::new(Vec::new()) })
@@ -208,16 +208,16 @@ impl Layout {
 }
 
 /// Ranges of blocks of about equal numbers of bytes.
-fn parts(blocks: &[Stored]) -> Vec<Range<usize>> {
+fn parts(blocks: &[StoredBlock]) -> Vec<Range<usize>> {
     let all: usize = blocks.iter().map(|block| block.content.bytes()).sum();
     let (mut ends, mut seen) = (vec![0], 0);
     for (index, block) in blocks.iter().enumerate() {
         seen += block.content.bytes();
-        while ends.len() < PARTS && seen * PARTS >= all * ends.len() {
+        while ends.len() < N_PRODUCT_PARTS && seen * N_PRODUCT_PARTS >= all * ends.len() {
             ends.push(index + 1);
         }
     }
-    ends.resize(PARTS, blocks.len());
+    ends.resize(N_PRODUCT_PARTS, blocks.len());
     ends.push(blocks.len());
     ends.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
@@ -225,7 +225,7 @@ fn parts(blocks: &[Stored]) -> Vec<Range<usize>> {
 /// The matrices of the components of a kernel over the places of a cluster tree.
 pub struct HierarchicalMatrix {
     pub(super) tree: ClusterTree,
-    pub(super) blocks: Vec<Stored>,
+    pub(super) blocks: Vec<StoredBlock>,
     /// Sign of the mirrored entries of each component.
     pub(super) signs: Vec<f64>,
     /// The blocks of each part of a product.
@@ -247,11 +247,11 @@ impl HierarchicalMatrix {
 
     /// Bytes of all blocks.
     pub fn bytes(&self) -> usize {
-        self.blocks.iter().map(|block| block.content.bytes() + size_of::<Stored>()).sum()
+        self.blocks.iter().map(|block| block.content.bytes() + size_of::<StoredBlock>()).sum()
     }
 
     /// The entries between the places of each group (clusters of the tree), `[group][component][place][place]`.
-    pub fn within(&self, groups: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
+    pub fn diagonal_blocks(&self, groups: &[Range<usize>]) -> Vec<Vec<Vec<f64>>> {
         let mut of = vec![0; self.n()];
         groups.iter().enumerate().for_each(|(group, places)| of[places.clone()].fill(group));
         let mut values: Vec<Vec<Vec<f64>>> =
@@ -264,10 +264,10 @@ impl HierarchicalMatrix {
             }
             let (count, first) = (places.len(), places.start);
             for (component, values) in values[of[rows.start]].iter_mut().enumerate() {
-                block.content.each(component, [rows.len(), columns.len()], |i, j, value| {
+                block.content.for_each_term(component, [rows.len(), columns.len()], |i, j, value| {
                     let [i, j] = [rows.start + i - first, columns.start + j - first];
                     values[i * count + j] += value;
-                    if !block.diagonal() {
+                    if !block.is_diagonal() {
                         values[j * count + i] += self.signs[component] * value;
                     }
                 });
@@ -279,7 +279,7 @@ impl HierarchicalMatrix {
     /// Σ w_i w_j entry (i, j) over the places of each pair of `groups` (ascending ranges of all places),
     /// `[component][group][group]`;
     /// `weights` `[N]`.
-    pub fn sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
+    pub fn group_sums(&self, groups: &[Range<usize>], weights: &[f64]) -> Vec<Vec<f64>> {
         let count = groups.len();
         let of: Vec<usize> = groups
             .iter()
@@ -292,18 +292,18 @@ impl HierarchicalMatrix {
             for (component, sum) in sums.iter_mut().enumerate() {
                 let mut add = |g: usize, h: usize, value: f64| {
                     sum[g * count + h] += value;
-                    if !block.diagonal() {
+                    if !block.is_diagonal() {
                         sum[h * count + g] += self.signs[component] * value;
                     }
                 };
                 match &block.content {
-                    near @ Content::Near(_) => {
-                        near.each(component, [rows.len(), columns.len()], |i, j, value| {
+                    near @ BlockContent::Near(_) => {
+                        near.for_each_term(component, [rows.len(), columns.len()], |i, j, value| {
                             let [i, j] = [rows.start + i, columns.start + j];
                             add(of[i], of[j], weights[i] * weights[j] * value);
                         })
                     }
-                    Content::Far(components) => {
+                    BlockContent::Far(components) => {
                         let single: Vec<f64> =
                             components[component].single.iter().map(|&value| value.into()).collect();
                         for terms in [&components[component].double, &single] {

@@ -9,22 +9,22 @@
 //! Hackbusch 1999, "A sparse matrix arithmetic based on H-matrices"; Börm, Grasedyck and Hackbusch 2003, "Hierarchical
 //! matrices".
 
-pub mod blocks;
-pub mod cluster;
-mod cross;
-mod general;
-mod grouped;
+pub mod block_partition;
+pub mod cluster_tree;
+mod cross_approximation;
+mod collocation_matrix;
+mod collocation_block;
 mod low_rank;
 mod matrix;
-mod local_coarse;
+mod coarse_block_jacobi;
 mod product;
 
-pub use blocks::{Block, all_blocks, blocks};
-pub use cluster::{Cluster, ClusterTree, Extent};
-pub use cross::{Entries, MOST};
-pub use general::{CollocationLayout, CollocationMatrix, Real};
-pub use grouped::{Collocation, Groups, ROWS};
-pub use local_coarse::{Additions, LocalCoarse, Unknowns};
+pub use block_partition::{ClusterPair, full_partition, symmetric_partition};
+pub use cluster_tree::{Cluster, ClusterTree, BoundingBox};
+pub use cross_approximation::{KernelEntries, MAX_COMPONENTS};
+pub use collocation_matrix::{CollocationLayout, CollocationMatrix, BlockScalar};
+pub use collocation_block::{CollocationKernel, ElementNumbering, ROWS_PER_NODE};
+pub use coarse_block_jacobi::{DiagonalAndBorder, CoarseBlockJacobi, CollocationUnknowns};
 pub(super) use low_rank::dot;
-pub use matrix::{HierarchicalMatrix, Layout};
-pub use product::Use;
+pub use matrix::{HierarchicalMatrix, BlockLayout};
+pub use product::ComponentProduct;

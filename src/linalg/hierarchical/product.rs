@@ -4,46 +4,46 @@
 use rayon::prelude::*;
 
 use super::low_rank::dot;
-use super::matrix::{Content, HierarchicalMatrix, PARTS, Stored};
+use super::matrix::{BlockContent, HierarchicalMatrix, N_PRODUCT_PARTS, StoredBlock};
 
 /// What one component does in a product of several planes of vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Use {
+pub struct ComponentProduct {
     /// The component.
     pub component: usize,
     /// The plane it is multiplied with.
-    pub from: usize,
+    pub source_plane: usize,
     /// The plane that the product is added to.
-    pub to: usize,
+    pub target_plane: usize,
     /// Factor of the product.
     pub sign: f64,
 }
 
 /// Numbers of a plane that are summed up together.
-const CHUNK: usize = 1024;
+const SUMMATION_CHUNK: usize = 1024;
 
 impl HierarchicalMatrix {
     /// `y = Σ sign C_component x`, planes of x and y `[planes, N]` as `uses` says, in the order of the tree;
     /// overwrites.
-    pub fn multiply(&self, uses: &[Use], x: &[f64], y: &mut [f64]) {
+    pub fn multiply(&self, uses: &[ComponentProduct], x: &[f64], y: &mut [f64]) {
         let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
-        if scratch.len() < PARTS * y.len() {
-            scratch.resize(PARTS * y.len(), 0.0);
+        if scratch.len() < N_PRODUCT_PARTS * y.len() {
+            scratch.resize(N_PRODUCT_PARTS * y.len(), 0.0);
         }
-        let results = &mut scratch[..PARTS * y.len()];
+        let results = &mut scratch[..N_PRODUCT_PARTS * y.len()];
         results.par_chunks_exact_mut(y.len()).zip(&self.parts).with_max_len(1).for_each(|(part, blocks)| {
             part.fill(0.0);
             for block in &self.blocks[blocks.clone()] {
                 for one in uses {
-                    self.add(block, one, x, part);
+                    self.axpy(block, one, x, part);
                 }
             }
         });
         let length = y.len();
-        y.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, sums)| {
+        y.par_chunks_mut(SUMMATION_CHUNK).enumerate().for_each(|(chunk, sums)| {
             sums.fill(0.0);
-            for part in 0..PARTS {
-                let from = part * length + chunk * CHUNK;
+            for part in 0..N_PRODUCT_PARTS {
+                let from = part * length + chunk * SUMMATION_CHUNK;
                 let share = &results[from..from + sums.len()];
                 sums.iter_mut().zip(share).for_each(|(sum, value)| *sum += value);
             }
@@ -51,21 +51,21 @@ impl HierarchicalMatrix {
     }
 
     /// Adds the share of a block and of its mirror image.
-    fn add(&self, block: &Stored, one: &Use, x: &[f64], y: &mut [f64]) {
+    fn axpy(&self, block: &StoredBlock, one: &ComponentProduct, x: &[f64], y: &mut [f64]) {
         let n = self.n();
-        let (x, y) = (&x[one.from * n..(one.from + 1) * n], &mut y[one.to * n..(one.to + 1) * n]);
+        let (x, y) = (&x[one.source_plane * n..(one.source_plane + 1) * n], &mut y[one.target_plane * n..(one.target_plane + 1) * n]);
         // Entries that meet zeros only are not read: tractions vanish outside the contact.
         let [ahead, back] = [&block.columns, &block.rows].map(|range| {
             let values = &x[range.clone()];
             values.iter().any(|value| *value != 0.0).then_some(values)
         });
-        let back = back.filter(|_| !block.diagonal());
+        let back = back.filter(|_| !block.is_diagonal());
         if ahead.is_none() && back.is_none() {
             return;
         }
         let (mirrored, m) = (one.sign * self.signs[one.component], block.rows.len());
         match &block.content {
-            Content::Near(values) => {
+            BlockContent::Near(values) => {
                 let size = m * block.columns.len();
                 let rows = values[one.component * size..(one.component + 1) * size].chunks_exact(size / m);
                 for (k, row) in rows.enumerate() {
@@ -77,9 +77,9 @@ impl HierarchicalMatrix {
                     }
                 }
             }
-            Content::Far(components) => {
+            BlockContent::Far(components) => {
                 let terms = &components[one.component];
-                let mut of = Sides { block, ahead, back, y, factors: [one.sign, mirrored] };
+                let mut of = FarBlockProduct { block, x_of_columns: ahead, x_of_rows: back, y, factors: [one.sign, mirrored] };
                 of.add_terms(&terms.double);
                 of.add_terms(&terms.single);
             }
@@ -88,23 +88,23 @@ impl HierarchicalMatrix {
 }
 
 /// A far block, the vectors on its two sides, and the factors of the block and of its mirror image.
-struct Sides<'b> {
-    block: &'b Stored,
-    ahead: Option<&'b [f64]>,
-    back: Option<&'b [f64]>,
+struct FarBlockProduct<'b> {
+    block: &'b StoredBlock,
+    x_of_columns: Option<&'b [f64]>,
+    x_of_rows: Option<&'b [f64]>,
     y: &'b mut [f64],
     factors: [f64; 2],
 }
 
-impl Sides<'_> {
+impl FarBlockProduct<'_> {
     fn add_terms<T: Copy + Into<f64>>(&mut self, terms: &[T]) {
         let (rows, columns) = (self.block.rows.clone(), self.block.columns.clone());
         for term in terms.chunks_exact(rows.len() + columns.len()) {
             let (u, v) = term.split_at(rows.len());
-            if let Some(x) = self.ahead {
+            if let Some(x) = self.x_of_columns {
                 add(&mut self.y[rows.clone()], self.factors[0] * dot(v, x), u);
             }
-            if let Some(x) = self.back {
+            if let Some(x) = self.x_of_rows {
                 add(&mut self.y[columns.clone()], self.factors[1] * dot(u, x), v);
             }
         }
@@ -119,7 +119,7 @@ fn add<T: Copy + Into<f64>>(y: &mut [f64], factor: f64, values: &[T]) {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::{ClusterTree, Extent, Layout};
+    use super::super::{ClusterTree, BoundingBox, BlockLayout};
     use super::*;
 
     type Points = Vec<[f64; 2]>;
@@ -141,14 +141,14 @@ mod tests {
 
     fn matrix(tolerance: f64) -> (HierarchicalMatrix, Points) {
         let (points, kernel) = example();
-        let extents: Vec<Extent> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
+        let extents: Vec<BoundingBox> = points.iter().map(|p| [p.map(|x| x - 0.1), p.map(|x| x + 0.1)]).collect();
         let tree = ClusterTree::new(&points, &extents, 20);
         let ordered: Vec<[f64; 2]> = tree.order.iter().map(|&k| points[k]).collect();
         let entries = |i: usize, j: usize, values: &mut [f64]| {
             values.copy_from_slice(&kernel(ordered[i], ordered[j]));
         };
-        let layout = Layout::new(tree, 1.5);
-        let expected = layout.expected_bytes(&entries, 2, tolerance);
+        let layout = BlockLayout::new(tree, 1.5);
+        let expected = layout.sampled_bytes(&entries, 2, tolerance);
         let matrix = layout.fill(&entries, vec![1.0, -1.0], tolerance).expect("nobody wishes to stop");
         let ratio = matrix.bytes() as f64 / expected as f64;
         assert!(ratio > 0.8 && ratio < 1.25, "{ratio}");
@@ -156,10 +156,10 @@ mod tests {
     }
 
     /// Two planes: the first gets C_0 x_0 + C_1 x_1, the second -C_1 x_0.
-    const USES: [Use; 3] = [
-        Use { component: 0, from: 0, to: 0, sign: 1.0 },
-        Use { component: 1, from: 1, to: 0, sign: 1.0 },
-        Use { component: 1, from: 0, to: 1, sign: -1.0 },
+    const USES: [ComponentProduct; 3] = [
+        ComponentProduct { component: 0, source_plane: 0, target_plane: 0, sign: 1.0 },
+        ComponentProduct { component: 1, source_plane: 1, target_plane: 0, sign: 1.0 },
+        ComponentProduct { component: 1, source_plane: 0, target_plane: 1, sign: -1.0 },
     ];
 
     fn planes(n: usize) -> Vec<f64> {
@@ -218,9 +218,9 @@ mod tests {
     fn sums_over_groups() {
         let (matrix, _) = matrix(1e-6);
         let n = matrix.n();
-        let groups = matrix.tree().parts(100);
+        let groups = matrix.tree().clusters_of_size(100);
         let weights: Vec<f64> = (0..n).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect();
-        let sums = matrix.sums(&groups, &weights);
+        let sums = matrix.group_sums(&groups, &weights);
         for (h, group) in groups.iter().enumerate() {
             let mut x = vec![0.0; 2 * n];
             group.clone().for_each(|k| x[k] = weights[k]);

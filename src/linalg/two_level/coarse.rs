@@ -2,33 +2,33 @@
 
 use nalgebra::{Matrix3x6, Matrix6, SymmetricEigen};
 
-use super::super::factor::{CholeskyFactor, SymbolicFactor, SymmetricFactor};
+use super::super::cholesky::{CholeskyFactor, SymbolicCholesky, SymmetricSolver};
 use super::super::ordering::{NodeGraph, nested_dissection, partition};
 use super::super::sparse::{SymmetricSparse, SymmetricTriplets};
-use super::super::wide::wide;
-use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, three, three_mut};
+use super::super::simd::wide;
+use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, rows_of_node, rows_of_node_mut};
 use crate::error::Result;
 
 /// Motions of a part whose mean square is below this share of the largest are none: a part of few nodes, or of nodes
 /// on a line, has fewer than six.
-const NO_MOTION: f64 = 1e-6;
+const MIN_MOTION_SHARE: f64 = 1e-6;
 
 /// Blocks of A Z below this share of the diagonal are rounding: a rigid motion of all its neighbours moves no node.
-const NO_FORCE: f64 = 1e-12;
+const MIN_FORCE_SHARE: f64 = 1e-12;
 
 /// Motions of a part at a node.
-type Motions = [f64; 18];
+type NodeMotions = [f64; 18];
 
 /// Z: displacements of all nodes by rigid motions of the parts; and the factor of Zᵀ A Z.
 pub(super) struct CoarseSpace {
     /// Part of each node.
-    part: Vec<u32>,
+    part_of_node: Vec<u32>,
     /// Rigid motions at each node, `[3, 6]` row by row, orthonormal over the part.
-    motions: Vec<Motions>,
+    motions: Vec<NodeMotions>,
     /// A Z: where the blocks of each node begin, `[n + 1]`, their parts and values.
     offsets: Vec<usize>,
-    parts: Vec<u32>,
-    forces: Vec<Motions>,
+    part_of_block: Vec<u32>,
+    force_blocks: Vec<NodeMotions>,
     factor: CholeskyFactor,
 }
 
@@ -40,20 +40,20 @@ impl CoarseSpace {
     pub fn new(matrix: &NodeMatrix, nodes_per_part: usize) -> Result<Self> {
         let graph = matrix.graph();
         // Parts follow the strong connections, so that weak directions are left to the coarse space.
-        let weight = |a: usize, b: usize| 1 + (1e3 * matrix.strength(a, b)) as i32;
+        let weight = |a: usize, b: usize| 1 + (1e3 * matrix.coupling_strength(a, b)) as i32;
         let part = partition(&graph, matrix.n().div_ceil(nodes_per_part), weight)?;
         let n_parts = part.iter().max().map_or(0, |&last| last + 1);
         let motions = motions(matrix, &part, n_parts);
         let (offsets, parts, forces) = forces(matrix, &part, &motions);
         let coarse = coarse_matrix(&part, &motions, (&offsets, &parts, &forces), n_parts);
         let pairs = edges(&part, &offsets, &parts);
-        let graph = NodeGraph::from_pairs(n_parts, &pairs);
+        let graph = NodeGraph::from_edges(n_parts, &pairs);
         let order = nested_dissection(&graph, &(0..n_parts).collect::<Vec<_>>(), &[])?;
         let order: Vec<usize> = order.into_iter().flat_map(|p| 6 * p..6 * p + 6).collect();
-        let factor = SymbolicFactor::new(&coarse, &order, 0)?
+        let factor = SymbolicCholesky::new(&coarse, &order, 0)?
             .factorise(&coarse, |row| format!("a part of the mesh (motion {row})"))?;
         let part = part.into_iter().map(|p| p as u32).collect();
-        Ok(Self { part, motions, offsets, parts, forces, factor })
+        Ok(Self { part_of_node: part, motions, offsets, part_of_block: parts, force_blocks: forces, factor })
     }
 
     /// Number of coarse unknowns.
@@ -65,7 +65,7 @@ impl CoarseSpace {
     ///
     /// # Errors
     /// If memory for the workspace of the factor does not suffice.
-    pub fn correct(&self, x: &[Lanes], y: &mut [Lanes], work: &mut CoarseVectors) -> Result<()> {
+    pub fn add_correction(&self, x: &[Lanes], y: &mut [Lanes], work: &mut CoarseVectors) -> Result<()> {
         restrict(self, x, y, &mut work.lanes);
         let n = self.n();
         for (row, lanes) in work.lanes.iter().enumerate() {
@@ -106,17 +106,17 @@ fn restrict(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes])
 #[inline(always)]
 fn restrict_in(space: &CoarseSpace, x: &[Lanes], y: &[Lanes], coarse: &mut [Lanes]) {
     coarse.fill([0.0; LANES]);
-    for node in 0..space.part.len() {
-        gather(&space.motions[node], three(x, node), 1.0, six(coarse, space.part[node]));
+    for node in 0..space.part_of_node.len() {
+        add_motion_products(&space.motions[node], rows_of_node(x, node), 1.0, rows_of_part(coarse, space.part_of_node[node]));
         for k in space.offsets[node]..space.offsets[node + 1] {
-            gather(&space.forces[k], three(y, node), -1.0, six(coarse, space.parts[k]));
+            add_motion_products(&space.force_blocks[k], rows_of_node(y, node), -1.0, rows_of_part(coarse, space.part_of_block[k]));
         }
     }
 }
 
 /// `c += sign Mᵀ x`.
 #[inline(always)]
-fn gather(motions: &Motions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
+fn add_motion_products(motions: &NodeMotions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
     for (m, coarse) in coarse.iter_mut().enumerate() {
         for l in 0..LANES {
             let sum = motions[m] * x[0][l] + motions[6 + m] * x[1][l] + motions[12 + m] * x[2][l];
@@ -127,15 +127,15 @@ fn gather(motions: &Motions, x: &[Lanes; 3], sign: f64, coarse: &mut [Lanes]) {
 
 /// The motions of a part.
 #[inline(always)]
-fn six(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
+fn rows_of_part(coarse: &mut [Lanes], part: u32) -> &mut [Lanes] {
     &mut coarse[6 * part as usize..6 * part as usize + 6]
 }
 
 /// `y += Z c`.
 fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
-    for (node, &part) in space.part.iter().enumerate() {
+    for (node, &part) in space.part_of_node.iter().enumerate() {
         let coarse = &coarse[6 * part as usize..6 * part as usize + 6];
-        for (c, own) in three_mut(y, node).iter_mut().enumerate() {
+        for (c, own) in rows_of_node_mut(y, node).iter_mut().enumerate() {
             for (m, coarse) in coarse.iter().enumerate() {
                 let factor = space.motions[node][6 * c + m];
                 (0..LANES).for_each(|l| own[l] += factor * coarse[l]);
@@ -145,7 +145,7 @@ fn prolong(space: &CoarseSpace, coarse: &[Lanes], y: &mut [Lanes]) {
 }
 
 /// Rigid motions at each node, orthonormal over the nodes of a part.
-fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<Motions> {
+fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<NodeMotions> {
     let (mut centre, mut count) = (vec![[0.0; 3]; n_parts], vec![0.0; n_parts]);
     for (&part, point) in part.iter().zip(&matrix.points) {
         (0..3).for_each(|c| centre[part][c] += point[c]);
@@ -161,7 +161,7 @@ fn motions(matrix: &NodeMatrix, part: &[usize], n_parts: usize) -> Vec<Motions> 
                 0.0, 1.0, 0.0, -z, 0.0, x,
                 0.0, 0.0, 1.0, y, -x, 0.0,
             );
-            for c in (0..3).filter(|&c| !matrix.exists[node][c]) {
+            for c in (0..3).filter(|&c| !matrix.has_component[node][c]) {
                 motions.row_mut(c).fill(0.0);
             }
             motions
@@ -181,14 +181,14 @@ fn orthonormal(gram: Matrix6<f64>) -> Matrix6<f64> {
     // Turns and shifts have different units.
     let scale = Matrix6::from_diagonal(&gram.diagonal().map(|g| if g > 0.0 { 1.0 / g.sqrt() } else { 0.0 }));
     let eigen = SymmetricEigen::new(scale * gram * scale);
-    let factor = eigen.eigenvalues.map(|v| if v > NO_MOTION { 1.0 / v.sqrt() } else { 0.0 });
+    let factor = eigen.eigenvalues.map(|v| if v > MIN_MOTION_SHARE { 1.0 / v.sqrt() } else { 0.0 });
     scale * eigen.eigenvectors * Matrix6::from_diagonal(&factor)
 }
 
 /// A Z by nodes: where the blocks of each node begin, their parts and values.
-fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[Motions]) -> (Vec<usize>, Vec<u32>, Vec<Motions>) {
-    let mut of_node: Vec<Vec<(u32, Motions)>> = vec![Vec::new(); matrix.n()];
-    let mut add = |node: usize, from: usize, block: Block| {
+fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[NodeMotions]) -> (Vec<usize>, Vec<u32>, Vec<NodeMotions>) {
+    let mut of_node: Vec<Vec<(u32, NodeMotions)>> = vec![Vec::new(); matrix.n()];
+    let mut add = |node: usize, from: usize, block: Block3x3| {
         let own = &mut of_node[node];
         let at = own.iter().position(|(p, _)| *p as usize == part[from]).unwrap_or_else(|| {
             own.push((part[from] as u32, [0.0; 18]));
@@ -209,7 +209,7 @@ fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[Motions]) -> (Vec<usiz
     let (mut offsets, mut parts, mut forces) = (vec![0], Vec::new(), Vec::new());
     let size = |values: &[f64]| values.iter().fold(0.0f64, |most, v| most.max(v.abs()));
     for (i, mut own) in of_node.into_iter().enumerate() {
-        let least = NO_FORCE * size(&matrix.diagonal[i]) * size(&motions[i]);
+        let least = MIN_FORCE_SHARE * size(&matrix.diagonal[i]) * size(&motions[i]);
         own.retain(|(_, block)| size(block) > least);
         own.sort_unstable_by_key(|(part, _)| *part);
         parts.extend(own.iter().map(|(part, _)| *part));
@@ -222,8 +222,8 @@ fn forces(matrix: &NodeMatrix, part: &[usize], motions: &[Motions]) -> (Vec<usiz
 /// Zᵀ A Z; motions that a part has not are rows of the identity.
 fn coarse_matrix(
     part: &[usize],
-    motions: &[Motions],
-    (offsets, parts, forces): (&[usize], &[u32], &[Motions]),
+    motions: &[NodeMotions],
+    (offsets, parts, forces): (&[usize], &[u32], &[NodeMotions]),
     n_parts: usize,
 ) -> SymmetricSparse {
     let mut triplets = SymmetricTriplets::new(6 * n_parts);

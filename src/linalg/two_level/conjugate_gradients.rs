@@ -2,18 +2,18 @@
 
 use super::coarse::CoarseVectors;
 use super::node_matrix::{LANES, Lanes};
-use super::{TOLERANCE, TwoLevelSolver};
+use super::{MAX_ENERGY_ERROR, TwoLevelSolver};
 use crate::error::{Error, Result};
 use crate::interrupt;
 
 /// Most iterations; a preconditioner that needs more is of no use.
-const MOST: usize = 2000;
+const MAX_ITERATIONS: usize = 2000;
 
 /// Steps over which the error is estimated.
-const DELAY: usize = 5;
+const ERROR_ESTIMATE_STEPS: usize = 5;
 
 /// Vectors of the iteration, `[3 n]` each; those of the next system use the memory again.
-pub(super) struct Vectors {
+pub(super) struct CgVectors {
     /// The right-hand sides; the residuals in the end.
     pub residual: Vec<Lanes>,
     /// The solutions.
@@ -33,7 +33,7 @@ pub struct Convergence {
     pub error: f64,
 }
 
-impl Vectors {
+impl CgVectors {
     /// Bytes for `n` nodes and `n_coarse` coarse unknowns.
     pub fn bytes(n: usize, n_coarse: usize) -> usize {
         8 * LANES * (5 * 3 * n + 2 * n_coarse)
@@ -63,8 +63,8 @@ impl Vectors {
     pub fn solve(&mut self, solver: &TwoLevelSolver) -> Result<Convergence> {
         let mut energy = self.begin(solver)?;
         let mut products = [0.0; LANES];
-        let mut taken = [[0.0; LANES]; DELAY];
-        for iteration in 0..MOST {
+        let mut taken = [[0.0; LANES]; ERROR_ESTIMATE_STEPS];
+        for iteration in 0..MAX_ITERATIONS {
             interrupt::check()?;
             self.precondition(solver)?;
             let new = dot(&self.residual, &self.preconditioned);
@@ -78,17 +78,17 @@ impl Vectors {
             advance(&mut self.residual, &self.image, &step.map(|s| -s));
             let gain: Lanes = std::array::from_fn(|l| step[l] * products[l]);
             (0..LANES).for_each(|l| energy[l] += gain[l]);
-            taken[iteration % DELAY] = gain;
+            taken[iteration % ERROR_ESTIMATE_STEPS] = gain;
             let left = |l: usize| taken.iter().map(|gain| gain[l]).sum::<f64>();
             let error = (0..LANES).map(|l| quotient(left(l), energy[l])).fold(0.0, f64::max).sqrt();
             if !error.is_finite() {
                 return Err(not_converged(iteration + 1, error));
             }
-            if iteration + 1 >= DELAY && error <= TOLERANCE {
+            if iteration + 1 >= ERROR_ESTIMATE_STEPS && error <= MAX_ENERGY_ERROR {
                 return Ok(Convergence { iterations: iteration + 1, error });
             }
         }
-        Err(not_converged(MOST, f64::NAN))
+        Err(not_converged(MAX_ITERATIONS, f64::NAN))
     }
 
     /// |A x - b| / |b| of the solutions, the largest, computed afresh; `subtract` takes the right-hand sides away.
@@ -105,7 +105,7 @@ impl Vectors {
     fn begin(&mut self, solver: &TwoLevelSolver) -> Result<Lanes> {
         self.solution.fill([0.0; LANES]);
         self.direction.fill([0.0; LANES]);
-        solver.coarse.correct(&self.residual, &mut self.solution, &mut self.coarse)?;
+        solver.coarse.add_correction(&self.residual, &mut self.solution, &mut self.coarse)?;
         let energy = dot(&self.residual, &self.solution);
         solver.matrix.multiply(&self.solution, &mut self.image);
         advance(&mut self.residual, &self.image, &[-1.0; LANES]);
@@ -116,14 +116,14 @@ impl Vectors {
     fn precondition(&mut self, solver: &TwoLevelSolver) -> Result<()> {
         let Self { residual, preconditioned, image, coarse, .. } = self;
         solver.smoother.apply(&solver.matrix, residual, preconditioned, image);
-        solver.coarse.correct(residual, preconditioned, coarse)
+        solver.coarse.add_correction(residual, preconditioned, coarse)
     }
 }
 
 fn not_converged(iterations: usize, error: f64) -> Error {
     Error::not_converged(format!(
         "conjugate gradients did not converge in {iterations} iterations (relative error {error:.1e}, wanted \
-         {TOLERANCE:.0e}): raise --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
+         {MAX_ENERGY_ERROR:.0e}): raise --max-memory or solver.memory_limit so that the stiffness matrix can be factorised"
     ))
 }
 

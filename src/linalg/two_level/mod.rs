@@ -17,32 +17,32 @@ mod smoother;
 use rayon::prelude::*;
 
 use super::dense::SymmetricDense;
-use super::factor::SymmetricFactor;
+use super::cholesky::SymmetricSolver;
 use super::sparse::SymmetricSparse;
 use crate::error::{Error, Result};
 
 use coarse::CoarseSpace;
-use conjugate_gradients::Vectors;
+use conjugate_gradients::CgVectors;
 use node_matrix::{LANES, NodeMatrix};
 use smoother::GaussSeidel;
 
 pub use conjugate_gradients::Convergence;
-pub use node_matrix::Unknowns;
+pub use node_matrix::NodalUnknowns;
 
 /// Relative error in the energy norm at which the iteration ends.
-const TOLERANCE: f64 = 1e-11;
+const MAX_ENERGY_ERROR: f64 = 1e-11;
 
 /// A relative residual above this is not what the estimate of the error promised.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 
 /// Bytes per stored entry of the matrix: the entry in its block, and the lists of neighbours while it is made.
-const PER_ENTRY: usize = 15;
+const BYTES_PER_ENTRY: usize = 15;
 
 /// Bytes per node: inverse of the diagonal, motions, and forces of the motions of the parts around it.
-const PER_NODE: usize = 2200;
+const BYTES_PER_NODE: usize = 2200;
 
 /// Bytes of the coarse factor and its workspace, for the number of coarse unknowns to the power of 4/3.
-const COARSE_FILL: f64 = 500.0;
+const COARSE_BYTES_FACTOR: f64 = 500.0;
 
 /// A symmetric positive definite matrix that can be solved with, with no factor of it.
 pub struct TwoLevelSolver {
@@ -72,10 +72,10 @@ impl TwoLevelSolver {
     pub fn memory_bytes(n_stored: usize, n_nodes: usize, n_batches: usize) -> usize {
         let n_coarse = 6 * n_nodes.div_ceil(nodes_per_part(n_nodes));
         let side_by_side = n_batches.clamp(1, rayon::current_num_threads());
-        PER_ENTRY * n_stored
-            + PER_NODE * n_nodes
-            + (COARSE_FILL * (n_coarse as f64).powf(4.0 / 3.0)) as usize
-            + side_by_side * Vectors::bytes(n_nodes, n_coarse)
+        BYTES_PER_ENTRY * n_stored
+            + BYTES_PER_NODE * n_nodes
+            + (COARSE_BYTES_FACTOR * (n_coarse as f64).powf(4.0 / 3.0)) as usize
+            + side_by_side * CgVectors::bytes(n_nodes, n_coarse)
     }
 
     /// For `matrix`, whose rows are components of displacement at nodes.
@@ -85,7 +85,7 @@ impl TwoLevelSolver {
     ///
     /// # Panics
     /// If `unknowns` are not those of the matrix.
-    pub fn new(matrix: &SymmetricSparse, unknowns: &Unknowns) -> Result<Self> {
+    pub fn new(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> Result<Self> {
         assert_eq!(matrix.n(), unknowns.of_row.len(), "a node for every row");
         let matrix = NodeMatrix::new(matrix, unknowns)?;
         let smoother = GaussSeidel::new(&matrix)?;
@@ -104,21 +104,21 @@ impl TwoLevelSolver {
         let batches = values.values_mut().par_chunks_mut((LANES * n).max(1)).zip(rows.par_chunks(LANES));
         let reports: Result<Vec<(Convergence, f64)>> = batches
             .map_init(
-                || Vectors::new(self),
+                || CgVectors::new(self),
                 |vectors, (columns, batch)| {
                     vectors.residual.fill([0.0; LANES]);
                     for (lane, &row) in batch.iter().enumerate() {
-                        vectors.residual[self.matrix.places[row]][lane] = 1.0;
+                        vectors.residual[self.matrix.position_of_row[row]][lane] = 1.0;
                     }
                     let convergence = vectors.solve(self)?;
                     for (lane, column) in columns.chunks_exact_mut(n).enumerate() {
                         for (value, &row) in column.iter_mut().zip(rows) {
-                            *value = vectors.solution[self.matrix.places[row]][lane];
+                            *value = vectors.solution[self.matrix.position_of_row[row]][lane];
                         }
                     }
                     let residual = vectors.true_residual(self, |vectors| {
                         for (lane, &row) in batch.iter().enumerate() {
-                            vectors[self.matrix.places[row]][lane] -= 1.0;
+                            vectors[self.matrix.position_of_row[row]][lane] -= 1.0;
                         }
                     });
                     Ok((convergence, residual))
@@ -137,7 +137,7 @@ impl TwoLevelSolver {
     }
 
     /// Number of right-hand sides that are worked on together.
-    pub const fn batch() -> usize {
+    pub const fn rhs_per_batch() -> usize {
         LANES
     }
 
@@ -167,15 +167,15 @@ fn symmetrise(values: &mut [f64], n: usize) {
     }
 }
 
-impl SymmetricFactor for TwoLevelSolver {
+impl SymmetricSolver for TwoLevelSolver {
     fn n(&self) -> usize {
-        self.matrix.places.len()
+        self.matrix.position_of_row.len()
     }
 
     fn solve_in_place(&self, rhs: &mut [f64], _n_rhs: usize) -> Result<()> {
-        let places = &self.matrix.places;
+        let places = &self.matrix.position_of_row;
         rhs.par_chunks_mut((LANES * self.n()).max(1)).try_for_each_init(
-            || Vectors::new(self),
+            || CgVectors::new(self),
             |vectors, batch| {
                 vectors.residual.fill([0.0; LANES]);
                 for (lane, column) in batch.chunks_exact(self.n()).enumerate() {

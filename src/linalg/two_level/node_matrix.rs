@@ -1,10 +1,10 @@
 //! A sparse symmetric matrix in blocks of 3 x 3, one for each pair of connected nodes, and its products with several
 //! vectors at a time.
 
-use super::super::dense::zeroed;
+use super::super::dense::try_zeroed;
 use super::super::ordering::NodeGraph;
 use super::super::sparse::SymmetricSparse;
-use super::super::wide::wide;
+use super::super::simd::wide;
 use crate::error::Result;
 
 /// Vectors worked on at a time.
@@ -14,11 +14,11 @@ pub(super) const LANES: usize = 8;
 pub(super) type Lanes = [f64; LANES];
 
 /// A block, row by row.
-pub(super) type Block = [f64; 9];
+pub(super) type Block3x3 = [f64; 9];
 
 /// Node and component of every row of a matrix, and where the nodes are.
 #[derive(Debug, Clone)]
-pub struct Unknowns {
+pub struct NodalUnknowns {
     /// Node (an index into `points`) and component (0, 1, 2) of each row.
     pub of_row: Vec<(usize, usize)>,
     /// Places of the nodes.
@@ -29,7 +29,7 @@ pub struct Unknowns {
 /// identity.
 pub(super) struct NodeMatrix {
     /// Place of each row of the matrix among the `3 n` rows here.
-    pub places: Vec<usize>,
+    pub position_of_row: Vec<usize>,
     /// Where the nodes are, in the order here.
     pub points: Vec<[f64; 3]>,
     /// Where the blocks left of the diagonal begin, by node, `[n + 1]`.
@@ -37,11 +37,11 @@ pub(super) struct NodeMatrix {
     /// Their columns, ascending.
     pub columns: Vec<u32>,
     /// The blocks left of the diagonal.
-    pub lower: Vec<Block>,
+    pub lower: Vec<Block3x3>,
     /// The blocks on the diagonal.
-    pub diagonal: Vec<Block>,
+    pub diagonal: Vec<Block3x3>,
     /// Which components each node has.
-    pub exists: Vec<[bool; 3]>,
+    pub has_component: Vec<[bool; 3]>,
 }
 
 impl NodeMatrix {
@@ -49,7 +49,7 @@ impl NodeMatrix {
     ///
     /// # Errors
     /// If memory does not suffice.
-    pub fn new(matrix: &SymmetricSparse, unknowns: &Unknowns) -> Result<Self> {
+    pub fn new(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> Result<Self> {
         let n = unknowns.points.len();
         let graph = graph(matrix, unknowns);
         let order = cuthill_mckee(&graph);
@@ -87,7 +87,7 @@ impl NodeMatrix {
             (0..3).filter(|&c| !exists[c]).for_each(|c| block[4 * c] = 1.0);
         }
         let points = order.iter().map(|&old| unknowns.points[old]).collect();
-        Ok(Self { places, points, offsets, columns, lower, diagonal, exists })
+        Ok(Self { position_of_row: places, points, offsets, columns, lower, diagonal, has_component: exists })
     }
 
     /// Number of nodes.
@@ -96,7 +96,7 @@ impl NodeMatrix {
     }
 
     /// The blocks left of the diagonal in the row of `node`, with their columns.
-    pub fn row(&self, node: usize) -> impl DoubleEndedIterator<Item = (usize, &Block)> {
+    pub fn row(&self, node: usize) -> impl DoubleEndedIterator<Item = (usize, &Block3x3)> {
         let range = self.offsets[node]..self.offsets[node + 1];
         self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.lower[range])
     }
@@ -110,12 +110,12 @@ impl NodeMatrix {
     pub fn graph(&self) -> NodeGraph {
         let pairs: Vec<(usize, usize)> =
             (0..self.n()).flat_map(|i| self.row(i).map(move |(j, _)| (i, j))).collect();
-        NodeGraph::from_pairs(self.n(), &pairs)
+        NodeGraph::from_edges(self.n(), &pairs)
     }
 
     /// Size of the block that two nodes share, against those on the diagonal.
-    pub fn strength(&self, a: usize, b: usize) -> f64 {
-        let size = |block: &Block| block.iter().map(|v| v * v).sum::<f64>().sqrt();
+    pub fn coupling_strength(&self, a: usize, b: usize) -> f64 {
+        let size = |block: &Block3x3| block.iter().map(|v| v * v).sum::<f64>().sqrt();
         let (i, j) = (a.max(b), a.min(b));
         let own = &self.columns[self.offsets[i]..self.offsets[i + 1]];
         let at = self.offsets[i] + own.partition_point(|&other| (other as usize) < j);
@@ -126,26 +126,26 @@ impl NodeMatrix {
 #[inline(always)]
 fn multiply(matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lanes]) {
     for i in 0..matrix.n() {
-        let own = three(x, i);
+        let own = rows_of_node(x, i);
         let mut sum = [[0.0; LANES]; 3];
         add(&mut sum, &matrix.diagonal[i], own);
         for (j, block) in matrix.row(i) {
-            add(&mut sum, block, three(x, j));
-            add_transposed(three_mut(y, j), block, own);
+            add(&mut sum, block, rows_of_node(x, j));
+            add_transposed(rows_of_node_mut(y, j), block, own);
         }
-        *three_mut(y, i) = sum;
+        *rows_of_node_mut(y, i) = sum;
     }
 }
 
 /// `n` blocks of zeros.
-pub(super) fn blocks(n: usize) -> Result<Vec<Block>> {
-    // The check of `zeroed` is wanted, not its numbers.
-    drop(zeroed(9 * n)?);
+pub(super) fn blocks(n: usize) -> Result<Vec<Block3x3>> {
+    // The check of `try_zeroed` is wanted, not its numbers.
+    drop(try_zeroed(9 * n)?);
     Ok(vec![[0.0; 9]; n])
 }
 
 /// Which nodes share an entry of the matrix.
-fn graph(matrix: &SymmetricSparse, unknowns: &Unknowns) -> NodeGraph {
+fn graph(matrix: &SymmetricSparse, unknowns: &NodalUnknowns) -> NodeGraph {
     let (offsets, rows, _) = matrix.lower();
     let mut others: Vec<Vec<usize>> = vec![Vec::new(); unknowns.points.len()];
     for column in 0..matrix.n() {
@@ -165,7 +165,7 @@ fn graph(matrix: &SymmetricSparse, unknowns: &Unknowns) -> NodeGraph {
         others.dedup();
         pairs.extend(others.into_iter().map(|other| (node, other)));
     }
-    NodeGraph::from_pairs(unknowns.points.len(), &pairs)
+    NodeGraph::from_edges(unknowns.points.len(), &pairs)
 }
 
 /// The nodes by levels from one with few neighbours: neighbours stand near each other.
@@ -200,19 +200,19 @@ fn cuthill_mckee(graph: &NodeGraph) -> Vec<usize> {
 
 /// The three rows of a node.
 #[inline(always)]
-pub(super) fn three(x: &[Lanes], node: usize) -> &[Lanes; 3] {
+pub(super) fn rows_of_node(x: &[Lanes], node: usize) -> &[Lanes; 3] {
     x[3 * node..3 * node + 3].try_into().expect("three rows")
 }
 
 /// The three rows of a node.
 #[inline(always)]
-pub(super) fn three_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] {
+pub(super) fn rows_of_node_mut(x: &mut [Lanes], node: usize) -> &mut [Lanes; 3] {
     (&mut x[3 * node..3 * node + 3]).try_into().expect("three rows")
 }
 
 /// `y += B x`.
 #[inline(always)]
-pub(super) fn add(y: &mut [Lanes; 3], block: &Block, x: &[Lanes; 3]) {
+pub(super) fn add(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {
         for l in 0..LANES {
             y[r][l] += block[3 * r] * x[0][l] + block[3 * r + 1] * x[1][l] + block[3 * r + 2] * x[2][l];
@@ -222,7 +222,7 @@ pub(super) fn add(y: &mut [Lanes; 3], block: &Block, x: &[Lanes; 3]) {
 
 /// `y += B^T x`.
 #[inline(always)]
-pub(super) fn add_transposed(y: &mut [Lanes; 3], block: &Block, x: &[Lanes; 3]) {
+pub(super) fn add_transposed(y: &mut [Lanes; 3], block: &Block3x3, x: &[Lanes; 3]) {
     for r in 0..3 {
         for l in 0..LANES {
             y[r][l] += block[r] * x[0][l] + block[3 + r] * x[1][l] + block[6 + r] * x[2][l];

@@ -2,14 +2,14 @@
 
 use nalgebra::Matrix3;
 
-use super::super::wide::wide;
-use super::node_matrix::{Block, LANES, Lanes, NodeMatrix, add, add_transposed, three, three_mut};
+use super::super::simd::wide;
+use super::node_matrix::{Block3x3, LANES, Lanes, NodeMatrix, add, add_transposed, rows_of_node, rows_of_node_mut};
 use crate::error::{Error, Result};
-use crate::geometry::place;
+use crate::geometry::format_point;
 
 /// The inverses of the diagonal blocks.
 pub(super) struct GaussSeidel {
-    inverse: Vec<Block>,
+    inverse: Vec<Block3x3>,
 }
 
 impl GaussSeidel {
@@ -23,7 +23,7 @@ impl GaussSeidel {
             let inverse = inverse.ok_or_else(|| {
                 Error::input(format!(
                     "the stiffness matrix is singular at the node at {}: nothing holds it",
-                    place(&matrix.points[node])
+                    format_point(&matrix.points[node])
                 ))
             })?;
             Ok(std::array::from_fn(|i| inverse[(i / 3, i % 3)]))
@@ -48,21 +48,21 @@ fn sweeps(smoother: &GaussSeidel, matrix: &NodeMatrix, x: &[Lanes], y: &mut [Lan
     for i in 0..matrix.n() {
         let mut sum = [[0.0; LANES]; 3];
         for (j, block) in matrix.row(i) {
-            add(&mut sum, block, three(y, j));
+            add(&mut sum, block, rows_of_node(y, j));
         }
-        let own = subtract(three(x, i), &sum);
+        let own = subtract(rows_of_node(x, i), &sum);
         let mut solved = [[0.0; LANES]; 3];
         add(&mut solved, &smoother.inverse[i], &own);
-        *three_mut(y, i) = solved;
-        *three_mut(work, i) = [[0.0; LANES]; 3];
+        *rows_of_node_mut(y, i) = solved;
+        *rows_of_node_mut(work, i) = [[0.0; LANES]; 3];
     }
     for i in (0..matrix.n()).rev() {
         let mut change = [[0.0; LANES]; 3];
-        add(&mut change, &smoother.inverse[i], three(work, i));
-        let solved = subtract(three(y, i), &change);
-        *three_mut(y, i) = solved;
+        add(&mut change, &smoother.inverse[i], rows_of_node(work, i));
+        let solved = subtract(rows_of_node(y, i), &change);
+        *rows_of_node_mut(y, i) = solved;
         for (j, block) in matrix.row(i) {
-            add_transposed(three_mut(work, j), block, &solved);
+            add_transposed(rows_of_node_mut(work, j), block, &solved);
         }
     }
 }

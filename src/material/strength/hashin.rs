@@ -1,6 +1,6 @@
 //! Hashin's criteria: fibre and matrix, tension and compression.
 
-use super::{Exposure, Mode, PlyStrength, quadratic_exposure};
+use super::{StressExposure, FailureMode, PlyStrength, quadratic_exposure};
 
 /// Exposure of the leading one of Hashin's four modes; fibre modes by the sign of σ11, matrix modes by that of σ22 + σ33.
 ///
@@ -16,27 +16,27 @@ use super::{Exposure, Mode, PlyStrength, quadratic_exposure};
 ///
 /// # Source
 /// Hashin (1980), J. Applied Mechanics 47, 329-334, eqs. 17-20.
-pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> Exposure {
+pub fn hashin(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     let [s23, s13, s12] = strength.shear;
     let axial = (s[5] / s12).powi(2) + (s[4] / s13).powi(2);
     let fibre = if s[0] > 0.0 {
         let value = ((s[0] / strength.tension[0]).powi(2) + axial).sqrt();
-        Exposure { value, mode: Mode::FibreTension }
+        StressExposure { value, mode: FailureMode::FibreTension }
     } else {
-        Exposure { value: -s[0] / strength.compression[0], mode: Mode::FibreCompression }
+        StressExposure { value: -s[0] / strength.compression[0], mode: FailureMode::FibreCompression }
     };
     let sum = s[1] + s[2];
     let matrix = if sum >= 0.0 {
         let across = (sum / strength.tension[1]).powi(2) + (s[3] * s[3] - s[1] * s[2]) / (s23 * s23);
-        Exposure { value: (across + axial).max(0.0).sqrt(), mode: Mode::MatrixTension }
+        StressExposure { value: (across + axial).max(0.0).sqrt(), mode: FailureMode::MatrixTension }
     } else {
         // ((σ22 + σ33)/2)² - σ22 σ33 without cancellation.
         let across = (0.25 * (s[1] - s[2]).powi(2) + s[3] * s[3]) / (s23 * s23);
         let yc = strength.compression[1];
         let linear = ((0.5 * yc / s23).powi(2) - 1.0) * sum / yc;
-        Exposure { value: quadratic_exposure(across + axial, linear), mode: Mode::MatrixCompression }
+        StressExposure { value: quadratic_exposure(across + axial, linear), mode: FailureMode::MatrixCompression }
     };
-    Exposure::ZERO.max(fibre).max(matrix)
+    StressExposure::ZERO.max(fibre).max(matrix)
 }
 
 #[cfg(test)]
@@ -49,15 +49,15 @@ mod tests {
     fn single_stresses_fail_at_their_strengths_in_their_modes() {
         let s = t300();
         for (stress, mode) in [
-            (single(0, s.tension[0]), Mode::FibreTension),
-            (single(0, -s.compression[0]), Mode::FibreCompression),
-            (single(1, s.tension[1]), Mode::MatrixTension),
-            (single(2, s.tension[1]), Mode::MatrixTension),
-            (single(1, -s.compression[1]), Mode::MatrixCompression),
-            (single(2, -s.compression[1]), Mode::MatrixCompression),
-            (single(3, s.shear[0]), Mode::MatrixTension),
-            (single(4, s.shear[1]), Mode::MatrixTension),
-            (single(5, -s.shear[2]), Mode::MatrixTension),
+            (single(0, s.tension[0]), FailureMode::FibreTension),
+            (single(0, -s.compression[0]), FailureMode::FibreCompression),
+            (single(1, s.tension[1]), FailureMode::MatrixTension),
+            (single(2, s.tension[1]), FailureMode::MatrixTension),
+            (single(1, -s.compression[1]), FailureMode::MatrixCompression),
+            (single(2, -s.compression[1]), FailureMode::MatrixCompression),
+            (single(3, s.shear[0]), FailureMode::MatrixTension),
+            (single(4, s.shear[1]), FailureMode::MatrixTension),
+            (single(5, -s.shear[2]), FailureMode::MatrixTension),
         ] {
             let found = hashin(&s, &stress);
             assert!((found.value - 1.0).abs() < 1e-14 && found.mode == mode, "{stress:?}: {found:?}");
@@ -73,12 +73,12 @@ mod tests {
             for angle in [0.3f64, 1.2, 2.5] {
                 let (s, c) = angle.sin_cos();
                 let axes = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
-                let turned = hashin(&strength, &super::super::in_axes(&axes, &stress));
+                let turned = hashin(&strength, &super::super::stress_in_axes(&axes, &stress));
                 let found = hashin(&strength, &stress);
                 assert!((turned.value / found.value - 1.0).abs() < 1e-13 && turned.mode == found.mode);
             }
         }
         let pressed = hashin(&strength, &[-450.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        assert_eq!(pressed, Exposure { value: 0.5, mode: Mode::FibreCompression });
+        assert_eq!(pressed, StressExposure { value: 0.5, mode: FailureMode::FibreCompression });
     }
 }

@@ -32,7 +32,7 @@ pub struct PlyStrength {
 
 /// What a material bears.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Limit {
+pub enum MaterialStrength {
     /// A yield stress, MPa, of von Mises' criterion.
     Yield(f64),
     /// Strengths along the material axes.
@@ -42,7 +42,7 @@ pub enum Limit {
 /// How a material fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
-pub enum Mode {
+pub enum FailureMode {
     None,
     Yield,
     Interaction,
@@ -61,7 +61,7 @@ pub enum Mode {
     Shear12,
 }
 
-impl Mode {
+impl FailureMode {
     /// Its name in results.
     pub const fn name(self) -> &'static str {
         match self {
@@ -92,7 +92,7 @@ impl Mode {
 
 /// Criteria that an exposure is found by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Criterion {
+pub enum FailureCriterion {
     /// Von Mises' stress over the yield stress.
     Yield,
     /// Tsai and Wu.
@@ -103,7 +103,7 @@ pub enum Criterion {
     MaximumStress,
 }
 
-impl Criterion {
+impl FailureCriterion {
     /// Those of plies.
     pub const PLY: [Self; 3] = [Self::TsaiWu, Self::Hashin, Self::MaximumStress];
 
@@ -120,16 +120,16 @@ impl Criterion {
 
 /// A stress exposure and the mode that leads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exposure {
+pub struct StressExposure {
     /// 1 at failure, proportional to the load.
     pub value: f64,
     /// How it fails there.
-    pub mode: Mode,
+    pub mode: FailureMode,
 }
 
-impl Exposure {
+impl StressExposure {
     /// That of an unloaded material.
-    pub const ZERO: Self = Self { value: 0.0, mode: Mode::None };
+    pub const ZERO: Self = Self { value: 0.0, mode: FailureMode::None };
 
     /// The larger one.
     pub fn max(self, other: Self) -> Self {
@@ -137,25 +137,25 @@ impl Exposure {
     }
 }
 
-impl Limit {
+impl MaterialStrength {
     /// The criteria it is judged by.
-    pub fn criteria(&self) -> &'static [Criterion] {
+    pub fn criteria(&self) -> &'static [FailureCriterion] {
         match self {
-            Self::Yield(_) => &[Criterion::Yield],
-            Self::Ply(_) => &Criterion::PLY,
+            Self::Yield(_) => &[FailureCriterion::Yield],
+            Self::Ply(_) => &FailureCriterion::PLY,
         }
     }
 
     /// Exposure to a stress in material axes, MPa; zero for criteria that do not judge this material.
-    pub fn exposure(&self, criterion: Criterion, stress: &[f64; 6]) -> Exposure {
+    pub fn exposure(&self, criterion: FailureCriterion, stress: &[f64; 6]) -> StressExposure {
         match (self, criterion) {
-            (Self::Yield(limit), Criterion::Yield) => {
-                Exposure::ZERO.max(Exposure { value: von_mises(stress) / limit, mode: Mode::Yield })
+            (Self::Yield(limit), FailureCriterion::Yield) => {
+                StressExposure::ZERO.max(StressExposure { value: von_mises(stress) / limit, mode: FailureMode::Yield })
             }
-            (Self::Ply(strength), Criterion::TsaiWu) => tsai_wu(strength, stress),
-            (Self::Ply(strength), Criterion::Hashin) => hashin(strength, stress),
-            (Self::Ply(strength), Criterion::MaximumStress) => maximum_stress(strength, stress),
-            _ => Exposure::ZERO,
+            (Self::Ply(strength), FailureCriterion::TsaiWu) => tsai_wu(strength, stress),
+            (Self::Ply(strength), FailureCriterion::Hashin) => hashin(strength, stress),
+            (Self::Ply(strength), FailureCriterion::MaximumStress) => maximum_stress(strength, stress),
+            _ => StressExposure::ZERO,
         }
     }
 
@@ -206,7 +206,7 @@ pub fn von_mises(s: &[f64; 6]) -> f64 {
 }
 
 /// Turns stresses from global axes into axes given as columns: σ'_ab = Q_ia σ_ij Q_jb.
-pub fn in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
+pub fn stress_in_axes(axes: &Matrix3<f64>, s: &[f64; 6]) -> [f64; 6] {
     let tensor = Matrix3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]);
     let turned = axes.transpose() * tensor * axes;
     VOIGT.map(|(i, j)| turned[(i, j)])
@@ -241,8 +241,8 @@ pub(crate) mod tests {
     #[test]
     fn exposures_are_proportional_to_the_load() {
         let stress = [300.0, -40.0, 12.0, 9.0, -20.0, 31.0];
-        let limit = Limit::Ply(t300());
-        for criterion in Criterion::PLY {
+        let limit = MaterialStrength::Ply(t300());
+        for criterion in FailureCriterion::PLY {
             let f = limit.exposure(criterion, &stress);
             for factor in [0.1, 1.0 / f.value, 7.0] {
                 let scaled = limit.exposure(criterion, &stress.map(|s| s * factor));
@@ -250,8 +250,8 @@ pub(crate) mod tests {
                 assert_eq!(scaled.mode, f.mode);
             }
         }
-        assert_eq!(limit.exposure(Criterion::Yield, &stress), Exposure::ZERO);
-        assert_eq!(limit.exposure(Criterion::TsaiWu, &[0.0; 6]), Exposure::ZERO);
+        assert_eq!(limit.exposure(FailureCriterion::Yield, &stress), StressExposure::ZERO);
+        assert_eq!(limit.exposure(FailureCriterion::TsaiWu, &[0.0; 6]), StressExposure::ZERO);
     }
 
     /// Truths: uniaxial tension s and pure shear s sqrt(3); a turn of the axes changes neither; a turn by a right
@@ -262,22 +262,22 @@ pub(crate) mod tests {
         assert!((von_mises(&single(4, 100.0)) - 100.0 * 3f64.sqrt()).abs() < 1e-12);
         let stress = [300.0, -40.0, 12.0, 9.0, -20.0, 31.0];
         let axes = crate::geometry::fibre_axes(0.4, 1.3);
-        assert!((von_mises(&in_axes(&axes, &stress)) / von_mises(&stress) - 1.0).abs() < 1e-14);
-        let back = in_axes(&axes.transpose(), &in_axes(&axes, &stress));
+        assert!((von_mises(&stress_in_axes(&axes, &stress)) / von_mises(&stress) - 1.0).abs() < 1e-14);
+        let back = stress_in_axes(&axes.transpose(), &stress_in_axes(&axes, &stress));
         assert!(back.iter().zip(&stress).all(|(a, b)| (a - b).abs() < 1e-12));
         let quarter = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-        assert_eq!(in_axes(&quarter, &stress), [-40.0, 300.0, 12.0, 20.0, 9.0, -31.0]);
+        assert_eq!(stress_in_axes(&quarter, &stress), [-40.0, 300.0, 12.0, 20.0, 9.0, -31.0]);
     }
 
     /// Truth: the refusals of the documentation.
     #[test]
     fn strengths_that_mean_nothing_are_refused() {
-        let message = |limit: Limit| limit.check().expect_err("a refusal").to_string();
-        assert!(message(Limit::Yield(0.0)).contains("yield = 0"));
+        let message = |limit: MaterialStrength| limit.check().expect_err("a refusal").to_string();
+        assert!(message(MaterialStrength::Yield(0.0)).contains("yield = 0"));
         let wrong = PlyStrength { compression: [900.0, -200.0, 200.0], ..t300() };
-        assert!(message(Limit::Ply(wrong)).contains("Yc = -200"));
+        assert!(message(MaterialStrength::Ply(wrong)).contains("Yc = -200"));
         let open = PlyStrength { interaction: [-0.9, -0.5, -0.5], ..t300() };
-        assert!(message(Limit::Ply(open)).contains("F23 = -0.9"));
-        Limit::Ply(t300()).check().expect("sound");
+        assert!(message(MaterialStrength::Ply(open)).contains("F23 = -0.9"));
+        MaterialStrength::Ply(t300()).check().expect("sound");
     }
 }

@@ -1,13 +1,13 @@
 //! The tensor polynomial of Tsai and Wu.
 
-use super::{Exposure, Mode, PlyStrength, quadratic_exposure};
+use super::{StressExposure, FailureMode, PlyStrength, quadratic_exposure};
 
 /// Exposure of F_i σ_i + F_ij σ_i σ_j = 1 with F_i = 1/X_t - 1/X_c, F_ii = 1/(X_t X_c), F_44 = 1/S23² .., and
 /// F_ij = F_ij* sqrt(F_ii F_jj).
 ///
 /// # Source
 /// Tsai and Wu (1971), J. Composite Materials 5, 58-80, eqs. 4-11.
-pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> Exposure {
+pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> StressExposure {
     let PlyStrength { tension, compression, shear, interaction } = strength;
     // Stresses in units of the geometric mean of their two strengths.
     let x: [f64; 3] = std::array::from_fn(|i| s[i] / (tension[i] * compression[i]).sqrt());
@@ -16,7 +16,7 @@ pub fn tsai_wu(strength: &PlyStrength, s: &[f64; 6]) -> Exposure {
     let mixed = interaction[0] * x[1] * x[2] + interaction[1] * x[0] * x[2] + interaction[2] * x[0] * x[1];
     let sheared: f64 = (0..3).map(|i| (s[3 + i] / shear[i]).powi(2)).sum();
     let value = quadratic_exposure(normal + 2.0 * mixed + sheared, b);
-    Exposure::ZERO.max(Exposure { value, mode: Mode::Interaction })
+    StressExposure::ZERO.max(StressExposure { value, mode: FailureMode::Interaction })
 }
 
 #[cfg(test)]

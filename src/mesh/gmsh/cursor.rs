@@ -19,7 +19,7 @@ pub(super) struct Cursor<'a> {
     /// Next byte to read.
     pos: usize,
     /// Where the last word, number or section began, for messages.
-    mark: usize,
+    last_read: usize,
     section: String,
     binary: Option<Binary>,
 }
@@ -27,7 +27,7 @@ pub(super) struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     pub(super) fn new(bytes: &'a [u8], source: &'a str) -> Self {
         let pos = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        Self { bytes, source, pos, mark: pos, section: String::new(), binary: None }
+        Self { bytes, source, pos, last_read: pos, section: String::new(), binary: None }
     }
 
     pub(super) fn is_binary(&self) -> bool {
@@ -37,9 +37,9 @@ impl<'a> Cursor<'a> {
     /// An error at the last thing read: file, line or byte, section, `what`.
     pub(super) fn fail(&self, what: &str) -> Error {
         let place = if self.binary.is_some() {
-            format!("byte {}", self.mark)
+            format!("byte {}", self.last_read)
         } else {
-            let upto = self.mark.min(self.bytes.len());
+            let upto = self.last_read.min(self.bytes.len());
             format!("line {}", 1 + self.bytes[..upto].iter().filter(|&&b| b == b'\n').count())
         };
         let section =
@@ -48,7 +48,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn fail_at(&mut self, pos: usize, what: &str) -> Error {
-        self.mark = pos;
+        self.last_read = pos;
         self.fail(what)
     }
 
@@ -56,7 +56,7 @@ impl<'a> Cursor<'a> {
         while self.bytes.get(self.pos).is_some_and(u8::is_ascii_whitespace) {
             self.pos += 1;
         }
-        self.mark = self.pos;
+        self.last_read = self.pos;
     }
 
     fn rest(&self) -> &'a [u8] {
@@ -74,7 +74,7 @@ impl<'a> Cursor<'a> {
         let word = std::str::from_utf8(&rest[..length])
             .ok()
             .filter(|word| !word.starts_with('$'))
-            .ok_or_else(|| self.fail(&format!("found {}, wanted {wanted}", shown(&rest[..length]))))?;
+            .ok_or_else(|| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(&rest[..length]))))?;
         self.pos += length;
         Ok(word)
     }
@@ -82,7 +82,7 @@ impl<'a> Cursor<'a> {
     /// The next word of text as a number.
     pub(super) fn number<T: FromStr>(&mut self, wanted: &str) -> Result<T> {
         let word = self.word(wanted)?;
-        word.parse().map_err(|_| self.fail(&format!("found {}, wanted {wanted}", shown(word.as_bytes()))))
+        word.parse().map_err(|_| self.fail(&format!("found {}, wanted {wanted}", quoted_excerpt(word.as_bytes()))))
     }
 
     /// Text between the next quotation mark and the last one of its line; `wanted` says what it should be.
@@ -94,7 +94,7 @@ impl<'a> Cursor<'a> {
             .strip_prefix(b"\"")
             .and_then(|tail| tail.iter().rposition(|&b| b == b'"').map(|end| &tail[..end]))
             .ok_or_else(|| {
-                self.fail(&format!("found {}, wanted {wanted} in quotation marks", shown(line)))
+                self.fail(&format!("found {}, wanted {wanted} in quotation marks", quoted_excerpt(line)))
             })?;
         self.pos += inner.len() + 2;
         Ok(String::from_utf8_lossy(inner).into_owned())
@@ -113,7 +113,7 @@ impl<'a> Cursor<'a> {
                 Some(_) => {
                     let rest = self.rest();
                     let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-                    let found = shown(rest[..end].trim_ascii_end());
+                    let found = quoted_excerpt(rest[..end].trim_ascii_end());
                     let pos = self.pos;
                     return Err(self.fail_at(pos, &format!("found {found} where the line should end")));
                 }
@@ -143,7 +143,7 @@ impl<'a> Cursor<'a> {
 
     /// The next `N` bytes, as a little-endian number would have them.
     fn take<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N]> {
-        self.mark = self.pos;
+        self.last_read = self.pos;
         let Some(found) = self.rest().first_chunk::<N>() else {
             return Err(self.fail(&format!("the file ends here, {wanted} is missing: is it cut off?")));
         };
@@ -164,7 +164,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A count or number that cannot be negative, stored as `int`.
-    pub(super) fn positive_int(&mut self, wanted: &str) -> Result<u64> {
+    pub(super) fn nonnegative_int(&mut self, wanted: &str) -> Result<u64> {
         let value = self.int(wanted)?;
         u64::try_from(value).map_err(|_| self.fail(&format!("found {value}, wanted {wanted}, not negative")))
     }
@@ -234,7 +234,7 @@ impl<'a> Cursor<'a> {
             .strip_prefix(b"$")
             .filter(|name| !name.is_empty() && name.len() < 200 && !name.starts_with(b"End"))
             .and_then(|name| std::str::from_utf8(name).ok())
-            .ok_or_else(|| self.fail(&format!("found {}, wanted a section such as $Nodes", shown(line))))?;
+            .ok_or_else(|| self.fail(&format!("found {}, wanted a section such as $Nodes", quoted_excerpt(line))))?;
         self.section = name.to_string();
         self.pos += (end + 1).min(rest.len());
         Ok(Some(self.section.clone()))
@@ -250,7 +250,7 @@ impl<'a> Cursor<'a> {
             self.pos += end;
             return Ok(());
         }
-        let found = if line.is_empty() { "the end of the file".to_string() } else { shown(line) };
+        let found = if line.is_empty() { "the end of the file".to_string() } else { quoted_excerpt(line) };
         Err(self.fail(&format!(
             "found {found}, wanted $End{name}: more data than the section announces, or cut off"
         )))
@@ -269,7 +269,7 @@ impl<'a> Cursor<'a> {
 }
 
 /// A piece of the file for a message: in quotation marks, control characters escaped, shortened.
-pub(super) fn shown(bytes: &[u8]) -> String {
+pub(super) fn quoted_excerpt(bytes: &[u8]) -> String {
     let short = &bytes[..bytes.len().min(40)];
     let dots = if short.len() < bytes.len() { ".." } else { "" };
     format!("\"{}{dots}\"", String::from_utf8_lossy(short).escape_debug())

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::mesh::ElementField;
 
 /// Most components of a value (a tensor).
-const MOST_COMPONENTS: u64 = 9;
+const MAX_COMPONENTS: u64 = 9;
 
 /// One `$ElementData` section; a further time step of a field that is there already is left out.
 ///
@@ -18,7 +18,7 @@ pub(super) fn read_element_data(cursor: &mut Cursor, fields: &mut Vec<ElementFie
     let (elements, values) = (Vec::with_capacity(n), Vec::with_capacity(n * n_components));
     let mut field = ElementField { name, n_components, elements, values };
     for _ in 0..n {
-        field.elements.push(cursor.positive_int("an element number")?);
+        field.elements.push(cursor.nonnegative_int("an element number")?);
         for _ in 0..n_components {
             field.values.push(cursor.real("a value of the field")?);
         }
@@ -62,9 +62,9 @@ fn read_header(cursor: &mut Cursor) -> Result<(String, u64, u64)> {
     }
     cursor.end_line()?;
     let [_, n_components, n] = integers;
-    if !(1..=MOST_COMPONENTS).contains(&n_components) {
+    if !(1..=MAX_COMPONENTS).contains(&n_components) {
         return Err(
-            cursor.fail(&format!("a field of {n_components} components; allowed are 1 to {MOST_COMPONENTS}"))
+            cursor.fail(&format!("a field of {n_components} components; allowed are 1 to {MAX_COMPONENTS}"))
         );
     }
     Ok((name, n_components, n))

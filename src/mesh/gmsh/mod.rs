@@ -6,7 +6,7 @@
 //! # Source
 //! gmsh reference manual, "MSH file format" and "MSH file format version 2 (legacy)".
 
-mod collect;
+mod raw_mesh;
 mod cursor;
 mod fields;
 mod pos;
@@ -18,8 +18,8 @@ use std::path::Path;
 
 use super::{ElementField, Mesh};
 use crate::error::{Error, Result};
-use collect::Raw;
-use cursor::{Cursor, shown};
+use raw_mesh::RawMesh;
+use cursor::{Cursor, quoted_excerpt};
 pub use pos::write_size_field;
 
 /// The two versions that are read.
@@ -63,10 +63,10 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-fn parse_sections(bytes: &[u8], source: &str) -> Result<(Raw, Vec<ElementField>)> {
+fn parse_sections(bytes: &[u8], source: &str) -> Result<(RawMesh, Vec<ElementField>)> {
     check_start(bytes, source)?;
     let mut cursor = Cursor::new(bytes, source);
-    let (mut raw, mut fields) = (Raw::default(), Vec::new());
+    let (mut raw, mut fields) = (RawMesh::default(), Vec::new());
     let mut version = None;
     while let Some(name) = cursor.next_section()? {
         match (name.as_str(), version) {
@@ -134,7 +134,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "2.2" => Version::V2,
         "4.1" => Version::V4,
         _ => {
-            let found = shown(word.as_bytes());
+            let found = quoted_excerpt(word.as_bytes());
             return Err(cursor.fail(&format!(
                 "version {found} of the .msh format is not read; save the mesh as 4.1 or 2.2 (`gmsh -format msh41` or `-format msh22`)"
             )));
@@ -144,7 +144,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         "0" => false,
         "1" => true,
         other => {
-            let found = shown(other.as_bytes());
+            let found = quoted_excerpt(other.as_bytes());
             return Err(cursor.fail(&format!("file type {found}; allowed are 0 (ASCII) and 1 (binary)")));
         }
     };
@@ -152,7 +152,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
         ("8", _) => 8,
         ("4", Version::V4) => 4,
         (other, _) => {
-            let found = shown(other.as_bytes());
+            let found = quoted_excerpt(other.as_bytes());
             return Err(cursor.fail(&format!("data size {found}; allowed is 8")));
         }
     };
@@ -164,7 +164,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version> {
 }
 
 /// `$PhysicalNames`: always text, `dimension tag "name"` line by line.
-fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+fn read_physical_names(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n: u64 = cursor.number("the number of physical names")?;
     cursor.check_count(n, 5, "physical names")?;
     let known = raw.names.iter().map(|((dim, tag), name)| ((*dim, name.clone()), *tag));
@@ -183,7 +183,7 @@ fn read_physical_names(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
         if let Some(other) = named.or_else(|| raw.names.contains_key(&(dim, tag)).then_some((dim, tag))) {
             let found = format!(
                 "the physical group ({dim}, {tag}) {} repeats the dimension and the tag or name of ({}, {})",
-                shown(name.as_bytes()),
+                quoted_excerpt(name.as_bytes()),
                 other.0,
                 other.1
             );

@@ -1,17 +1,17 @@
 //! Sections of .msh version 2.2.
 
-use super::collect::{Element, Raw};
+use super::raw_mesh::{RawElement, RawMesh};
 use super::cursor::Cursor;
 use crate::error::Result;
 
 /// `$Nodes` or `$ParametricNodes`: number, coordinates, and what a parametric node adds.
-pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut Raw, parametric: bool) -> Result<()> {
+pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh, parametric: bool) -> Result<()> {
     let n = cursor.number("the number of nodes")?;
     cursor.end_line()?;
     let n = cursor.check_count(n, cursor.bytes_of(4) + 3 * cursor.bytes_of(8), "nodes")?;
     raw.start_nodes(cursor, n)?;
     for _ in 0..n {
-        let tag = cursor.positive_int("a node number")?;
+        let tag = cursor.nonnegative_int("a node number")?;
         let mut x = [0.0; 3];
         for value in &mut x {
             *value = cursor.coordinate(tag)?;
@@ -30,7 +30,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut Raw, parametric: bool) -
 }
 
 /// `$Elements`: in text each with its type and tags, in binary in runs of equal type and number of tags.
-pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let n = cursor.number("the number of elements")?;
     cursor.end_line()?;
     let n = cursor.check_count(n, 3 * cursor.bytes_of(4), "elements")?;
@@ -39,33 +39,33 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
     let mut left = n as u64;
     while left > 0 {
         let (tag, code, run) = if cursor.is_binary() {
-            let code = cursor.positive_int("an element type")?;
-            let run = cursor.positive_int("the number of elements in a run")?;
+            let code = cursor.nonnegative_int("an element type")?;
+            let run = cursor.nonnegative_int("the number of elements in a run")?;
             (None, code, run)
         } else {
-            let tag = cursor.positive_int("an element number")?;
-            (Some(tag), cursor.positive_int("an element type")?, 1)
+            let tag = cursor.nonnegative_int("an element number")?;
+            (Some(tag), cursor.nonnegative_int("an element type")?, 1)
         };
         if run == 0 || run > left {
             return Err(
                 cursor.fail(&format!("a run of {run} elements where {left} are left of the {n} announced"))
             );
         }
-        let n_tags = cursor.positive_int("the number of tags")?;
+        let n_tags = cursor.nonnegative_int("the number of tags")?;
         let kind = raw.kind(cursor, code)?;
         for _ in 0..run {
             let tag = match tag {
                 Some(tag) => tag,
-                None => cursor.positive_int("an element number")?,
+                None => cursor.nonnegative_int("an element number")?,
             };
             let physical = read_tags(cursor, n_tags)?;
             nodes.clear();
             for _ in 0..kind.n_nodes() {
-                nodes.push(cursor.positive_int("a node of an element")?);
+                nodes.push(cursor.nonnegative_int("a node of an element")?);
             }
             cursor.end_record()?;
-            let set = raw_set(raw, physical);
-            raw.add_element(Element { kind, tag, nodes: &nodes, set });
+            let set = group_set_of_tag(raw, physical);
+            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set: set });
         }
         left -= run;
     }
@@ -85,7 +85,7 @@ fn read_tags(cursor: &mut Cursor, n_tags: u64) -> Result<i64> {
 }
 
 /// The group set of a physical tag. A negative tag only marks a turned element.
-fn raw_set(raw: &mut Raw, physical: i64) -> u32 {
+fn group_set_of_tag(raw: &mut RawMesh, physical: i64) -> u32 {
     let tags: &[i64] = if physical == 0 { &[] } else { &[physical.saturating_abs()] };
-    raw.intern_set(tags)
+    raw.group_set_index(tags)
 }

@@ -1,11 +1,11 @@
 //! Sections of .msh version 4.1.
 
-use super::collect::{Element, Raw};
+use super::raw_mesh::{RawElement, RawMesh};
 use super::cursor::Cursor;
 use crate::error::Result;
 
 /// `$Entities`: which physical groups each point, curve, surface and volume is in.
-pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = cursor.size("a number of entities")?;
@@ -25,7 +25,7 @@ pub(super) fn read_entities(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
             if dim > 0 {
                 read_ints(cursor, "bounding entities")?;
             }
-            let set = raw.intern_set(&physical);
+            let set = raw.group_set_index(&physical);
             if raw.entities.insert((dim, tag), set).is_some() {
                 return Err(cursor.fail(&format!("the entity {tag} of dimension {dim} stands twice")));
             }
@@ -42,7 +42,7 @@ fn read_ints(cursor: &mut Cursor, what: &str) -> Result<Vec<i64>> {
 }
 
 /// `$Nodes`: blocks by entity, each with its node numbers first and their coordinates after.
-pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "nodes")?;
     let per_node = cursor.size_bytes() + 3 * cursor.bytes_of(8);
     let n = cursor.check_count(n, per_node, "nodes")?;
@@ -80,7 +80,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
 }
 
 /// `$Elements`: blocks by entity and type.
-pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
+pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut RawMesh) -> Result<()> {
     let [n_blocks, n, _, _] = read_header(cursor, "elements")?;
     let n = cursor.check_count(n, 2 * cursor.size_bytes(), "elements")?;
     raw.start_elements(cursor)?;
@@ -89,7 +89,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
     for _ in 0..n_blocks {
         let dim = cursor.int("the dimension of an element block")?;
         let entity = cursor.int("the entity of an element block")?;
-        let code = cursor.positive_int("an element type")?;
+        let code = cursor.nonnegative_int("an element type")?;
         let kind = raw.kind(cursor, code)?;
         if dim != kind.dim() as i64 {
             return Err(cursor.fail(&format!("{} elements in a block of dimension {dim}", kind.name())));
@@ -107,7 +107,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, raw: &mut Raw) -> Result<()> {
                 nodes.push(cursor.size("a node of an element")?);
             }
             cursor.end_record()?;
-            raw.add_element(Element { kind, tag, nodes: &nodes, set });
+            raw.add_element(RawElement { kind, tag, nodes: &nodes, group_set: set });
         }
     }
     same_count(cursor, seen, n, "elements")

@@ -8,16 +8,16 @@ use crate::mesh::{CellRef, Mesh};
 
 /// Pairs of faces that do not fit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Misfits {
+pub struct NonconformingFaces {
     /// Quadrangles on which triangles with the same nodes lie, and a solid there.
-    pub split: (usize, u64),
+    pub split_quadrangles: (usize, u64),
     /// Faces of different order with the same corners, and a solid there.
-    pub orders: (usize, u64),
+    pub mixed_orders: (usize, u64),
 }
 
 /// Finds them; there are none where all solids have faces of one kind.
-pub(super) fn misfits(mesh: &Mesh) -> Misfits {
-    let mut found = Misfits::default();
+pub(super) fn find_nonconforming_faces(mesh: &Mesh) -> NonconformingFaces {
+    let mut found = NonconformingFaces::default();
     let face_kinds = mesh.blocks.iter().filter(|block| block.kind.dim() == 3).flat_map(|block| {
         block.kind.local_faces().iter().map(|(kind, _)| *kind).collect::<Vec<ElementKind>>()
     });
@@ -33,7 +33,7 @@ pub(super) fn misfits(mesh: &Mesh) -> Misfits {
         if face.1 != owner {
             face.2 = false;
             if face.0 != kind {
-                found.orders = (found.orders.0 + 1, mesh.tag(owner).max(found.orders.1));
+                found.mixed_orders = (found.mixed_orders.0 + 1, mesh.tag(owner).max(found.mixed_orders.1));
             }
         }
     });
@@ -46,7 +46,7 @@ pub(super) fn misfits(mesh: &Mesh) -> Misfits {
             part
         };
         if kind.n_corners() == 4 && lone(key) && (0..4).any(|corner| lone(&triangle(corner))) {
-            found.split = (found.split.0 + 1, mesh.tag(*owner).max(found.split.1));
+            found.split_quadrangles = (found.split_quadrangles.0 + 1, mesh.tag(*owner).max(found.split_quadrangles.1));
         }
     }
     found

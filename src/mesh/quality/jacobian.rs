@@ -2,14 +2,14 @@
 
 use crate::element::ElementKind;
 use crate::error::{Error, Result};
-use crate::mesh::{Block, Mesh};
+use crate::mesh::{CellBlock, Mesh};
 use crate::quadrature::{hexahedron, pyramid, tetrahedron, wedge};
 
 /// The least Jacobian, as a share of the product of the lengths of its columns, that is not taken for a collapsed
 /// element.
-const COLLAPSED: f64 = 1e-8;
+const MIN_SCALED_JACOBIAN: f64 = 1e-8;
 /// Number of elements that a message names.
-const NAMED: usize = 10;
+const MAX_NAMED_ELEMENTS: usize = 10;
 
 /// For corner by corner of a solid: the corner and its three neighbours, right-handed seen from it. The
 /// tip of a pyramid has four edges and is left out.
@@ -33,7 +33,7 @@ fn corner_frames(kind: ElementKind) -> &'static [[usize; 4]] {
 }
 
 /// A point of the reference cell where the Jacobian is looked at.
-struct Sample {
+struct JacobianPoint {
     /// Derivatives of the shape functions along three directions, `[n_nodes]`: at a corner those of its edges, elsewhere
     /// those of the reference coordinates.
     slopes: Vec<[f64; 3]>,
@@ -43,7 +43,7 @@ struct Sample {
     weight: f64,
 }
 
-impl Sample {
+impl JacobianPoint {
     fn new(kind: ElementKind, xi: [f64; 3], directions: [[f64; 3]; 3], weight: f64) -> Self {
         let along = |g: [f64; 3], d: [f64; 3]| g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
         let slopes = kind.shape_gradients(xi).into_iter().map(|g| directions.map(|d| along(g, d))).collect();
@@ -60,13 +60,13 @@ impl Sample {
         }
         let spanned = determinant(tangents);
         let lengths: f64 = tangents.iter().map(|t| t.iter().map(|x| x * x).sum::<f64>().sqrt()).product();
-        let scaled = if lengths > 0.0 { spanned / lengths } else { NO_LENGTH };
+        let scaled = if lengths > 0.0 { spanned / lengths } else { ZERO_LENGTH_EDGE };
         Jacobian { value: spanned / self.directions, scaled }
     }
 }
 
 /// Stands for the share of a Jacobian where an edge has no length: below all others.
-const NO_LENGTH: f64 = f64::NEG_INFINITY;
+const ZERO_LENGTH_EDGE: f64 = f64::NEG_INFINITY;
 
 /// Determinant of the map at a point, as it is and by the lengths of the images of the directions.
 #[derive(Clone, Copy)]
@@ -91,7 +91,7 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
 }
 
 /// The points of the stiffness's rule of a kind, which integrates its Jacobian exactly, and its nodes.
-fn samples(kind: ElementKind) -> Vec<Sample> {
+fn jacobian_points(kind: ElementKind) -> Vec<JacobianPoint> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let rule = match (kind.n_corners(), kind.n_nodes() > kind.n_corners()) {
         (4, false) => tetrahedron(1),
@@ -104,17 +104,17 @@ fn samples(kind: ElementKind) -> Vec<Sample> {
         (_, true) => hexahedron(3),
     };
     let nodes = kind.reference_nodes();
-    let inside = rule.into_iter().map(|(xi, weight)| Sample::new(kind, xi, AXES, weight));
+    let inside = rule.into_iter().map(|(xi, weight)| JacobianPoint::new(kind, xi, AXES, weight));
     let corners = corner_frames(kind).iter().map(|&[at, a, b, c]| {
         let edge = |to: usize| std::array::from_fn(|k| nodes[to][k] - nodes[at][k]);
-        Sample::new(kind, nodes[at], [edge(a), edge(b), edge(c)], 0.0)
+        JacobianPoint::new(kind, nodes[at], [edge(a), edge(b), edge(c)], 0.0)
     });
-    let others = nodes[kind.n_corners()..].iter().map(|&xi| Sample::new(kind, xi, AXES, 0.0));
+    let others = nodes[kind.n_corners()..].iter().map(|&xi| JacobianPoint::new(kind, xi, AXES, 0.0));
     inside.chain(corners).chain(others).collect()
 }
 
 /// The least Jacobians of an element.
-struct Least {
+struct ElementJacobians {
     kind: ElementKind,
     tag: u64,
     /// At the integration points.
@@ -123,9 +123,9 @@ struct Least {
     nodal: Jacobian,
 }
 
-impl Least {
+impl ElementJacobians {
     /// Those of a cell of a block, and the cell's volume.
-    fn new(mesh: &Mesh, block: &Block, cell: usize, samples: &[Sample]) -> (Self, f64) {
+    fn new(mesh: &Mesh, block: &CellBlock, cell: usize, samples: &[JacobianPoint]) -> (Self, f64) {
         let nodes = block.cell_nodes(cell);
         let (mut inside, mut nodal, mut volume) = (Jacobian::NONE, Jacobian::NONE, 0.0);
         for sample in samples {
@@ -139,7 +139,7 @@ impl Least {
 
     /// Whether its stiffness can be computed, and no edge has shrunk to a point.
     fn is_sound(&self) -> bool {
-        self.inside.scaled > COLLAPSED && self.nodal.scaled > NO_LENGTH
+        self.inside.scaled > MIN_SCALED_JACOBIAN && self.nodal.scaled > ZERO_LENGTH_EDGE
     }
 
     fn least(&self) -> Jacobian {
@@ -148,7 +148,7 @@ impl Least {
 }
 
 /// What the Jacobians of sound solids are.
-pub(super) struct Jacobians {
+pub(super) struct JacobianSummary {
     /// The least scaled one, with its element.
     pub least: (f64, u64),
     /// Number of solids that are folded at a node, and nowhere at an integration point.
@@ -162,13 +162,13 @@ pub(super) struct Jacobians {
 /// The Jacobian is that of the element's own map, curved for elements of second order, at its integration points: where
 /// it is positive there, the stiffness is that of a body, and patch tests are passed. Its nodes (but the tip of a
 /// pyramid, where the map has no derivative) are looked at too, for a warning.
-pub(super) fn check_jacobians(mesh: &Mesh) -> Result<Jacobians> {
-    let mut all = Jacobians { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
+pub(super) fn check_jacobians(mesh: &Mesh) -> Result<JacobianSummary> {
+    let mut all = JacobianSummary { least: (f64::INFINITY, 0), folded_at_nodes: 0, volume: 0.0 };
     let mut bad = Vec::new();
     for block in mesh.blocks.iter().filter(|block| block.kind.dim() == 3) {
-        let samples = samples(block.kind);
+        let samples = jacobian_points(block.kind);
         for cell in 0..block.n_cells() {
-            let (found, volume) = Least::new(mesh, block, cell, &samples);
+            let (found, volume) = ElementJacobians::new(mesh, block, cell, &samples);
             all.volume += volume;
             let least = found.least().scaled;
             if least < all.least.0 {
@@ -176,23 +176,23 @@ pub(super) fn check_jacobians(mesh: &Mesh) -> Result<Jacobians> {
             }
             if !found.is_sound() {
                 bad.push(found);
-            } else if found.nodal.scaled <= COLLAPSED {
+            } else if found.nodal.scaled <= MIN_SCALED_JACOBIAN {
                 all.folded_at_nodes += 1;
             }
         }
     }
-    if bad.is_empty() { Ok(all) } else { Err(refusal(mesh, &bad)) }
+    if bad.is_empty() { Ok(all) } else { Err(bad_elements_error(mesh, &bad)) }
 }
 
 /// Names the first of the bad elements, their number, and the worst of them.
-fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
+fn bad_elements_error(mesh: &Mesh, bad: &[ElementJacobians]) -> Error {
     let named: Vec<String> =
-        bad.iter().take(NAMED).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
+        bad.iter().take(MAX_NAMED_ELEMENTS).map(|least| format!("{} {}", least.kind.name(), least.tag)).collect();
     let worst = bad.iter().min_by(|a, b| a.inside.scaled.total_cmp(&b.inside.scaled)).expect("at least one");
     let turned = bad.iter().filter(|least| least.inside.value < 0.0).count();
     let worst = match worst.inside {
         // Only edges have shrunk to points.
-        inside if inside.scaled > COLLAPSED => format!("an edge of element {} has no length", worst.tag),
+        inside if inside.scaled > MIN_SCALED_JACOBIAN => format!("an edge of element {} has no length", worst.tag),
         Jacobian { value, scaled } => {
             let share = if scaled.is_finite() {
                 format!(", or {scaled:.3e} of the lengths of its edges")
@@ -215,6 +215,6 @@ fn refusal(mesh: &Mesh, bad: &[Least]) -> Error {
         mesh.source,
         states.join(", "),
         named.join(", "),
-        if bad.len() > NAMED { ", .." } else { "" },
+        if bad.len() > MAX_NAMED_ELEMENTS { ", .." } else { "" },
     ))
 }

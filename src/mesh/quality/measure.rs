@@ -4,7 +4,7 @@ use super::corners;
 use crate::mesh::Mesh;
 
 /// Points closer than this share of the diagonal of the bounding box count as unmerged.
-const UNMERGED: f64 = 1e-9;
+const MERGE_TOLERANCE: f64 = 1e-9;
 
 /// Mean and largest ratio of longest to shortest edge over the solids.
 pub(super) fn aspect_ratios(mesh: &Mesh) -> (f64, (f64, u64)) {
@@ -58,7 +58,7 @@ pub(super) fn connected_parts(mesh: &Mesh) -> Vec<(usize, u64)> {
     parts
 }
 
-/// Points that lie within [`UNMERGED`] diagonals of an earlier one.
+/// Points that lie within [`MERGE_TOLERANCE`] diagonals of an earlier one.
 pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let bounds = |k: usize| {
         let range =
@@ -66,7 +66,7 @@ pub(super) fn coincident_points(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
         (range.0, range.1 - range.0)
     };
     let box_: [(f64, f64); 3] = std::array::from_fn(bounds);
-    let tolerance = UNMERGED * box_.iter().map(|(_, l)| l * l).sum::<f64>().sqrt();
+    let tolerance = MERGE_TOLERANCE * box_.iter().map(|(_, l)| l * l).sum::<f64>().sqrt();
     if tolerance <= 0.0 {
         return points.iter().skip(1).copied().collect();
     }

@@ -7,10 +7,10 @@ mod measure;
 use super::faces::face_of_three_solids;
 use super::{CellRef, Mesh};
 use crate::element::ElementKind;
-use crate::error::{Error, Result, doubtful};
-use crate::geometry::{Point, place};
-pub use conformity::Misfits;
-use conformity::misfits;
+use crate::error::{Error, Result, warning};
+use crate::geometry::{Point, format_point};
+pub use conformity::NonconformingFaces;
+use conformity::find_nonconforming_faces;
 use jacobian::check_jacobians;
 use measure::{aspect_ratios, coincident_points, connected_parts};
 
@@ -25,18 +25,18 @@ pub struct Quality {
     pub volume: f64,
     /// Least Jacobian at a node or integration point by the product of the lengths of its columns: 1 for a box; and its
     /// element.
-    pub least_jacobian: (f64, u64),
+    pub min_scaled_jacobian: (f64, u64),
     /// Number of solids that are folded or flat at a node, though at no integration point.
     pub folded_at_nodes: usize,
     /// Faces of neighbours that do not fit.
-    pub misfits: Misfits,
+    pub nonconforming_faces: NonconformingFaces,
     /// Largest ratio of the longest to the shortest edge of a solid, and its element.
-    pub largest_aspect: (f64, u64),
+    pub max_aspect_ratio: (f64, u64),
     /// Mean of those ratios.
-    pub mean_aspect: f64,
+    pub mean_aspect_ratio: f64,
     /// Number of solids in each connected part (joined by nodes), and the least-numbered element of each,
     /// the largest part first.
-    pub parts: Vec<(usize, u64)>,
+    pub connected_parts: Vec<(usize, u64)>,
     /// Places of the points that lie where another point lies already, mm.
     pub coincident_points: Vec<[f64; 3]>,
 }
@@ -44,12 +44,12 @@ pub struct Quality {
 impl Quality {
     /// What deserves a warning.
     pub fn warnings(&self) -> Vec<String> {
-        self.folded().into_iter().chain(self.unfitting()).chain(self.unmerged()).collect()
+        self.folded().into_iter().chain(self.nonconforming_warnings()).chain(self.unmerged()).collect()
     }
 
     /// That solids are folded at nodes.
     fn folded(&self) -> Option<String> {
-        let (least, tag) = self.least_jacobian;
+        let (least, tag) = self.min_scaled_jacobian;
         let all: usize = self.solids.iter().map(|(_, n)| n).sum();
         (self.folded_at_nodes > 0).then(|| {
             format!(
@@ -62,13 +62,13 @@ impl Quality {
     }
 
     /// That displacements have gaps between neighbours.
-    fn unfitting(&self) -> Vec<String> {
-        let Misfits { split, orders } = self.misfits;
+    fn nonconforming_warnings(&self) -> Vec<String> {
+        let NonconformingFaces { split_quadrangles: split, mixed_orders: orders } = self.nonconforming_faces;
         let told = |(n, tag): (usize, u64), what: &str, mend: &str| {
             let words = format!(
                 "{n} {what} (one at element {tag}): their displacements differ between the nodes; {mend}"
             );
-            (n > 0).then(|| doubtful(&words))
+            (n > 0).then(|| warning(&words))
         };
         [
             told(
@@ -93,7 +93,7 @@ impl Quality {
         if n == 0 {
             return None;
         }
-        let places: Vec<String> = self.coincident_points.iter().take(3).map(place).collect();
+        let places: Vec<String> = self.coincident_points.iter().take(3).map(format_point).collect();
         let (verb, more) = (if n == 1 { "node lies" } else { "nodes lie" }, if n > 3 { ", .." } else { "" });
         Some(format!(
             "{n} {verb} where another node lies already, at {}{more}: the elements there are not joined; merge the \
@@ -128,19 +128,19 @@ pub fn check(mesh: &Mesh) -> Result<Quality> {
         n_points: mesh.n_points(),
         solids,
         volume: jacobians.volume,
-        least_jacobian: jacobians.least,
+        min_scaled_jacobian: jacobians.least,
         folded_at_nodes: jacobians.folded_at_nodes,
-        misfits: misfits(mesh),
-        largest_aspect,
-        mean_aspect,
-        parts: connected_parts(mesh),
+        nonconforming_faces: find_nonconforming_faces(mesh),
+        max_aspect_ratio: largest_aspect,
+        mean_aspect_ratio: mean_aspect,
+        connected_parts: connected_parts(mesh),
         coincident_points: coincident_points(&mesh.points),
     })
 }
 
 /// A mesh without solids, and how that comes about.
 fn no_solids(mesh: &Mesh) -> Error {
-    let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::Block::n_cells).sum();
+    let faces: usize = mesh.blocks.iter().filter(|b| b.kind.dim() == 2).map(super::CellBlock::n_cells).sum();
     let has = if faces > 0 { format!(" but {faces} surface elements") } else { String::new() };
     Error::input(format!(
         "{} has no solid elements{has}: gmsh saves only what belongs to a physical group once there is one, so give the \

@@ -30,7 +30,7 @@ pub struct Axis {
 impl Axis {
     /// An axis that shows all finite `values` (all positive ones if logarithmic) between two pixel positions;
     /// its ends are round numbers.
-    pub fn over(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
+    pub fn spanning(values: impl Iterator<Item = f64>, scale: Scale, pixels: [f64; 2]) -> Self {
         let shown = values.filter(|v| v.is_finite() && (scale != Scale::Logarithmic || *v > 0.0));
         let (mut low, mut high) =
             shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -62,12 +62,12 @@ impl Axis {
     }
 
     /// A linear axis with exactly these ends.
-    pub fn exactly([low, high]: [f64; 2], pixels: [f64; 2]) -> Self {
+    pub fn with_bounds([low, high]: [f64; 2], pixels: [f64; 2]) -> Self {
         Self { scale: Scale::Linear, low, high, pixels }
     }
 
     /// Pixel position of a value; `None` where it cannot be shown.
-    pub fn at(&self, value: f64) -> Option<f64> {
+    pub fn to_pixel(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear | Scale::Whole => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
@@ -77,7 +77,7 @@ impl Axis {
 
     /// Power of ten, a multiple of three, that the labels are to be multiplied with: not 0 where the numbers themselves
     /// would be long.
-    pub fn power(&self) -> i32 {
+    pub fn label_exponent(&self) -> i32 {
         let largest = self.high.abs().max(self.low.abs());
         match self.scale {
             Scale::Linear if largest > 0.0 && !(1e-4..1e6).contains(&self.step()) => {
@@ -88,8 +88,8 @@ impl Axis {
     }
 
     /// `unit` with the power of ten before it.
-    pub(crate) fn counted_in(&self, unit: &str) -> String {
-        match self.power() {
+    pub(crate) fn scaled_unit(&self, unit: &str) -> String {
+        match self.label_exponent() {
             0 => unit.to_owned(),
             power => format!("10^{{{power}}} {unit}").replace("{-", "{\u{2212}"),
         }
@@ -104,7 +104,7 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Whole => {
                 let step = self.step();
-                let factor = 10_f64.powi(-self.power());
+                let factor = 10_f64.powi(-self.label_exponent());
                 let first = (self.low / step - 1e-9).ceil() as i64;
                 let last = (self.high / step + 1e-9).floor() as i64;
                 let text = |value: f64| Some(label(value * factor, step * factor));
@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     fn labels(values: &[f64], scale: Scale) -> Vec<String> {
-        let axis = Axis::over(values.iter().copied(), scale, [0.0, 1.0]);
+        let axis = Axis::spanning(values.iter().copied(), scale, [0.0, 1.0]);
         axis.ticks().into_iter().filter_map(|(_, label)| label).collect()
     }
 
@@ -202,11 +202,11 @@ mod tests {
     /// Truth: the numbers by eye: small ones are counted in powers of a thousand.
     #[test]
     fn long_numbers_have_a_power() {
-        let axis = |high: f64| Axis::over([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
-        assert_eq!((axis(3e-3).power(), axis(3e-10).power(), axis(4.2e8).power()), (0, -12, 6));
+        let axis = |high: f64| Axis::spanning([0.0, high].into_iter(), Scale::Linear, [0.0, 1.0]);
+        assert_eq!((axis(3e-3).label_exponent(), axis(3e-10).label_exponent(), axis(4.2e8).label_exponent()), (0, -12, 6));
         assert_eq!(labels(&[0.0, 3e-10], Scale::Linear), ["0", "50", "100", "150", "200", "250", "300"]);
-        assert_eq!(axis(3e-10).counted_in("mm"), "10^{\u{2212}12} mm");
-        assert_eq!(axis(300.0).counted_in("N"), "N");
+        assert_eq!(axis(3e-10).scaled_unit("mm"), "10^{\u{2212}12} mm");
+        assert_eq!(axis(300.0).scaled_unit("N"), "N");
     }
 
     /// Truth: what cannot be shown does not break the picture.
@@ -214,15 +214,15 @@ mod tests {
     fn constant_empty_and_unusable_values_still_make_an_axis() {
         for values in [&[5.0, 5.0][..], &[0.0], &[], &[f64::NAN, -1.0], &[f64::INFINITY]] {
             for scale in [Scale::Linear, Scale::Whole, Scale::Logarithmic] {
-                let axis = Axis::over(values.iter().copied(), scale, [0.0, 100.0]);
+                let axis = Axis::spanning(values.iter().copied(), scale, [0.0, 100.0]);
                 assert!(axis.ticks().len() >= 2, "{values:?} {axis:?}");
                 assert!(
                     axis.ticks()
                         .iter()
-                        .all(|(v, _)| axis.at(*v).is_some_and(|x| (-1.0..=101.0).contains(&x)))
+                        .all(|(v, _)| axis.to_pixel(*v).is_some_and(|x| (-1.0..=101.0).contains(&x)))
                 );
             }
         }
-        assert_eq!(Axis::over([1.0, 10.0].into_iter(), Scale::Logarithmic, [0.0, 1.0]).at(-1.0), None);
+        assert_eq!(Axis::spanning([1.0, 10.0].into_iter(), Scale::Logarithmic, [0.0, 1.0]).to_pixel(-1.0), None);
     }
 }

@@ -8,7 +8,7 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
     let (left, top, width, height) = (area[0] + area[2] + 12.0, area[1], 12.0, area[3]);
     let steps = 60;
     for i in 0..steps {
-        let fill = colour::of_share((f64::from(i) + 0.5) / f64::from(steps));
+        let fill = colour::map_colour((f64::from(i) + 0.5) / f64::from(steps));
         let step = height / f64::from(steps);
         let y = top + height - f64::from(i + 1) * step;
         canvas.add(format_args!(
@@ -20,13 +20,13 @@ pub(super) fn draw_bar(canvas: &mut Canvas, area: [f64; 4], peak: f64, unit: &st
         canvas.text([left, top - 8.0], Anchor::Start, 11.0, unit);
         return;
     }
-    let axis = Axis::exactly([0.0, peak], [top + height, top]);
-    canvas.text([left, top - 8.0], Anchor::Start, 11.0, &axis.counted_in(unit));
+    let axis = Axis::with_bounds([0.0, peak], [top + height, top]);
+    canvas.text([left, top - 8.0], Anchor::Start, 11.0, &axis.scaled_unit(unit));
     for (value, label) in axis.ticks() {
-        let Some(y) = axis.at(value) else { continue };
+        let Some(y) = axis.to_pixel(value) else { continue };
         canvas.text([left + width + 4.0, y + 4.0], Anchor::Start, 11.0, &label.unwrap_or_default());
     }
-    let largest = three_digits(peak / 10_f64.powi(axis.power()));
+    let largest = three_digits(peak / 10_f64.powi(axis.label_exponent()));
     // Below the labels of x, whose last one reaches under the bar.
     canvas.text([left + 57.0, top + height + 34.0], Anchor::End, 11.0, &format!("max {largest}"));
 }

@@ -1,7 +1,7 @@
 //! Charts of series of points.
 
 use super::axis::{Axis, Scale};
-use super::colour::SERIES;
+use super::colour::SERIES_COLOURS;
 use super::{Anchor, Canvas, PANEL};
 
 /// A named series of points.
@@ -46,7 +46,7 @@ impl Chart {
 
     /// The chart as a panel of a larger picture.
     pub(crate) fn panel(&self) -> Canvas {
-        self.panel_with(&[])
+        self.panel_with_bands(&[])
     }
 
     /// The same with points that are not joined.
@@ -55,7 +55,7 @@ impl Chart {
     }
 
     /// The same with ranges around some of its series.
-    pub(crate) fn panel_with(&self, bands: &[Band]) -> Canvas {
+    pub(crate) fn panel_with_bands(&self, bands: &[Band]) -> Canvas {
         self.drawn(bands, true)
     }
 
@@ -92,13 +92,13 @@ impl Chart {
         let values = |axis: usize| {
             self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis])).chain(edges(axis))
         };
-        let x = Axis::over(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
+        let x = Axis::spanning(values(0), self.scales[0], [MARGIN[0], PANEL[0] - MARGIN[2]]);
         let finite = values(1).filter(|y| y.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
         // An axis that starts at 0 is longer than its values.
         let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
         let above = (room > 0.0 && self.scales[1] == Scale::Linear).then_some(high + room * (high - low));
-        let y = Axis::over(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
+        let y = Axis::spanning(values(1).chain(above), self.scales[1], [PANEL[1] - MARGIN[3], MARGIN[1]]);
         [x, y]
     }
 
@@ -106,7 +106,7 @@ impl Chart {
         let (left, top) = (MARGIN[0], MARGIN[1]);
         let (right, bottom) = (PANEL[0] - MARGIN[2], PANEL[1] - MARGIN[3]);
         for (value, label) in axes[0].ticks() {
-            let Some(x) = axes[0].at(value) else { continue };
+            let Some(x) = axes[0].to_pixel(value) else { continue };
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{x:.1} {top}V{bottom}" stroke="{shade}"/>"#));
             let Some(label) = label else { continue };
@@ -115,7 +115,7 @@ impl Chart {
             canvas.text([middle, bottom + 17.0], Anchor::Middle, 12.0, &label);
         }
         for (value, label) in axes[1].ticks() {
-            let Some(y) = axes[1].at(value) else { continue };
+            let Some(y) = axes[1].to_pixel(value) else { continue };
             let shade = if label.is_some() { "#ddd" } else { "#f2f2f2" };
             canvas.add(format_args!(r#"<path d="M{left} {y:.1}H{right}" stroke="{shade}"/>"#));
             if let Some(label) = label {
@@ -126,7 +126,7 @@ impl Chart {
         canvas.add(format_args!(
             r##"<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#555"/>"##
         ));
-        let [x_power, y_power] = [0, 1].map(|axis| axes[axis].power());
+        let [x_power, y_power] = [0, 1].map(|axis| axes[axis].label_exponent());
         if x_power != 0 {
             canvas.text([right, PANEL[1] - 12.0], Anchor::End, 12.0, &times(x_power));
         }
@@ -154,14 +154,14 @@ impl Chart {
             })
         });
         let hidden = |[left, top]: [f64; 2]| {
-            let inside = |p: &[f64; 2]| match (axes[0].at(p[0]), axes[1].at(p[1])) {
+            let inside = |p: &[f64; 2]| match (axes[0].to_pixel(p[0]), axes[1].to_pixel(p[1])) {
                 (Some(x), Some(y)) => {
                     (left - 8.0..left + width + 8.0).contains(&x)
                         && (top - 8.0..top + height + 8.0).contains(&y)
                 }
                 _ => false,
             };
-            self.series.iter().flat_map(|s| along(&s.points, axes)).filter(inside).count()
+            self.series.iter().flat_map(|s| densify(&s.points, axes)).filter(inside).count()
         };
         let counted = places.map(|place| (place, hidden(place)));
         counted.min_by_key(|(_, hidden)| *hidden).unwrap_or(([left, top], 0))
@@ -177,20 +177,20 @@ impl Chart {
         ));
         for (i, series) in self.series.iter().enumerate() {
             let y = top + 13.0 + 18.0 * i as f64;
-            let colour = SERIES[i % SERIES.len()];
+            let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
             let (from, to, dashes) = (left + 6.0, left + 30.0, dashes(i));
             canvas.add(format_args!(
                 r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{colour}" stroke-width="1.8"{dashes}/>"#
             ));
-            mark(canvas, [left + 18.0, y], i);
+            draw_marker(canvas, [left + 18.0, y], i);
             canvas.text([left + 36.0, y + 4.0], Anchor::Start, 12.0, &series.name);
         }
     }
 }
 
 /// The points and some between them, so that a long line counts as well.
-fn along(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
-    let shown = |p: &&[f64; 2]| axes[0].at(p[0]).is_some() && axes[1].at(p[1]).is_some();
+fn densify(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
+    let shown = |p: &&[f64; 2]| axes[0].to_pixel(p[0]).is_some() && axes[1].to_pixel(p[1]).is_some();
     let shown: Vec<[f64; 2]> = points.iter().filter(shown).copied().collect();
     let few = (60 / shown.len().max(1)).max(2);
     let between = shown.windows(2).flat_map(|w| {
@@ -202,9 +202,9 @@ fn along(points: &[[f64; 2]], axes: &[Axis; 2]) -> Vec<[f64; 2]> {
 
 fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], (i, joined): (usize, bool)) {
     let shown: Vec<[f64; 2]> =
-        series.points.iter().filter_map(|p| Some([axes[0].at(p[0])?, axes[1].at(p[1])?])).collect();
+        series.points.iter().filter_map(|p| Some([axes[0].to_pixel(p[0])?, axes[1].to_pixel(p[1])?])).collect();
     let path: Vec<String> = shown.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
-    let colour = SERIES[i % SERIES.len()];
+    let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     if joined && path.len() > 1 {
         canvas.add(format_args!(
             r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.8"{}/>"#,
@@ -213,7 +213,7 @@ fn draw_series(canvas: &mut Canvas, series: &Series, axes: &[Axis; 2], (i, joine
         ));
     }
     if !joined || shown.len() <= 60 {
-        shown.iter().for_each(|at| mark(canvas, *at, i));
+        shown.iter().for_each(|at| draw_marker(canvas, *at, i));
     }
 }
 
@@ -225,12 +225,12 @@ fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
     let side = |k: usize| {
         band.edges
             .iter()
-            .filter_map(move |edge| Some(format!("{:.1} {:.1}", axes[0].at(edge[0])?, axes[1].at(edge[k])?)))
+            .filter_map(move |edge| Some(format!("{:.1} {:.1}", axes[0].to_pixel(edge[0])?, axes[1].to_pixel(edge[k])?)))
     };
     let low: Vec<String> = side(1).collect();
     let mut around: Vec<String> = side(2).collect();
     around.extend(low.into_iter().rev());
-    let colour = SERIES[band.series % SERIES.len()];
+    let colour = SERIES_COLOURS[band.series % SERIES_COLOURS.len()];
     if around.len() > 2 {
         let path = around.join("L");
         canvas.add(format_args!(r#"<path d="M{path}z" fill="{colour}" fill-opacity="0.2"/>"#));
@@ -239,12 +239,12 @@ fn draw_band(canvas: &mut Canvas, band: &Band, axes: &[Axis; 2]) {
 
 /// Lines of series that take a colour for the second time are dashed.
 fn dashes(i: usize) -> &'static str {
-    if i < SERIES.len() { "" } else { r#" stroke-dasharray="6 4""# }
+    if i < SERIES_COLOURS.len() { "" } else { r#" stroke-dasharray="6 4""# }
 }
 
 /// The mark of series `i`: shapes differ as well as colours.
-fn mark(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
-    let colour = SERIES[i % SERIES.len()];
+fn draw_marker(canvas: &mut Canvas, [x, y]: [f64; 2], i: usize) {
+    let colour = SERIES_COLOURS[i % SERIES_COLOURS.len()];
     let path = match i % 4 {
         0 => {
             canvas.add(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.6" fill="{colour}"/>"#));
@@ -306,7 +306,7 @@ mod tests {
             series: vec![Series { name: "a".into(), points: vec![[0.0, 2.0], [10.0, 8.0]] }],
         };
         let band = Band { series: 0, edges: vec![[0.0, 0.0, 4.0], [10.0, 6.0, 10.0]] };
-        let picture = chart.panel_with(&[band]).into_svg(PANEL);
+        let picture = chart.panel_with_bands(&[band]).into_svg(PANEL);
         let path = "M76.0 222.4L542.0 34.0L542.0 159.6L76.0 348.0z";
         assert!(picture.contains(path), "{picture}");
     }

@@ -4,11 +4,11 @@
 ///
 /// # Source
 /// M. Okabe, K. Ito, Color universal design, 2008.
-pub(crate) const SERIES: [&str; 7] =
+pub(crate) const SERIES_COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222"];
 
 /// Stops of a map from low to high, of evenly rising lightness reversed (light = low, so that no contact is white).
-const STOPS: [[f64; 3]; 7] = [
+const COLOUR_MAP: [[f64; 3]; 7] = [
     [255.0, 255.0, 217.0],
     [217.0, 240.0, 163.0],
     [127.0, 205.0, 187.0],
@@ -19,11 +19,11 @@ const STOPS: [[f64; 3]; 7] = [
 ];
 
 /// Colour of `share` in 0..=1, as `#rrggbb`.
-pub(crate) fn of_share(share: f64) -> String {
-    let at = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let below = (at.floor() as usize).min(STOPS.len() - 2);
+pub(crate) fn map_colour(share: f64) -> String {
+    let at = share.clamp(0.0, 1.0) * (COLOUR_MAP.len() - 1) as f64;
+    let below = (at.floor() as usize).min(COLOUR_MAP.len() - 2);
     let rest = at - below as f64;
     let [r, g, b] =
-        [0, 1, 2].map(|k| (STOPS[below][k] + rest * (STOPS[below + 1][k] - STOPS[below][k])).round() as u8);
+        [0, 1, 2].map(|k| (COLOUR_MAP[below][k] + rest * (COLOUR_MAP[below + 1][k] - COLOUR_MAP[below][k])).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }

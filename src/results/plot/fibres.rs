@@ -1,30 +1,30 @@
 //! Fibre directions in maps: the projection on the surface as a line, the tilt as words.
 
 use super::{Anchor, Canvas};
-use crate::results::surface::{Surface, SurfaceFibre};
+use crate::results::surface_properties::{SurfaceProperties, SurfaceFibre};
 
 /// Radius of the sign in pixels.
 const RADIUS: f64 = 17.0;
 /// Its colour.
 const COLOUR: &str = "#8b0000";
 /// Tilts nearer to the normal than this have no direction in the surface, radians.
-const UPRIGHT: f64 = 1e-3;
+const UPRIGHT_TOLERANCE_RAD: f64 = 1e-3;
 
 /// Draws a sign for each fibre, the first with its middle at `corner`, the next to its left: a line along the projection on
 /// the surface, as long as the cosine of the tilt, with an arrow where the fibre leaves body 1 upwards; a dot in a ring for fibres along
 /// the normal.
-pub(super) fn draw_signs(canvas: &mut Canvas, surface: &Surface, [x, y]: [f64; 2]) {
+pub(super) fn draw_fibre_symbols(canvas: &mut Canvas, surface: &SurfaceProperties, [x, y]: [f64; 2]) {
     for (i, fibre) in surface.fibres.iter().enumerate() {
-        sign(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
+        draw_fibre_symbol(canvas, fibre, [x - 2.4 * RADIUS * i as f64, y]);
     }
 }
 
-fn sign(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]) {
+fn draw_fibre_symbol(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]) {
     canvas.add(format_args!(
         r##"<circle cx="{x:.1}" cy="{y:.1}" r="{RADIUS}" fill="white" fill-opacity="0.85" stroke="#aaa"/>"##
     ));
-    let (tilt, azimuth) = rising(fibre);
-    if std::f64::consts::FRAC_PI_2 - tilt < UPRIGHT {
+    let (tilt, azimuth) = upward_direction(fibre);
+    if std::f64::consts::FRAC_PI_2 - tilt < UPRIGHT_TOLERANCE_RAD {
         canvas.add(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="2.6" fill="{COLOUR}"/>"#));
         canvas.add(format_args!(
             r#"<circle cx="{x:.1}" cy="{y:.1}" r="6.5" fill="none" stroke="{COLOUR}" stroke-width="1.6"/>"#
@@ -39,7 +39,7 @@ fn sign(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]) {
     canvas.add(format_args!(
         r#"<path d="M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}" stroke="{COLOUR}" stroke-width="2"/>"#
     ));
-    if tilt > UPRIGHT {
+    if tilt > UPRIGHT_TOLERANCE_RAD {
         let ([ax, ay], [bx, by]) = (at(half - 5.0, 3.5), at(half - 5.0, -3.5));
         canvas.add(format_args!(
             r#"<path d="M{x1:.1} {y1:.1}L{ax:.1} {ay:.1}L{bx:.1} {by:.1}z" fill="{COLOUR}"/>"#
@@ -48,7 +48,7 @@ fn sign(canvas: &mut Canvas, fibre: &SurfaceFibre, [x, y]: [f64; 2]) {
 }
 
 /// Tilt and azimuth of the end of the fibre that rises out of the surface.
-fn rising(fibre: &SurfaceFibre) -> (f64, f64) {
+fn upward_direction(fibre: &SurfaceFibre) -> (f64, f64) {
     if fibre.tilt < 0.0 {
         (-fibre.tilt, fibre.azimuth + std::f64::consts::PI)
     } else {
@@ -57,7 +57,7 @@ fn rising(fibre: &SurfaceFibre) -> (f64, f64) {
 }
 
 /// A line of words for each fibre: its angles in degrees as a scene gives them; `azimuth` of the frame in radians.
-pub(super) fn words(surface: &Surface, azimuth: f64) -> Vec<String> {
+pub(super) fn fibre_labels(surface: &SurfaceProperties, azimuth: f64) -> Vec<String> {
     let degrees = |angle: f64| {
         let rounded = (angle.to_degrees() * 100.0).round() / 100.0;
         // Not -0.
@@ -93,16 +93,16 @@ mod tests {
             tilt: tilt.to_radians(),
             azimuth: azimuth.to_radians(),
         };
-        let (tilt, azimuth) = rising(&fibre(-30.0, 10.0));
+        let (tilt, azimuth) = upward_direction(&fibre(-30.0, 10.0));
         assert!((tilt.to_degrees() - 30.0).abs() < 1e-12 && (azimuth.to_degrees() - 190.0).abs() < 1e-12);
-        let surface = Surface { fibres: vec![fibre(-30.0, 35.0)], ..Surface::default() };
+        let surface = SurfaceProperties { fibres: vec![fibre(-30.0, 35.0)], ..SurfaceProperties::default() };
         assert_eq!(
-            words(&surface, 10_f64.to_radians()),
+            fibre_labels(&surface, 10_f64.to_radians()),
             ["fibres of body 1: tilt \u{2212}30\u{b0}, azimuth 45\u{b0}"]
         );
         let drawn = |tilt: f64| {
             let mut canvas = Canvas::default();
-            sign(&mut canvas, &fibre(tilt, 90.0), [100.0, 50.0]);
+            draw_fibre_symbol(&mut canvas, &fibre(tilt, 90.0), [100.0, 50.0]);
             canvas.into_svg([1.0, 1.0])
         };
         // Half of the length at 60 degrees, along y (up), which pixels count downwards.

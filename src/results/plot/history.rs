@@ -2,8 +2,8 @@
 
 use super::axis::Scale;
 use super::chart::{Band, Chart, Series};
-use super::loops::short;
-use super::{Canvas, PANEL, arranged};
+use super::loops::four_digits;
+use super::{Canvas, PANEL, arrange_panels};
 use crate::history::record::IncrementRecord;
 use crate::results::summary::Units;
 
@@ -11,24 +11,24 @@ use crate::results::summary::Units;
 /// picture.
 pub fn history_svg(records: &[IncrementRecord], units: &Units) -> String {
     let mut panels = vec![forces(records, units), areas(records, units)];
-    for along in [Along::Cycles, Along::Distance] {
+    for along in [WearAbscissa::Cycles, WearAbscissa::Distance] {
         if records.iter().any(|record| along.of(record) > 0.0) {
-            panels.push(worn_volume(records, along, units));
-            panels.extend(load(records, along, units));
-            panels.push(over(records, along, "Largest worn depth", |r| r.max_wear_depth, units));
+            panels.push(wear_volume_panel(records, along, units));
+            panels.extend(load_panel(records, along, units));
+            panels.push(wear_panel(records, along, "Largest worn depth", |r| r.max_wear_depth, units));
         }
     }
-    arranged(&panels, PANEL, 2)
+    arrange_panels(&panels, PANEL, 2)
 }
 
 /// What wear goes on along.
 #[derive(Clone, Copy, PartialEq)]
-enum Along {
+enum WearAbscissa {
     Cycles,
     Distance,
 }
 
-impl Along {
+impl WearAbscissa {
     fn of(self, record: &IncrementRecord) -> f64 {
         match self {
             Self::Cycles => record.cycles_done as f64,
@@ -46,7 +46,7 @@ impl Along {
 
 type Value = fn(&IncrementRecord) -> f64;
 
-fn over_entries(records: &[IncrementRecord], title: &str, unit: &str, values: &[(&str, Value)]) -> Canvas {
+fn entry_panel(records: &[IncrementRecord], title: &str, unit: &str, values: &[(&str, Value)]) -> Canvas {
     let points = |value: Value| {
         records.iter().enumerate().map(|(i, record)| [(i + 1) as f64, value(record)]).collect()
     };
@@ -66,15 +66,15 @@ fn forces(records: &[IncrementRecord], units: &Units) -> Canvas {
         ("tangential x", |r| r.tangential_force[0]),
         ("tangential y", |r| r.tangential_force[1]),
     ];
-    over_entries(records, "Force on body 1", &units.force, &values)
+    entry_panel(records, "Force on body 1", &units.force, &values)
 }
 
 fn areas(records: &[IncrementRecord], units: &Units) -> Canvas {
     let values: [(&str, Value); 2] = [("contact", |r| r.contact_area), ("stick", |r| r.stick_area)];
-    over_entries(records, "Area", &format!("{}^{{2}}", units.length), &values)
+    entry_panel(records, "Area", &format!("{}^{{2}}", units.length), &values)
 }
 
-fn chart(along: Along, title: &str, label: &str, series: Vec<Series>, units: &Units) -> Chart {
+fn chart(along: WearAbscissa, title: &str, label: &str, series: Vec<Series>, units: &Units) -> Chart {
     Chart {
         title: title.to_owned(),
         labels: [along.label(units), label.to_owned()],
@@ -83,14 +83,14 @@ fn chart(along: Along, title: &str, label: &str, series: Vec<Series>, units: &Un
     }
 }
 
-fn over(records: &[IncrementRecord], along: Along, title: &str, value: Value, units: &Units) -> Canvas {
+fn wear_panel(records: &[IncrementRecord], along: WearAbscissa, title: &str, value: Value, units: &Units) -> Canvas {
     let points = records.iter().map(|record| [along.of(record), value(record)]).collect();
     let series = vec![Series { name: title.to_owned(), points }];
     chart(along, title, &format!("{title}, {}", units.length), series, units).panel()
 }
 
 /// The worn volume with the error that is estimated of its integration.
-fn worn_volume(records: &[IncrementRecord], along: Along, units: &Units) -> Canvas {
+fn wear_volume_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Canvas {
     let points = records.iter().map(|record| [along.of(record), record.worn_volume]).collect();
     let edges = records.iter().map(|record| {
         let (volume, error) = (record.worn_volume, record.worn_volume_error);
@@ -100,19 +100,19 @@ fn worn_volume(records: &[IncrementRecord], along: Along, units: &Units) -> Canv
     let series = vec![Series { name: "worn volume".to_owned(), points }];
     let last = records.last().map_or(0.0, |record| record.worn_volume_error);
     let title = if last > 0.0 {
-        format!("Worn volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)", short(last), units.length)
+        format!("Worn volume (shaded: \u{b1} {} {}^{{3}}, error of the jumps)", four_digits(last), units.length)
     } else {
         "Worn volume".to_owned()
     };
     let label = format!("Worn volume, {}^{{3}}", units.length);
-    chart(along, &title, &label, series, units).panel_with(&[band])
+    chart(along, &title, &label, series, units).panel_with_bands(&[band])
 }
 
 /// The mean load of the jumps and, of cycles, that at both ends of the strokes; `None` where there are no jumps.
-fn load(records: &[IncrementRecord], along: Along, units: &Units) -> Option<Canvas> {
+fn load_panel(records: &[IncrementRecord], along: WearAbscissa, units: &Units) -> Option<Canvas> {
     let belongs = |record: &&IncrementRecord| match along {
-        Along::Cycles => record.stroke_ends.is_some(),
-        Along::Distance => record.jump.is_some() && record.stroke_ends.is_none(),
+        WearAbscissa::Cycles => record.stroke_ends.is_some(),
+        WearAbscissa::Distance => record.jump.is_some() && record.stroke_ends.is_none(),
     };
     let jumps: Vec<&IncrementRecord> = records.iter().filter(belongs).collect();
     let series = |name: &str, value: fn(&IncrementRecord) -> Option<f64>| Series {
@@ -132,12 +132,12 @@ fn load(records: &[IncrementRecord], along: Along, units: &Units) -> Option<Canv
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::history::record::StrokeEnd;
+    use crate::history::record::Resultants;
 
     /// Truth: the records: the band is the estimated error on both sides, loads are those of the ends of the strokes.
     #[test]
     fn errors_and_loads_are_those_of_the_records() {
-        let end = |normal_force: f64| StrokeEnd { normal_force, ..StrokeEnd::default() };
+        let end = |normal_force: f64| Resultants { normal_force, ..Resultants::default() };
         let entry = |cycles_done: u64, worn_volume: f64| IncrementRecord {
             cycles_done,
             worn_volume,
@@ -148,18 +148,18 @@ mod tests {
         };
         let records = [IncrementRecord::default(), entry(20, 4.0), entry(100, 8.0)];
         let units = Units::default();
-        let picture = worn_volume(&records, Along::Cycles, &units).into_svg(PANEL);
+        let picture = wear_volume_panel(&records, WearAbscissa::Cycles, &units).into_svg(PANEL);
         assert!(picture.contains("\u{b1} 4.000 mm"), "{picture}");
         // 0 to 12 mm3 on 314 pixels upwards to 34, 0 to 100 cycles on 466 from 76.
         assert!(
             picture.contains("M76.0 348.0L169.2 191.0L542.0 34.0L542.0 243.3L169.2 295.7L76.0 348.0z"),
             "{picture}"
         );
-        let loads = load(&records, Along::Cycles, &units).unwrap().into_svg(PANEL);
+        let loads = load_panel(&records, WearAbscissa::Cycles, &units).unwrap().into_svg(PANEL);
         // 200 to 400 N on 314 pixels: the mean half-way, the ends at the edges.
         for path in ["M169.2 191.0L542.0 191.0", "M169.2 348.0L542.0 348.0", "M169.2 34.0L542.0 34.0"] {
             assert!(loads.contains(path), "{path}: {loads}");
         }
-        assert!(load(&records[..1], Along::Cycles, &units).is_none());
+        assert!(load_panel(&records[..1], WearAbscissa::Cycles, &units).is_none());
     }
 }

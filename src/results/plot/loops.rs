@@ -7,17 +7,17 @@ use crate::results::summary::Units;
 
 /// One cycle of a fretting contact.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loop {
+pub struct LoopCurve {
     /// What it belongs to: "cycle 1", "after 50000 cycles".
     pub label: String,
     /// Shift of body 2 along the stroke from its centre (mm) and tangential force on body 1 along it (N), in the order of
     /// the cycle; the last point is joined to the first.
     pub points: Vec<[f64; 2]>,
     /// Energy that friction dissipates in the cycle, N mm: the area of the loop, where the stroke is all that moves.
-    pub energy: f64,
+    pub dissipated_energy: f64,
 }
 
-impl Loop {
+impl LoopCurve {
     /// A cycle of a run, along the direction that its ends are farthest apart in.
     pub fn of(cycle: &FrettingLoop) -> Self {
         let far = |a: &&[f64; 5], b: &&[f64; 5]| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]));
@@ -28,7 +28,7 @@ impl Loop {
         Self {
             label: format!("{}, after {} cycles", cycle.name, cycle.cycles_done),
             points: cycle.points.iter().map(along).collect(),
-            energy: cycle.dissipation,
+            dissipated_energy: cycle.dissipation,
         }
     }
 
@@ -41,9 +41,9 @@ impl Loop {
 }
 
 /// Closed loops of force over shift, the dissipated energy in the legend, as one picture.
-pub fn loops_svg(loops: &[Loop], units: &Units) -> String {
+pub fn loops_svg(loops: &[LoopCurve], units: &Units) -> String {
     let series = loops.iter().map(|cycle| Series {
-        name: format!("{}: {} {} {}", cycle.label, short(cycle.energy), units.force, units.length),
+        name: format!("{}: {} {} {}", cycle.label, four_digits(cycle.dissipated_energy), units.force, units.length),
         points: cycle.points.iter().chain(cycle.points.first()).copied().collect(),
     });
     let chart = Chart {
@@ -59,7 +59,7 @@ pub fn loops_svg(loops: &[Loop], units: &Units) -> String {
 }
 
 /// Four significant digits, powers of ten as superscripts.
-pub(crate) fn short(value: f64) -> String {
+pub(crate) fn four_digits(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     if (-3..6).contains(&digits) {
         return format!("{value:.*}", (3 - digits).max(0) as usize).replace('-', "\u{2212}");
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     /// A loop of friction: elastic up to ± F, then sliding; amplitude a, stiffness k.
-    fn parallelogram(amplitude: f64, force: f64, stiffness: f64) -> Loop {
+    fn parallelogram(amplitude: f64, force: f64, stiffness: f64) -> LoopCurve {
         let elastic = 2.0 * force / stiffness;
         let points = vec![
             [amplitude, force],
@@ -81,7 +81,7 @@ mod tests {
             [-amplitude, -force],
             [elastic - amplitude, force],
         ];
-        Loop { label: "cycle 1".into(), points, energy: 4.0 * force * (amplitude - force / stiffness) }
+        LoopCurve { label: "cycle 1".into(), points, dissipated_energy: 4.0 * force * (amplitude - force / stiffness) }
     }
 
     /// Truth: the area of the loop of a spring and a friction element, 4 F (a - F / k).
@@ -89,7 +89,7 @@ mod tests {
     fn the_area_is_the_energy_of_a_slider_on_a_spring() {
         let cycle = parallelogram(0.08, 120.0, 6000.0);
         assert!((cycle.area() - 28.8).abs() < 1e-12, "{}", cycle.area());
-        assert!((cycle.energy - 28.8).abs() < 1e-12);
+        assert!((cycle.dissipated_energy - 28.8).abs() < 1e-12);
     }
 
     /// Truth: the points of the parallelogram on round axes: 5 mm and 100 N are 5 times farther than 1 mm and 20 N, the
@@ -122,7 +122,7 @@ mod tests {
     /// Truth: four digits by hand.
     #[test]
     fn energies_are_short() {
-        let texts = [28.8, 0.0, -0.001_234_56, 1.5e-7, 2.0e8].map(short);
+        let texts = [28.8, 0.0, -0.001_234_56, 1.5e-7, 2.0e8].map(four_digits);
         assert_eq!(
             texts,
             ["28.80", "0.000", "\u{2212}0.001235", "1.500\u{b7}10^{\u{2212}7}", "2.000\u{b7}10^{8}"]

@@ -4,14 +4,14 @@
 
 pub mod axis;
 mod bar;
-mod cells;
+mod cell_shapes;
 pub mod chart;
 pub mod colour;
 mod fibres;
-pub mod heat;
+pub mod heat_map;
 pub mod history;
 pub mod loops;
-pub mod map;
+pub mod frame_map;
 
 use std::fmt::Write as _;
 
@@ -94,7 +94,7 @@ fn with_powers(text: &str) -> String {
 }
 
 /// Panels in rows of at most `columns`, as one picture.
-pub(crate) fn arranged(panels: &[Canvas], size: [f64; 2], columns: usize) -> String {
+pub(crate) fn arrange_panels(panels: &[Canvas], size: [f64; 2], columns: usize) -> String {
     let columns = columns.min(panels.len()).max(1);
     let rows = panels.len().div_ceil(columns);
     let mut all = Canvas::default();

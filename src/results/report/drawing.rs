@@ -2,26 +2,26 @@
 
 use serde_json::Value;
 
-use super::words::{Names, with_unit};
-use crate::results::plot::colour::SERIES;
+use super::value_text::{UnitNames, with_unit};
+use crate::results::plot::colour::SERIES_COLOURS;
 use crate::results::plot::{Anchor, Canvas};
 
 /// Width and height of the drawing from the side, and from above.
-const SIDE: [f64; 2] = [560.0, 360.0];
-const ABOVE: [f64; 2] = [400.0, 360.0];
+const SIDE_VIEW_PX: [f64; 2] = [560.0, 360.0];
+const TOP_VIEW_PX: [f64; 2] = [400.0, 360.0];
 /// Left, right end of the bodies, and height of the plane between them.
-const BLOCK: [f64; 2] = [90.0, 470.0];
-const PLANE: f64 = 196.0;
+const BODY_SPAN_PX: [f64; 2] = [90.0, 470.0];
+const INTERFACE_Y_PX: f64 = 196.0;
 /// Fills of body 1 and body 2, and their outlines.
 const FILLS: [&str; 2] = ["#e8e4d8", "#dbe4ec"];
 const EDGE: &str = "#444";
 
 /// The bodies seen along the frame's y.
-pub(super) fn side(scene: &Value, names: &Names) -> String {
+pub(super) fn side_view_svg(scene: &Value, names: &UnitNames) -> String {
     let mut canvas = Canvas::default();
-    let (left, right) = (BLOCK[0], BLOCK[1]);
-    let lower = format!("M{left} {PLANE}H{right}V306H{left}Z");
-    let upper = upper(scene["gap"]["kind"].as_str().unwrap_or("flat"));
+    let (left, right) = (BODY_SPAN_PX[0], BODY_SPAN_PX[1]);
+    let lower = format!("M{left} {INTERFACE_Y_PX}H{right}V306H{left}Z");
+    let upper = upper_body_outline(scene["gap"]["kind"].as_str().unwrap_or("flat"));
     for (i, (outline, key)) in [(lower, "body1"), (upper, "body2")].iter().enumerate() {
         let body = &scene[key];
         let infinite = body["kind"] == "half-space";
@@ -36,29 +36,29 @@ pub(super) fn side(scene: &Value, names: &Names) -> String {
     frame_line(&mut canvas, scene, names);
     canvas.text([12.0, 350.0], Anchor::Start, 12.0, &body_words(scene, "body1", names));
     canvas.text([12.0, 20.0], Anchor::Start, 12.0, &body_words(scene, "body2", names));
-    arrows(&mut canvas, scene);
-    canvas.into_svg(SIDE)
+    draw_loads(&mut canvas, scene);
+    canvas.into_svg(SIDE_VIEW_PX)
 }
 
 /// Outline of body 2 by the kind of the gap.
-fn upper(kind: &str) -> String {
-    let (left, right) = (BLOCK[0], BLOCK[1]);
+fn upper_body_outline(kind: &str) -> String {
+    let (left, right) = (BODY_SPAN_PX[0], BODY_SPAN_PX[1]);
     let middle = 0.5 * (left + right);
     let top = 76.0;
     match kind {
-        "flat" => format!("M{} {PLANE}V{top}H{}V{PLANE}Z", left + 70.0, right - 70.0),
-        "cone" => format!("M{middle} {PLANE}L{left} 146V{top}H{right}V146Z"),
+        "flat" => format!("M{} {INTERFACE_Y_PX}V{top}H{}V{INTERFACE_Y_PX}Z", left + 70.0, right - 70.0),
+        "cone" => format!("M{middle} {INTERFACE_Y_PX}L{left} 146V{top}H{right}V146Z"),
         "heights" => {
             let waves: Vec<String> = (0..=76)
                 .map(|i| {
                     let s = f64::from(i) / 76.0;
                     let height = 12.0 + 6.0 * (23.0 * s).sin() + 5.0 * (61.0 * s + 1.0).sin();
-                    format!("L{:.1} {:.1}", left + s * (right - left), PLANE - height)
+                    format!("L{:.1} {:.1}", left + s * (right - left), INTERFACE_Y_PX - height)
                 })
                 .collect();
             format!("M{left} {top}{}V{top}Z", waves.concat())
         }
-        _ => format!("M{left} 146Q{middle} {:.0} {right} 146V{top}H{left}Z", 2.0 * PLANE - 146.0),
+        _ => format!("M{left} 146Q{middle} {:.0} {right} 146V{top}H{left}Z", 2.0 * INTERFACE_Y_PX - 146.0),
     }
 }
 
@@ -72,7 +72,7 @@ fn fibres(canvas: &mut Canvas, fibre: &Value, i: usize) {
     let y = if i == 0 { 252.0 } else { 116.0 };
     if length < 0.1 {
         for k in 0..12 {
-            let x = BLOCK[0] + 20.0 + 31.0 * f64::from(k);
+            let x = BODY_SPAN_PX[0] + 20.0 + 31.0 * f64::from(k);
             canvas.add(format_args!(
                 r##"<circle clip-path="url(#c{i})" cx="{x}" cy="{y}" r="3" fill="none" stroke="#998"/>"##
             ));
@@ -81,7 +81,7 @@ fn fibres(canvas: &mut Canvas, fibre: &Value, i: usize) {
     }
     let [dx, dy] = seen.map(|part| 300.0 * part / length);
     for k in -12..=24 {
-        let x = BLOCK[0] + 31.0 * f64::from(k);
+        let x = BODY_SPAN_PX[0] + 31.0 * f64::from(k);
         let (x, y) = if dx.abs() < 60.0 { (x, y) } else { (280.0, y + 9.0 * f64::from(k - 6)) };
         canvas.add(format_args!(
             r##"<path clip-path="url(#c{i})" d="M{:.1} {:.1}L{:.1} {:.1}" stroke="#998" stroke-width="0.8"/>"##,
@@ -97,19 +97,19 @@ fn supports(canvas: &mut Canvas, body: &Value, i: usize) {
     }
     let (y, way) = if i == 0 { (306.0, 9.0) } else { (76.0, -9.0) };
     canvas
-        .add(format_args!(r#"<path d="M{} {y}H{}" stroke="{EDGE}" stroke-width="2"/>"#, BLOCK[0], BLOCK[1]));
+        .add(format_args!(r#"<path d="M{} {y}H{}" stroke="{EDGE}" stroke-width="2"/>"#, BODY_SPAN_PX[0], BODY_SPAN_PX[1]));
     for k in 0..38 {
-        let x = BLOCK[0] + 10.0 * f64::from(k) + 8.0;
+        let x = BODY_SPAN_PX[0] + 10.0 * f64::from(k) + 8.0;
         canvas.add(format_args!(r#"<path d="M{x} {y}l-8 {way}" stroke="{EDGE}" stroke-width="0.8"/>"#));
     }
 }
 
 /// The frame between the bodies, with what it is.
-fn frame_line(canvas: &mut Canvas, scene: &Value, names: &Names) {
-    let (from, to) = (BLOCK[0] + 60.0, BLOCK[1] - 60.0);
+fn frame_line(canvas: &mut Canvas, scene: &Value, names: &UnitNames) {
+    let (from, to) = (BODY_SPAN_PX[0] + 60.0, BODY_SPAN_PX[1] - 60.0);
     canvas.add(format_args!(
-        r#"<path d="M{from} {PLANE}H{to}M{from} 190v12M{to} 190v12" stroke="{}" stroke-width="3" fill="none"/>"#,
-        SERIES[1]
+        r#"<path d="M{from} {INTERFACE_Y_PX}H{to}M{from} 190v12M{to} 190v12" stroke="{}" stroke-width="3" fill="none"/>"#,
+        SERIES_COLOURS[1]
     ));
     let frame = &scene["frame"];
     let cells = frame["cells"].as_array().filter(|cells| cells.len() == 2);
@@ -131,7 +131,7 @@ fn frame_line(canvas: &mut Canvas, scene: &Value, names: &Names) {
             frame["body"].as_u64().map_or("1 or 2".to_owned(), |b| b.to_string())
         ),
     };
-    paint_behind(canvas, [280.0, 224.0], &words);
+    text_on_background(canvas, [280.0, 224.0], &words);
     let gap = &scene["gap"];
     let mut words = format!("gap: {}", gap["kind"].as_str().unwrap_or("not known"));
     for key in ["radius", "radii", "semi_axes", "slope", "exponent"] {
@@ -139,11 +139,11 @@ fn frame_line(canvas: &mut Canvas, scene: &Value, names: &Names) {
             words += &format!(", {} {}", key.replace('_', " "), with_unit(names, key, &gap[key]));
         }
     }
-    paint_behind(canvas, [280.0, 100.0], &words);
+    text_on_background(canvas, [280.0, 100.0], &words);
 }
 
 /// Text on a light ground, so that it is read over lines.
-fn paint_behind(canvas: &mut Canvas, at: [f64; 2], words: &str) {
+fn text_on_background(canvas: &mut Canvas, at: [f64; 2], words: &str) {
     let width = 6.4 * words.chars().count() as f64 + 10.0;
     canvas.add(format_args!(
         r#"<rect x="{:.1}" y="{:.1}" width="{width:.1}" height="18" rx="3" fill="white" fill-opacity="0.88"/>"#,
@@ -153,7 +153,7 @@ fn paint_behind(canvas: &mut Canvas, at: [f64; 2], words: &str) {
     canvas.text(at, Anchor::Middle, 12.0, words);
 }
 
-fn body_words(scene: &Value, key: &str, names: &Names) -> String {
+fn body_words(scene: &Value, key: &str, names: &UnitNames) -> String {
     let body = &scene[key];
     let kind = match body["kind"].as_str() {
         Some("fe") => "finite elements",
@@ -185,7 +185,7 @@ fn body_words(scene: &Value, key: &str, names: &Names) -> String {
 }
 
 /// Which loads some step has: along n, in the surface, to and fro, turning.
-fn arrows(canvas: &mut Canvas, scene: &Value) {
+fn draw_loads(canvas: &mut Canvas, scene: &Value) {
     let any = |keys: &[&str]| {
         scene["steps"]
             .as_array()
@@ -193,7 +193,7 @@ fn arrows(canvas: &mut Canvas, scene: &Value) {
             .flatten()
             .any(|step| keys.iter().any(|key| !step[key].is_null()))
     };
-    let colour = SERIES[0];
+    let colour = SERIES_COLOURS[0];
     canvas.add(format_args!(
         r#"<defs><marker id="tip" viewBox="0 0 10 10" refX="8" refY="5" markerWidth="6" markerHeight="6" orient="auto-start-reverse"><path d="M0 0L10 5L0 10Z" fill="{colour}"/></marker></defs>"#
     ));
@@ -227,7 +227,7 @@ fn arrows(canvas: &mut Canvas, scene: &Value) {
 }
 
 /// The frame seen from body 2, with directions of fibres and motions.
-pub(super) fn above(scene: &Value, names: &Names) -> String {
+pub(super) fn top_view_svg(scene: &Value, names: &UnitNames) -> String {
     let mut canvas = Canvas::default();
     let frame = &scene["frame"];
     let pair = |value: &Value| {
@@ -241,7 +241,7 @@ pub(super) fn above(scene: &Value, names: &Names) -> String {
     let turn = frame["azimuth"].as_f64().unwrap_or(0.0);
     let [w, h] = half.map(|side| side * scale);
     canvas.add(format_args!(r#"<g transform="translate({} {}) rotate({})">"#, middle[0], middle[1], -turn));
-    let (fill, edge) = (FILLS[0], SERIES[1]);
+    let (fill, edge) = (FILLS[0], SERIES_COLOURS[1]);
     canvas.add(format_args!(
         r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="{fill}" stroke="{edge}" stroke-width="3"/>"#,
         -w, -h, 2.0 * w, 2.0 * h
@@ -255,7 +255,7 @@ pub(super) fn above(scene: &Value, names: &Names) -> String {
         if let Some(tilt) = tilt {
             let azimuth = fibre["azimuth"].as_f64().unwrap_or(0.0);
             let length = 90.0 * tilt.to_radians().cos();
-            let colour = [SERIES[2], SERIES[3]][i];
+            let colour = [SERIES_COLOURS[2], SERIES_COLOURS[3]][i];
             ray(&mut canvas, middle, azimuth, [-length, length], colour, "2.5");
             legend.push((colour, format!("fibres of body {}, projected", i + 1)));
         }
@@ -270,8 +270,8 @@ pub(super) fn above(scene: &Value, names: &Names) -> String {
             && legend.len() < 5
         {
             let from = if step["cycles"].is_object() { -60.0 } else { 0.0 };
-            ray(&mut canvas, middle, turn + direction, [from, 60.0], SERIES[0], "4");
-            legend.push((SERIES[0], format!("{name}: motion of body 2, or force")));
+            ray(&mut canvas, middle, turn + direction, [from, 60.0], SERIES_COLOURS[0], "4");
+            legend.push((SERIES_COLOURS[0], format!("{name}: motion of body 2, or force")));
         }
     }
     for (i, (colour, words)) in legend.iter().enumerate() {
@@ -293,7 +293,7 @@ pub(super) fn above(scene: &Value, names: &Names) -> String {
     ));
     canvas.text([374.0, 294.0], Anchor::Start, 12.0, "x");
     canvas.text([332.0, 248.0], Anchor::Start, 12.0, "y");
-    canvas.into_svg([ABOVE[0], ABOVE[1] + 14.0 * legend.len().saturating_sub(3) as f64])
+    canvas.into_svg([TOP_VIEW_PX[0], TOP_VIEW_PX[1] + 14.0 * legend.len().saturating_sub(3) as f64])
 }
 
 /// A line through `middle` at `degrees`, between two distances.

@@ -2,24 +2,24 @@
 //!
 //! Files are read back as they were written, whatever is damaged is named on the page. The same directory gives the same bytes.
 
-mod bodies;
+mod body_surfaces;
 mod drawing;
-mod frames;
+mod frame_maps;
 mod overview;
-mod pack;
+mod encode;
 mod page;
-mod source;
-mod tables;
-pub mod vtu;
-mod words;
+mod result_directory;
+mod run_page;
+pub mod vtu_reader;
+mod value_text;
 
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::results::output::write_atomically;
-use source::{Source, What};
+use crate::results::output_dir::write_atomically;
+use result_directory::{ResultDirectory, ResultKind};
 
 /// Name of the page in the directory.
 pub const REPORT: &str = "report.html";
@@ -39,10 +39,10 @@ impl Report {
     /// # Errors
     /// Input, if there are none.
     pub fn of(directory: &Path) -> Result<Self> {
-        let mut source = Source::open(directory)?;
-        let html = match source.what {
-            What::Run => tables::run(&mut source),
-            What::Comparison | What::Study => overview::overview(&mut source),
+        let mut source = ResultDirectory::open(directory)?;
+        let html = match source.kind {
+            ResultKind::Run => run_page::render_run_page(&mut source),
+            ResultKind::Comparison | ResultKind::Study => overview::overview(&mut source),
         }?;
         Ok(Self { html, problems: source.problems })
     }
@@ -69,7 +69,7 @@ pub fn is_report(path: &Path) -> bool {
 
 /// Removes the page in `directory` that was made of results before those that are written there now; a file of that name which is no
 /// page of this program stays.
-pub fn forget_report(directory: &Path) {
+pub fn remove_stale_report(directory: &Path) {
     let path = directory.join(REPORT);
     if is_report(&path) {
         // What cannot be removed says by its fingerprint of the scene what it is of.

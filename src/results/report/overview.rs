@@ -3,46 +3,46 @@
 use serde_json::{Value, json};
 
 use super::page::{Page, Table};
-use super::source::{Source, What};
-use super::tables::{figures, pictures};
-use super::words::{Names, flat, spoken};
+use super::result_directory::{ResultDirectory, ResultKind};
+use super::run_page::{format_quantity, add_figures};
+use super::value_text::{UnitNames, to_line, key_to_words};
 use crate::error::Result;
-use crate::results::short::short;
+use crate::results::number_format::five_digits;
 
 /// The page of a comparison or a study.
 ///
 /// # Errors
 /// As [`Page::render`].
-pub(super) fn overview(source: &mut Source) -> Result<String> {
-    let names = Names::of(&source.said);
+pub(super) fn overview(source: &mut ResultDirectory) -> Result<String> {
+    let names = UnitNames::of(&source.summary);
     let mut page = Page::new(source);
-    let said = source.said.clone();
-    let (list, word) = match source.what {
-        What::Study => (&said["runs"], "runs"),
+    let said = source.summary.clone();
+    let (list, word) = match source.kind {
+        ResultKind::Study => (&said["runs"], "runs"),
         _ => (&said["variants"], "variants"),
     };
     let members = list.as_array().map_or(&[][..], Vec::as_slice);
-    ending(&mut page, members, word, said.is_null());
-    match source.what {
-        What::Study => study(&mut page, &said, members, &names),
+    set_status(&mut page, members, word, said.is_null());
+    match source.kind {
+        ResultKind::Study => study(&mut page, &said, members, &names),
         _ => comparison(&mut page, members, &names),
     }
     folders(&mut page, source, members);
-    pictures(&mut page, source);
+    add_figures(&mut page, source);
     page.problems.clone_from(&source.problems);
     page.render(&json!({ "frames": [], "bodies": [] }))
 }
 
 /// How many of the members converged.
-fn ending(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
+fn set_status(page: &mut Page, members: &[Value], word: &str, damaged: bool) {
     let good = members.iter().filter(|member| member["status"] == "converged").count();
-    (page.mood, page.status) = match members.len() {
+    (page.severity, page.status) = match members.len() {
         _ if damaged => ("bad", "HOW IT ENDED IS NOT KNOWN: its file is damaged".to_owned()),
         n if n == good && n > 0 => ("good", format!("All {n} {word} converged")),
         n => ("bad", format!("{} OF {n} {word} DID NOT CONVERGE OR WERE NOT COMPUTED", n - good)),
     };
-    if page.mood == "good" && page.warnings.iter().any(|text| text.contains("WARNING")) {
-        page.mood = "doubtful";
+    if page.severity == "good" && page.warnings.iter().any(|text| text.contains("WARNING")) {
+        page.severity = "doubtful";
         page.status += ", with warnings that put results in doubt";
     }
 }
@@ -58,10 +58,10 @@ const COMPARED: [(&str, &str); 7] = [
     ("natural_residual", "natural residual"),
 ];
 
-fn comparison(page: &mut Page, variants: &[Value], names: &Names) {
+fn comparison(page: &mut Page, variants: &[Value], names: &UnitNames) {
     let heads = |first: &str| {
         let mut heads = vec![[first.to_owned(), String::new()], ["step".to_owned(), String::new()]];
-        heads.extend(COMPARED.iter().map(|(key, head)| [(*head).to_owned(), names.of_key(key)]));
+        heads.extend(COMPARED.iter().map(|(key, head)| [(*head).to_owned(), names.unit_of_key(key)]));
         heads
     };
     let mut rows = Vec::new();
@@ -75,8 +75,8 @@ fn comparison(page: &mut Page, variants: &[Value], names: &Names) {
         for variant in variants {
             let found = variant["steps"].as_array().into_iter().flatten().find(|step| step["name"] == *name);
             let Some(step) = found else { continue };
-            let mut row = vec![flat(&variant["name"]), flat(name)];
-            row.extend(COMPARED.iter().map(|(key, _)| compared(step, key)));
+            let mut row = vec![to_line(&variant["name"]), to_line(name)];
+            row.extend(COMPARED.iter().map(|(key, _)| value_with_difference(step, key)));
             rows.push(row);
         }
     }
@@ -90,10 +90,10 @@ fn comparison(page: &mut Page, variants: &[Value], names: &Names) {
     let row = |variant: &Value| {
         let memory = variant["peak_memory_bytes"].as_f64().filter(|bytes| *bytes > 0.0);
         vec![
-            flat(&variant["name"]),
+            to_line(&variant["name"]),
             variant["status"].as_str().unwrap_or("not computed").to_owned(),
-            flat(&variant["reason"]),
-            variant["seconds"].as_f64().map_or("–".to_owned(), |s| format!("{} s", short(s))),
+            to_line(&variant["reason"]),
+            variant["seconds"].as_f64().map_or("–".to_owned(), |s| format!("{} s", five_digits(s))),
             memory.map_or("–".to_owned(), |bytes| format!("{:.0} MiB", bytes / f64::from(1 << 20))),
         ]
     };
@@ -106,10 +106,10 @@ fn comparison(page: &mut Page, variants: &[Value], names: &Names) {
 }
 
 /// A quantity with its difference in percent.
-fn compared(step: &Value, key: &str) -> String {
+fn value_with_difference(step: &Value, key: &str) -> String {
     let value = match step[key].as_f64() {
         Some(residual) if key == "natural_residual" => format!("{residual:.1e}"),
-        _ => figures(key, step),
+        _ => format_quantity(key, step),
     };
     match step["difference"][key].as_f64() {
         Some(percent) if key == "tangential_force" => format!("{value} ({percent:.1} %)"),
@@ -118,7 +118,7 @@ fn compared(step: &Value, key: &str) -> String {
     }
 }
 
-fn study(page: &mut Page, said: &Value, runs: &[Value], names: &Names) {
+fn study(page: &mut Page, said: &Value, runs: &[Value], names: &UnitNames) {
     let texts = |list: &Value| -> Vec<String> {
         list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
     };
@@ -127,16 +127,16 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], names: &Names) {
     let collected = texts(&said["collect"]);
     let last = |path: &str| path.rsplit('.').next().unwrap_or("").to_owned();
     let mut heads: Vec<[String; 2]> =
-        keys.iter().map(|key| [key.clone(), names.of_key(&last(key))]).collect();
+        keys.iter().map(|key| [key.clone(), names.unit_of_key(&last(key))]).collect();
     heads.extend(["status", "largest residual"].map(|head| [head.to_owned(), String::new()]));
-    heads.extend(collected.iter().map(|path| [spoken(path), names.of_key(&last(path))]));
+    heads.extend(collected.iter().map(|path| [key_to_words(path), names.unit_of_key(&last(path))]));
     heads.push(["reason".to_owned(), String::new()]);
     let row = |run: &Value| {
-        let mut row: Vec<String> = keys.iter().map(|key| flat(&run["values"][key])).collect();
+        let mut row: Vec<String> = keys.iter().map(|key| to_line(&run["values"][key])).collect();
         row.push(run["status"].as_str().unwrap_or("not run").to_owned());
         row.push(run["natural_residual"].as_f64().map_or("–".to_owned(), |x| format!("{x:.1e}")));
-        row.extend(collected.iter().map(|path| run["results"][path].as_f64().map_or("–".to_owned(), short)));
-        row.push(flat(&run["reason"]));
+        row.extend(collected.iter().map(|path| run["results"][path].as_f64().map_or("–".to_owned(), five_digits)));
+        row.push(to_line(&run["reason"]));
         row
     };
     page.key_table = Some(Table {
@@ -148,7 +148,7 @@ fn study(page: &mut Page, said: &Value, runs: &[Value], names: &Names) {
 }
 
 /// Folders of the members, which have reports of their own.
-fn folders(page: &mut Page, source: &Source, members: &[Value]) {
+fn folders(page: &mut Page, source: &ResultDirectory, members: &[Value]) {
     for member in members {
         let Some(folder) = member["folder"].as_str().filter(|folder| source.has(folder)) else { continue };
         let name = member["name"].as_str().unwrap_or(folder);

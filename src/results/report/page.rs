@@ -4,9 +4,9 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::pack::base64;
-use super::source::Source;
-use super::words::Names;
+use super::encode::base64;
+use super::result_directory::ResultDirectory;
+use super::value_text::UnitNames;
 use crate::error::{Error, Result};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
@@ -27,12 +27,12 @@ pub(super) struct Table {
 
 /// A picture as a data address.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Picture {
+pub(super) struct EmbeddedImage {
     pub title: String,
     pub address: String,
 }
 
-impl Picture {
+impl EmbeddedImage {
     /// Of the text of an SVG file.
     pub(super) fn of_svg(title: &str, svg: &str) -> Self {
         let address = format!("data:image/svg+xml;base64,{}", base64(svg.as_bytes()));
@@ -47,7 +47,7 @@ pub(super) struct Page {
     pub kind: &'static str,
     pub title: String,
     /// "good", "bad" or "doubtful".
-    pub mood: &'static str,
+    pub severity: &'static str,
     /// How it ended.
     pub status: String,
     /// More on that.
@@ -57,16 +57,16 @@ pub(super) struct Page {
     pub warnings: Vec<String>,
     pub problems: Vec<String>,
     pub key_table: Option<Table>,
-    pub drawings: Vec<Picture>,
+    pub drawings: Vec<EmbeddedImage>,
     pub steps: Vec<[String; 2]>,
     /// Tables of the scene: heading, rows of key and value.
     pub scene: Vec<(String, Vec<[String; 2]>)>,
     pub scene_missing: bool,
     pub plan: Vec<Table>,
     pub certificate: Option<Table>,
-    pub convergence: Vec<Picture>,
+    pub convergence: Vec<EmbeddedImage>,
     pub tables: Vec<Table>,
-    pub plots: Vec<Picture>,
+    pub plots: Vec<EmbeddedImage>,
     pub folders: Vec<[String; 2]>,
     pub has_maps: bool,
     pub has_view: bool,
@@ -77,10 +77,10 @@ pub(super) struct Page {
 
 impl Page {
     /// A page with what all of them have.
-    pub(super) fn new(source: &Source) -> Self {
-        let said = &source.said;
+    pub(super) fn new(source: &ResultDirectory) -> Self {
+        let said = &source.summary;
         let text = |key: &str| said[key].as_str().unwrap_or("").to_owned();
-        let names = Names::of(said);
+        let names = UnitNames::of(said);
         let title = match text("title") {
             title if title.trim().is_empty() => "Results without a title".to_owned(),
             title => title,
@@ -91,7 +91,7 @@ impl Page {
         };
         let warnings = said["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str);
         Self {
-            kind: source.what.word(),
+            kind: source.kind.name(),
             title,
             warnings: warnings.map(str::to_owned).collect(),
             names: [names.length, names.force, names.stress],

@@ -6,51 +6,51 @@ use std::sync::Arc;
 
 use super::Resolver;
 use super::materials::Materials;
-use super::{boundary, contradictions, orientations, placements};
+use super::{be_body, support_conflicts, orientations, placements};
 use crate::element::ElementKind;
 use crate::error::Result;
 use crate::fem;
 use crate::mesh::faces::group_faces;
 use crate::mesh::{Mesh, gmsh, quality};
-use crate::scene::document::join;
-use crate::scene::keys::body::{Bedding, Body, Component, Displaced, Element, FeBody, Fibre};
-use crate::scene::plan::{BodySpec, Elastic, MeshedSpec, Support, Truncated};
-use crate::scene::suggest::{closest, list};
+use crate::scene::document::join_key;
+use crate::scene::spec::body::{FoundationStiffness, Body, Component, Displaced, Element, FeBody, UniformFibre};
+use crate::scene::plan::{BodyPlan, BodyMaterial, MeshedBodyPlan, PrescribedDisplacement, TruncatedHalfSpacePlan};
+use crate::scene::suggest::{closest, quoted_list};
 
 /// The body at `key`; its mesh is read here, so that groups it lacks are reported with everything else.
-pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodySpec> {
+pub(super) fn resolve(r: &mut Resolver, key: &str, materials: &Materials) -> Option<BodyPlan> {
     let body: Body = r.section(key)?;
     match body {
-        Body::Rigid {} => Some(BodySpec::Rigid),
+        Body::Rigid {} => Some(BodyPlan::Rigid),
         Body::HalfSpace { material, fibre, truncated } => {
-            let elastic = elastic(r, key, &material, fibre, materials)?;
+            let elastic = find_material(r, key, &material, fibre, materials)?;
             Some(match truncated {
-                None => BodySpec::HalfSpace(Box::new(elastic)),
-                Some(half_size) => BodySpec::Truncated(Box::new(Truncated { elastic, half_size })),
+                None => BodyPlan::HalfSpace(Box::new(elastic)),
+                Some(half_size) => BodyPlan::TruncatedHalfSpace(Box::new(TruncatedHalfSpacePlan { material: elastic, half_size })),
             })
         }
         Body::Fe(fe) => resolve_fe(r, key, &fe, materials),
-        Body::Be(be) => boundary::resolve(r, key, *be, materials),
+        Body::Be(be) => be_body::resolve(r, key, *be, materials),
     }
 }
 
 /// The material named at `key`, in place.
-pub(super) fn elastic(
+pub(super) fn find_material(
     r: &mut Resolver,
     key: &str,
     name: &str,
-    fibre: Option<Fibre>,
+    fibre: Option<UniformFibre>,
     materials: &Materials,
-) -> Option<Elastic> {
+) -> Option<BodyMaterial> {
     let Some(found) = materials.get(name) else {
         let names: Vec<&str> = materials.keys().map(String::as_str).collect();
-        let mut mend = format!("defined materials: {}", list(&names, "`"));
+        let mut mend = format!("defined materials: {}", quoted_list(&names, "`"));
         if let Some(word) = closest(name, &names) {
             mend = format!("did you mean `{word}`? {mend}");
         } else if names.is_empty() {
-            mend = format!("add a table [{}]", join("materials", name));
+            mend = format!("add a table [{}]", join_key("materials", name));
         }
-        r.wrong(
+        r.report(
             &format!("{key}.material"),
             format!("the material `{name}` is not defined"),
             "not defined",
@@ -59,28 +59,28 @@ pub(super) fn elastic(
         return None;
     };
     let (stiffness, isotropic) = found.clone()?;
-    Some(Elastic { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
+    Some(BodyMaterial { name: name.to_owned(), stiffness, isotropic, fibre: fibre.map(Into::into) })
 }
 
-fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodySpec> {
-    let supports = supports(r, key, body);
+fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials) -> Option<BodyPlan> {
+    let supports = prescribed_displacements(r, key, body);
     let foundations = foundations(r, key, body);
     let Some(mesh) = read_mesh(r, key, &body.mesh) else {
-        elastic(r, key, &body.material, None, materials);
+        find_material(r, key, &body.material, None, materials);
         return None;
     };
     check_quality(r, &format!("{key}.mesh"), &mesh);
     // A mesh without solids is reported; everything else would say the same in other words.
     mesh.volume_cells().next()?;
     let regions = placements::resolve(r, key, body, &mesh, materials);
-    let before = r.mistakes.len();
+    let before = r.diagnostics.len();
     check_groups(r, key, body, &mesh);
-    let groups_found = r.mistakes.len() == before;
+    let groups_found = r.diagnostics.len() == before;
     check_contact(r, key, body, &mesh);
     check_element(r, key, body.element, &mesh);
-    let symmetry = symmetry(r, key, body, &mesh);
-    let spec = MeshedSpec {
-        elastic: own_elastic(body, materials)?,
+    let symmetry = symmetry_supports(r, key, body, &mesh);
+    let spec = MeshedBodyPlan {
+        material: body_material(body, materials)?,
         has_fibre: has_fibre(body),
         mesh: Arc::new(mesh),
         mesh_name: body.mesh.clone(),
@@ -95,17 +95,17 @@ fn resolve_fe(r: &mut Resolver, key: &str, body: &FeBody, materials: &Materials)
         near_field: body.near_field,
     };
     if groups_found {
-        check_held(r, key, body, &spec);
+        check_rigid_body_modes(r, key, body, &spec);
         placements::check(r, key, body, &spec);
     }
-    Some(BodySpec::Fe(Box::new(spec)))
+    Some(BodyPlan::Fe(Box::new(spec)))
 }
 
 /// The body's own material, with its fibre if that is one direction; a material that is not there was reported.
-pub(super) fn own_elastic(body: &FeBody, materials: &Materials) -> Option<Elastic> {
+pub(super) fn body_material(body: &FeBody, materials: &Materials) -> Option<BodyMaterial> {
     let (stiffness, isotropic) = materials.get(&body.material)?.clone()?;
-    let fibre = body.fibre.as_ref().and_then(orientations::angles);
-    Some(Elastic { name: body.material.clone(), stiffness, isotropic, fibre })
+    let fibre = body.fibre.as_ref().and_then(orientations::uniform_angles);
+    Some(BodyMaterial { name: body.material.clone(), stiffness, isotropic, fibre })
 }
 
 /// Whether the body says where its fibres run.
@@ -124,16 +124,16 @@ pub(super) fn check_contact(r: &mut Resolver, key: &str, body: &FeBody, mesh: &M
     }
     if let Err(error) = group_faces(mesh, &body.contact) {
         let mend = "name a physical group of surfaces on the outside of the solids";
-        r.wrong(&format!("{key}.contact"), error.message().to_owned(), "this group", mend);
+        r.report(&format!("{key}.contact"), error.message().to_owned(), "this group", mend);
     }
 }
 
 /// Reports supports that contradict one another or let a part float, and notes that the body floats.
-fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
-    if contradictions::report(r, spec) > 0 {
+fn check_rigid_body_modes(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
+    if support_conflicts::report_conflicts(r, spec) > 0 {
         return;
     }
-    match fem::free_motions(&spec.inputs(key)) {
+    match fem::find_rigid_body_modes(&spec.fem_spec(key)) {
         Ok(None) => {}
         Ok(Some(free)) => r.notes.push(format!(
             "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
@@ -142,25 +142,25 @@ fn check_held(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
         Err(error) => {
             let lists = [("fixed", body.fixed.is_empty()), ("displaced", body.displaced.is_empty())];
             let list = lists.into_iter().find(|(_, empty)| !empty).map(|(list, _)| format!("{key}.{list}"));
-            let named = |support: &&Support| error.message().contains(&format!("\"{}\"", support.group));
+            let named = |support: &&PrescribedDisplacement| error.message().contains(&format!("\"{}\"", support.group));
             let list = spec.supports.iter().find(named).map(|support| support.key.clone()).or(list);
             let mend = "constrain every part of the body that is not connected to the others, or connect the parts; \
                         only a body of one connected part may have rigid-body modes";
             let place = list.unwrap_or_else(|| key.to_owned());
-            r.wrong(&place, error.message().to_owned(), "these supports", mend);
+            r.report(&place, error.message().to_owned(), "these supports", mend);
         }
     }
 }
 
-pub(super) fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<Support>> {
-    let mut supports: Vec<Support> = Vec::new();
+pub(super) fn prescribed_displacements(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<PrescribedDisplacement>> {
+    let mut supports: Vec<PrescribedDisplacement> = Vec::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
-        repeated(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
+        check_repeated_components(r, &format!("{key}.fixed.{i}.components"), &fixed.components);
         let values = fixed.components.iter().fold([None; 3], |mut values, component| {
-            values[index(*component)] = Some(0.0);
+            values[component_index(*component)] = Some(0.0);
             values
         });
-        supports.push(Support {
+        supports.push(PrescribedDisplacement {
             key: format!("{key}.fixed.{i}"),
             group: fixed.group.clone(),
             values,
@@ -169,8 +169,8 @@ pub(super) fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec
     }
     let mut sound = true;
     for (i, displaced) in body.displaced.iter().enumerate() {
-        repeated(r, &format!("{key}.displaced.{i}.components"), &displaced.components);
-        match displacement(r, &format!("{key}.displaced.{i}"), displaced) {
+        check_repeated_components(r, &format!("{key}.displaced.{i}.components"), &displaced.components);
+        match prescribed_displacement(r, &format!("{key}.displaced.{i}"), displaced) {
             Some(support) => supports.push(support),
             None => sound = false,
         }
@@ -179,12 +179,12 @@ pub(super) fn supports(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec
 }
 
 /// The values and the gradient of a prescribed displacement, one for each component.
-fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Support> {
+fn prescribed_displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<PrescribedDisplacement> {
     let wanted = displaced.components.len();
     let mut sound = true;
     let mut count = |name: &str, found: usize| {
         if found != wanted {
-            r.wrong(
+            r.report(
                 &format!("{key}.{name}"),
                 format!("`{name}` has {found} entries for {wanted} components"),
                 &format!("one entry of `{name}` per component"),
@@ -200,20 +200,20 @@ fn displacement(r: &mut Resolver, key: &str, displaced: &Displaced) -> Option<Su
     count("gradient", if constant { wanted } else { displaced.gradient.len() });
     if constant && displaced.value.is_none() {
         let message = "a prescribed displacement has neither `value` nor `gradient`";
-        r.wrong(key, message, "lacks `value`", "add `value`, or `gradient`, or use `fixed`");
+        r.report(key, message, "lacks `value`", "add `value`, or `gradient`, or use `fixed`");
         sound = false;
     }
-    let mut support = Support {
+    let mut support = PrescribedDisplacement {
         key: key.to_owned(),
         group: displaced.group.clone(),
         values: [None; 3],
         gradient: [[0.0; 3]; 3],
     };
     for (component, value) in displaced.components.iter().zip(value) {
-        support.values[index(*component)] = Some(*value);
+        support.values[component_index(*component)] = Some(*value);
     }
     for (component, row) in displaced.components.iter().zip(&displaced.gradient) {
-        support.gradient[index(*component)] = *row;
+        support.gradient[component_index(*component)] = *row;
     }
     sound.then_some(support)
 }
@@ -224,29 +224,29 @@ fn foundations(r: &mut Resolver, key: &str, body: &FeBody) -> Option<Vec<fem::Fo
     let mut foundations = Vec::new();
     for (i, foundation) in body.foundation.iter().enumerate() {
         let (bedding, values) = match foundation.stiffness {
-            Bedding::Normal(k) => (fem::Bedding::Normal(k), vec![k]),
-            Bedding::Components(k) => (fem::Bedding::Components(k), k.to_vec()),
+            FoundationStiffness::Normal(k) => (fem::FoundationStiffness::Normal(k), vec![k]),
+            FoundationStiffness::Components(k) => (fem::FoundationStiffness::Components(k), k.to_vec()),
         };
         if values.iter().any(|k| *k < 0.0) || values.iter().all(|k| *k == 0.0) {
             let message = format!("the stiffness {values:?} of a foundation is not positive");
             let mend = "give a positive stiffness; of three components one or two may be 0";
-            r.wrong(&format!("{key}.foundation.{i}.stiffness"), message, "not positive", mend);
+            r.report(&format!("{key}.foundation.{i}.stiffness"), message, "not positive", mend);
             sound = false;
         }
-        foundations.push(fem::Foundation { group: foundation.group.clone(), bedding });
+        foundations.push(fem::Foundation { group: foundation.group.clone(), stiffness: bedding });
     }
     sound.then_some(foundations)
 }
 
 /// The supports that planes of symmetry are.
-pub(super) fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<Support>> {
+pub(super) fn symmetry_supports(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) -> Option<Vec<PrescribedDisplacement>> {
     let mut supports = Vec::new();
     for (i, group) in body.symmetry.iter().enumerate() {
         match fem::symmetry_component(mesh, group) {
             Ok(component) => {
                 let mut values = [None; 3];
                 values[component] = Some(0.0);
-                supports.push(Support {
+                supports.push(PrescribedDisplacement {
                     key: format!("{key}.symmetry.{i}"),
                     group: group.clone(),
                     values,
@@ -255,7 +255,7 @@ pub(super) fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) 
             }
             Err(error) => {
                 let mend = "name a plane surface group of the mesh whose normal is along x, y or z";
-                r.wrong(&format!("{key}.symmetry.{i}"), error.message().to_owned(), "this group", mend);
+                r.report(&format!("{key}.symmetry.{i}"), error.message().to_owned(), "this group", mend);
             }
         }
     }
@@ -263,11 +263,11 @@ pub(super) fn symmetry(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) 
 }
 
 /// A component named twice is a slip of the pen for another one.
-fn repeated(r: &mut Resolver, key: &str, components: &[Component]) {
+fn check_repeated_components(r: &mut Resolver, key: &str, components: &[Component]) {
     let twice =
-        |(i, component): (usize, &Component)| components[..i].iter().any(|c| index(*c) == index(*component));
+        |(i, component): (usize, &Component)| components[..i].iter().any(|c| component_index(*c) == component_index(*component));
     if components.iter().enumerate().any(twice) {
-        r.wrong(
+        r.report(
             key,
             "a component is named twice",
             "named twice",
@@ -276,7 +276,7 @@ fn repeated(r: &mut Resolver, key: &str, components: &[Component]) {
     }
 }
 
-fn index(component: Component) -> usize {
+fn component_index(component: Component) -> usize {
     match component {
         Component::X => 0,
         Component::Y => 1,
@@ -290,19 +290,19 @@ pub(super) fn read_mesh(r: &mut Resolver, key: &str, name: &str) -> Option<Mesh>
     let path = r.file(&place, name);
     if path.is_dir() {
         let message = format!("{} is a folder, not a mesh file", path.display());
-        r.wrong(&place, message, "a folder", format!("name the file in it{}", neighbours(&path.join("x"))));
+        r.report(&place, message, "a folder", format!("name the file in it{}", mesh_files_in_folder(&path.join("x"))));
         return None;
     }
     if !path.is_file() {
         let message = format!("there is no mesh file {}", path.display());
-        let mend = format!("paths are relative to the folder of the scene file{}", neighbours(&path));
-        r.wrong(&place, message, "no such file", mend);
+        let mend = format!("paths are relative to the folder of the scene file{}", mesh_files_in_folder(&path));
+        r.report(&place, message, "no such file", mend);
         return None;
     }
     match gmsh::read(&path) {
         Ok(mesh) => Some(mesh),
         Err(error) => {
-            r.wrong(
+            r.report(
                 &place,
                 error.to_string(),
                 "this file",
@@ -320,14 +320,14 @@ pub(super) fn check_quality(r: &mut Resolver, place: &str, mesh: &Mesh) {
         Ok(quality) => warnings.extend(quality.warnings()),
         Err(error) => {
             let mend = "every solid element needs a positive volume, and elements must not overlap";
-            r.wrong(place, error.message().to_owned(), "this mesh", mend);
+            r.report(place, error.message().to_owned(), "this mesh", mend);
         }
     }
     r.notes.extend(warnings.into_iter().map(|warning| format!("{place}: {warning}")));
 }
 
 /// The mesh files that lie where one was looked for.
-fn neighbours(path: &Path) -> String {
+fn mesh_files_in_folder(path: &Path) -> String {
     let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else {
         return String::new();
     };
@@ -348,7 +348,7 @@ fn neighbours(path: &Path) -> String {
 pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
     let mut check = |place: String, found: Result<()>| {
         if let Err(error) = found {
-            r.wrong(&place, error.message().to_owned(), "this group", "name a physical group of the mesh");
+            r.report(&place, error.message().to_owned(), "this group", "name a physical group of the mesh");
         }
     };
     let surface = |name: &str| mesh.group_of_dim(name, 2).map(|_| ());
@@ -369,7 +369,7 @@ pub(super) fn check_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Me
         check(format!("{key}.traction.{i}.group"), surface(&load.group));
     }
     for group in body.regions.keys() {
-        check(join(&format!("{key}.regions"), group), mesh.group_of_dim(group, 3).map(|_| ()));
+        check(join_key(&format!("{key}.regions"), group), mesh.group_of_dim(group, 3).map(|_| ()));
     }
 }
 
@@ -388,7 +388,7 @@ pub(super) fn check_element(r: &mut Resolver, key: &str, element: Option<Element
     let kinds: BTreeSet<&str> = mesh.volume_cells().map(|cell| mesh.kind(cell).name()).collect();
     let kinds: Vec<&str> = kinds.into_iter().collect();
     let mend = format!("omit `element` to use the default for this mesh; it has {}", kinds.join(", "));
-    r.wrong(&format!("{key}.element"), message, "not in the mesh", mend);
+    r.report(&format!("{key}.element"), message, "not in the mesh", mend);
 }
 
 /// The kind of cell an element is made on.

@@ -1,76 +1,76 @@
 //! The contact frame and the initial gap.
 
-use crate::frame::heights::Heights;
+use crate::frame::height_table::HeightTable;
 use crate::frame::{self, ContactFrame, GapShape, InitialGap, Side, height_file};
-use crate::scene::check::SIZES;
-use crate::scene::keys::frame::{Frame, FramePoints, Gap, Outline};
-use crate::scene::plan::{BodySpec, FrameSpec, MeshedSpec};
+use crate::scene::schema_check::MAGNITUDE_RANGE;
+use crate::scene::spec::frame::{Frame, FramePoints, Gap, Outline};
+use crate::scene::plan::{BodyPlan, FramePlan, MeshedBodyPlan};
 
 use super::Resolver;
 
 /// The frame; a mesh frame names a meshed body.
-pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodySpec>; 2]) -> Option<FrameSpec> {
+pub(super) fn resolve_frame(r: &mut Resolver, bodies: &[Option<BodyPlan>; 2]) -> Option<FramePlan> {
     match r.section("frame")? {
         Frame::Grid { half_width, cells, center, azimuth, outline, periodic, grow } => {
             let (half_width, cells) = (half_width.map(|w| w.0), cells.map(|n| n.0));
             let azimuth = azimuth.to_radians();
             if periodic != [false; 2] {
-                check_repetition(r, bodies, cells, periodic)?;
+                check_periodic(r, bodies, cells, periodic)?;
             }
             let outline = match outline {
                 Some(outline) => Some(resolve_outline(r, outline)?),
                 None => None,
             };
-            r.notes.extend(outline.as_ref().and_then(|outline| cut_outline(outline, half_width, periodic)));
-            Some(FrameSpec::Grid { half_width, cells, center, azimuth, periodic, outline, grow })
+            r.notes.extend(outline.as_ref().and_then(|outline| outline_warning(outline, half_width, periodic)));
+            Some(FramePlan::Grid { half_width, cells, center, azimuth, periodic, outline, grow })
         }
         Frame::Mesh { body, points, center, azimuth, normal } => {
             let azimuth = azimuth.to_radians();
             if normal == [0.0; 3] {
                 let mend = "the direction from body 1 to body 2, e.g. [0.0, 0.0, 1.0]";
-                r.wrong("frame.normal", "the normal [0, 0, 0] has no direction", "no direction", mend);
+                r.report("frame.normal", "the normal [0, 0, 0] has no direction", "no direction", mend);
                 return None;
             }
-            let body = mesh_body(r, body, bodies)?;
-            let points = points.unwrap_or_else(|| mesh_points(bodies, body));
-            Some(FrameSpec::Mesh { body, points, center, azimuth, normal })
+            let body = frame_body(r, body, bodies)?;
+            let points = points.unwrap_or_else(|| default_frame_points(bodies, body));
+            Some(FramePlan::Mesh { body, points, center, azimuth, normal })
         }
     }
 }
 
 /// Half-spaces alone repeat themselves; of a frame that does so both ways one cell is not enough.
-fn check_repetition(
+fn check_periodic(
     r: &mut Resolver,
-    bodies: &[Option<BodySpec>; 2],
+    bodies: &[Option<BodyPlan>; 2],
     cells: [usize; 2],
     periodic: [bool; 2],
 ) -> Option<()> {
-    let before = r.mistakes.len();
+    let before = r.diagnostics.len();
     for (index, body) in bodies.iter().enumerate() {
-        if body.as_ref().is_some_and(|body| body.meshed().is_some()) {
+        if body.as_ref().is_some_and(|body| body.as_meshed().is_some()) {
             let message = format!(
                 "a periodic frame allows only half-spaces and rigid bodies, but body{} has a mesh",
                 index + 1
             );
             let mend = "remove `periodic` and use symmetry planes of the mesh (`symmetry`), or make the body a half-space";
-            r.wrong("frame.periodic", message, "not with a meshed body", mend);
+            r.report("frame.periodic", message, "not with a meshed body", mend);
         }
     }
     if periodic == [true; 2] && cells == [1, 1] {
         let message = "one cell that is periodic in both directions carries a uniform pressure, which gives no \
                        relative displacement";
-        r.wrong("frame.cells", message, "one cell", "give the frame more cells along x or y");
+        r.report("frame.cells", message, "one cell", "give the frame more cells along x or y");
     }
-    let coupling = r.document.get("solver.coupling").map(|node| node.to_json());
+    let coupling = r.document.get("solver.coupling").map(|node| node.to_serde_json());
     if coupling.is_some_and(|word| word == "block") {
         let message = "coupling = \"block\" does not support periodic frames";
-        r.wrong("solver.coupling", message, "with a periodic frame", "remove it: \"schur\" is the default");
+        r.report("solver.coupling", message, "with a periodic frame", "remove it: \"schur\" is the default");
     }
-    (r.mistakes.len() == before).then_some(())
+    (r.diagnostics.len() == before).then_some(())
 }
 
 /// A note if the frame cuts the outline.
-fn cut_outline(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> Option<String> {
+fn outline_warning(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 2]) -> Option<String> {
     let extent = outline.extent();
     let beyond =
         (0..2).any(|k| !periodic[k] && extent[k].iter().any(|x| x.abs() > half_width[k] * (1.0 + 1e-9)));
@@ -80,36 +80,36 @@ fn cut_outline(outline: &frame::Outline, half_width: [f64; 2], periodic: [bool; 
 }
 
 /// Mean area of a body's contact faces; infinite where they cannot be used, which is reported elsewhere.
-fn mean_face_area(fe: &MeshedSpec) -> f64 {
+fn mean_face_area(fe: &MeshedBodyPlan) -> f64 {
     ContactFrame::from_faces(&fe.mesh, &fe.contact, Side::Lower, [0.0; 2], 0.0)
         .map_or(f64::INFINITY, |frame| frame.areas.iter().sum::<f64>() / frame.n_cells() as f64)
 }
 
 /// One cell per node where faces of first order meet a mesh or a rigid body: a checkerboard of tractions on faces would
 /// move neither side. A half-space feels every cell.
-fn mesh_points(bodies: &[Option<BodySpec>; 2], body: usize) -> FramePoints {
-    let linear = |fe: &MeshedSpec| {
+fn default_frame_points(bodies: &[Option<BodyPlan>; 2], body: usize) -> FramePoints {
+    let linear = |fe: &MeshedBodyPlan| {
         let group = fe.mesh.group_of_dim(&fe.contact, 2);
         group.is_ok_and(|group| {
             group.cells.iter().all(|&cell| fe.mesh.kind(cell).n_nodes() == fe.mesh.kind(cell).n_corners())
         })
     };
     let half_space =
-        bodies.iter().flatten().any(|body| matches!(body, BodySpec::HalfSpace(_) | BodySpec::Truncated(_)));
+        bodies.iter().flatten().any(|body| matches!(body, BodyPlan::HalfSpace(_) | BodyPlan::TruncatedHalfSpace(_)));
     // Boundary elements have nodes inside their faces.
-    let own = bodies[body].as_ref().and_then(BodySpec::fe);
+    let own = bodies[body].as_ref().and_then(BodyPlan::as_fe);
     if !half_space && own.is_some_and(linear) { FramePoints::Nodes } else { FramePoints::Faces }
 }
 
 /// Index of the body whose faces are the cells; without a wish the finer one.
-fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2]) -> Option<usize> {
+fn frame_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodyPlan>; 2]) -> Option<usize> {
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = bodies else { return None };
-    let faces = [body1, body2].map(|body| body.meshed().map(mean_face_area));
+    let faces = [body1, body2].map(|body| body.as_meshed().map(mean_face_area));
     match (wanted, faces) {
         (None, [None, None]) => {
             let message = "frame.kind = \"mesh\" needs a meshed body, but neither body has a mesh";
-            r.wrong("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
+            r.report("frame.kind", message, "no mesh", "write kind = \"grid\" with half_width and cells");
             None
         }
         (None, [Some(a), Some(b)]) => Some(usize::from(b < a)),
@@ -118,7 +118,7 @@ fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2
             let index = usize::from(body == 2);
             if faces[index].is_none() {
                 let message = format!("the frame takes the faces of body {body}, which has no mesh");
-                r.wrong(
+                r.report(
                     "frame.body",
                     message,
                     "no mesh",
@@ -134,10 +134,10 @@ fn mesh_body(r: &mut Resolver, wanted: Option<u8>, bodies: &[Option<BodySpec>; 2
 /// The gap, with angles from the frame's x.
 pub(super) fn resolve_gap(
     r: &mut Resolver,
-    frame: Option<&FrameSpec>,
-    bodies: &[Option<BodySpec>; 2],
+    frame: Option<&FramePlan>,
+    bodies: &[Option<BodyPlan>; 2],
 ) -> Option<InitialGap> {
-    let turned = |angle: f64| angle.to_radians() - frame.map_or(0.0, FrameSpec::azimuth);
+    let turned = |angle: f64| angle.to_radians() - frame.map_or(0.0, FramePlan::azimuth);
     let plain = |shape: GapShape, offset: [f64; 2]| InitialGap { shape, offset, exact: false };
     Some(match r.section("gap")? {
         Gap::Sphere { radius, exact, offset } => {
@@ -162,10 +162,10 @@ pub(super) fn resolve_gap(
             plain(GapShape::Heights(heights), offset)
         }
         Gap::Mesh {} => {
-            let meshed = bodies.iter().flatten().any(|body| body.meshed().is_some());
+            let meshed = bodies.iter().flatten().any(|body| body.as_meshed().is_some());
             if !meshed && bodies.iter().all(Option::is_some) {
                 let message = "the gap comes from the meshes, but neither body has one";
-                r.wrong("gap.kind", message, "no mesh", "name a shape, e.g. kind = \"sphere\" with radius");
+                r.report("gap.kind", message, "no mesh", "name a shape, e.g. kind = \"sphere\" with radius");
                 return None;
             }
             GapShape::Mesh.into()
@@ -184,18 +184,18 @@ fn ellipsoid(
     match (radii, semi_axes) {
         (Some(_), Some(_)) => {
             let message = "an ellipsoid is given by `radii` or `semi_axes`, not both";
-            r.wrong("gap.semi_axes", message, "together with `radii`", "remove one of the two");
+            r.report("gap.semi_axes", message, "together with `radii`", "remove one of the two");
             None
         }
         (None, None) => {
             let mend = "add `radii`: the radii of curvature along the two axes, or `semi_axes` = [a, b, c]";
-            r.wrong("gap", "`gap` lacks `radii`", "lacks `radii`", mend);
+            r.report("gap", "`gap` lacks `radii`", "lacks `radii`", mend);
             None
         }
         (Some(_), None) if exact => {
             let message = "two radii of curvature do not define an exact ellipsoid";
             let mend = "give `semi_axes` = [a, b, c] (radii a^2 / c, b^2 / c) instead of `radii`, or leave out `exact`";
-            r.wrong("gap.exact", message, "needs `semi_axes`", mend);
+            r.report("gap.exact", message, "needs `semi_axes`", mend);
             None
         }
         (Some(radii), None) => Some(GapShape::Ellipsoid { radii, angle }),
@@ -209,8 +209,8 @@ fn heights(
     file: &str,
     spacing: Option<[f64; 2]>,
     angle: f64,
-    frame: Option<&FrameSpec>,
-) -> Option<Heights> {
+    frame: Option<&FramePlan>,
+) -> Option<HeightTable> {
     let path = r.file("gap.file", file);
     let array = match height_file::read(&path) {
         Ok(array) => array,
@@ -219,30 +219,30 @@ fn heights(
                 format!("the file of heights {} cannot be used: {}", path.display(), error.message());
             let mend = "a CSV file of numbers (one line per index along x, one column per index along y) or a .npy file of a \
                         2-D array";
-            r.wrong("gap.file", message, "this file", mend);
+            r.report("gap.file", message, "this file", mend);
             return None;
         }
     };
     let shape = array.shape;
-    if let Some(bad) = array.values.iter().position(|value| value.abs() > SIZES[1]) {
+    if let Some(bad) = array.values.iter().position(|value| value.abs() > MAGNITUDE_RANGE[1]) {
         let (row, column) = (bad / shape[1] + 1, bad % shape[1] + 1);
         let message = format!("the height in row {row}, column {column} is {:e}", array.values[bad]);
-        r.wrong(
+        r.report(
             "gap.file",
             message,
             "this file",
-            format!("heights must not exceed {:e} in magnitude", SIZES[1]),
+            format!("heights must not exceed {:e} in magnitude", MAGNITUDE_RANGE[1]),
         );
         return None;
     }
-    if let (None, Some(FrameSpec::Grid { cells, .. })) = (spacing, frame)
+    if let (None, Some(FramePlan::Grid { cells, .. })) = (spacing, frame)
         && *cells != shape
     {
         let message = format!(
             "the file has {} lines of {} values, the frame {} x {} cells",
             shape[0], shape[1], cells[0], cells[1]
         );
-        r.wrong(
+        r.report(
             "gap.file",
             message,
             "one value per cell",
@@ -250,7 +250,7 @@ fn heights(
         );
         return None;
     }
-    Some(Heights { values: array.values, shape, spacing, angle })
+    Some(HeightTable { values: array.values, shape, spacing, angle })
 }
 
 /// The outline, in the axes of the frame.
@@ -266,7 +266,7 @@ fn resolve_outline(r: &mut Resolver, outline: Outline) -> Option<frame::Outline>
         Ok(()) => Some(outline),
         Err(error) => {
             let mend = "give the vertices in order around the outline, in coordinates of the frame";
-            r.wrong("frame.outline", error.message().to_owned(), "this outline", mend);
+            r.report("frame.outline", error.message().to_owned(), "this outline", mend);
             None
         }
     }

@@ -2,25 +2,25 @@
 
 use super::Resolver;
 use crate::friction::FrictionLaw;
-use crate::scene::keys::body::Fibre;
-use crate::scene::keys::laws::{Friction, Integrator, Tolerance, Wear};
-use crate::scene::plan::{BodySpec, FibreAngles, FrameSpec, MeshedSpec};
-use crate::scene::surface::surface_material;
+use crate::scene::spec::body::UniformFibre;
+use crate::scene::spec::laws::{Friction, Integrator, WearTolerance, Wear};
+use crate::scene::plan::{BodyPlan, FibreAngles, FramePlan, MeshedBodyPlan};
+use crate::scene::mean_material::mean_material_under_frame;
 use crate::wear::WearLaw;
 
 /// Coefficient of friction along one axis over that along the other, at most: beyond, single cells are no longer told apart from rounding.
-const MOST_ECCENTRIC: f64 = 1e6;
+const MAX_FRICTION_RATIO: f64 = 1e6;
 
 /// The laws of a scene.
 pub(super) struct Laws {
     pub friction: FrictionLaw,
     pub wear: WearLaw,
-    pub integration: Integration,
+    pub integration: WearIntegration,
 }
 
 /// How wear is shared out and integrated.
 #[derive(Clone, Copy)]
-pub(super) struct Integration {
+pub(super) struct WearIntegration {
     /// Share of the worn depth taken from body 1.
     pub share: f64,
     pub integrator: Integrator,
@@ -31,47 +31,47 @@ pub(super) struct Integration {
 
 /// What the laws lie on.
 #[derive(Clone, Copy)]
-pub(super) struct Ground<'a> {
-    pub bodies: &'a [Option<BodySpec>; 2],
-    pub frame: Option<&'a FrameSpec>,
+pub(super) struct LawContext<'a> {
+    pub bodies: &'a [Option<BodyPlan>; 2],
+    pub frame: Option<&'a FramePlan>,
 }
 
-impl Ground<'_> {
+impl LawContext<'_> {
     /// Angle of the frame's x, radians.
     fn azimuth(self) -> f64 {
-        self.frame.map_or(0.0, FrameSpec::azimuth)
+        self.frame.map_or(0.0, FramePlan::azimuth)
     }
 }
 
 /// Whose fibre a law takes: what the scene says of it.
 #[derive(Clone, Copy)]
-struct Wish {
+struct FibreChoice {
     body: Option<u8>,
-    fibre: Option<Fibre>,
+    fibre: Option<UniformFibre>,
 }
 
 /// The laws, with angles from the frame's x.
 pub(super) fn resolve(
     r: &mut Resolver,
-    ground: Ground<'_>,
+    ground: LawContext<'_>,
     friction: Option<Friction>,
     wear: Option<Wear>,
 ) -> Option<Laws> {
     let of_friction = match friction {
-        Some(Friction::Frp { body, fibre, .. }) => Wish { body, fibre },
-        _ => Wish { body: None, fibre: None },
+        Some(Friction::Frp { body, fibre, .. }) => FibreChoice { body, fibre },
+        _ => FibreChoice { body: None, fibre: None },
     };
     let law = friction.and_then(|friction| friction_law(r, ground, &friction));
     let wear = wear.and_then(|wear| wear_law(r, ground, &wear, of_friction));
     let (friction, (wear, integration)) = (law?, wear?);
     if matches!(wear, WearLaw::Energy { .. }) && matches!(friction, FrictionLaw::None) {
         let message = "wear law \"energy\" uses the friction energy, but there is no friction";
-        r.wrong("wear.law", message, "needs friction", "add a [friction] law, or use law = \"archard\"");
+        r.report("wear.law", message, "needs friction", "add a [friction] law, or use law = \"archard\"");
     }
     Some(Laws { friction, wear, integration })
 }
 
-fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<FrictionLaw> {
+fn friction_law(r: &mut Resolver, ground: LawContext<'_>, law: &Friction) -> Option<FrictionLaw> {
     let azimuth = ground.azimuth();
     let law = match *law {
         Friction::None => FrictionLaw::None,
@@ -80,7 +80,7 @@ fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<
             FrictionLaw::Elliptic { mu: [mu1, mu2], angle: angle.to_radians() - azimuth }
         }
         Friction::Frp { mu_L, mu_T, mu_N, body, fibre } => {
-            let fibre = law_fibre(r, ground, "friction", Wish { body, fibre })?;
+            let fibre = law_fibre(r, ground, "friction", FibreChoice { body, fibre })?;
             FrictionLaw::Frp {
                 mu_l: mu_L,
                 mu_t: mu_T,
@@ -96,26 +96,26 @@ fn friction_law(r: &mut Resolver, ground: Ground<'_>, law: &Friction) -> Option<
             format!("friction is {} along one axis and 0 along the other", ellipse.mu[0].max(ellipse.mu[1]));
         let mend =
             "make both coefficients positive (a small value suffices), or both 0 for frictionless contact";
-        r.wrong("friction", message, "0 in one direction only", mend);
-    } else if ellipse.mu[0] > MOST_ECCENTRIC * ellipse.mu[1] || ellipse.mu[1] > MOST_ECCENTRIC * ellipse.mu[0]
+        r.report("friction", message, "0 in one direction only", mend);
+    } else if ellipse.mu[0] > MAX_FRICTION_RATIO * ellipse.mu[1] || ellipse.mu[1] > MAX_FRICTION_RATIO * ellipse.mu[0]
     {
         let message =
             format!("friction is {} along one axis and {} along the other", ellipse.mu[0], ellipse.mu[1]);
         let mend = "reduce the ratio of the two coefficients to at most 1e6";
-        r.wrong("friction", message, "more than a million times apart", mend);
+        r.report("friction", message, "more than a million times apart", mend);
     }
     Some(law)
 }
 
 fn wear_law(
     r: &mut Resolver,
-    ground: Ground<'_>,
+    ground: LawContext<'_>,
     law: &Wear,
-    of_friction: Wish,
-) -> Option<(WearLaw, Integration)> {
+    of_friction: FibreChoice,
+) -> Option<(WearLaw, WearIntegration)> {
     let azimuth = ground.azimuth();
     let (law, (share, integrator, tolerance, beyond_critical, move_mesh)) = match *law {
-        Wear::None => (WearLaw::None, (1.0, Integrator::default(), Tolerance::default(), false, None)),
+        Wear::None => (WearLaw::None, (1.0, Integrator::default(), WearTolerance::default(), false, None)),
         Wear::Archard { i, share, integrator, tolerance, beyond_critical, move_mesh } => {
             (WearLaw::Archard { i }, (share, integrator, tolerance, beyond_critical, move_mesh))
         }
@@ -135,7 +135,7 @@ fn wear_law(
             beyond_critical,
             move_mesh,
         } => {
-            let own = Wish { body, fibre };
+            let own = FibreChoice { body, fibre };
             let wish = if body.is_some() || fibre.is_some() { own } else { of_friction };
             let fibre = law_fibre(r, ground, "wear", wish)?;
             let law = WearLaw::Frp {
@@ -153,40 +153,40 @@ fn wear_law(
     };
     let move_mesh = move_mesh.map(|share| share.0);
     if move_mesh.is_some() {
-        needs_worn_mesh(r, ground, share);
+        check_mesh_motion(r, ground, share);
     }
-    Some((law, Integration { share, integrator, tolerance: tolerance.0, beyond_critical, move_mesh }))
+    Some((law, WearIntegration { share, integrator, tolerance: tolerance.0, beyond_critical, move_mesh }))
 }
 
 /// Only the mesh of a body that wears can move.
-fn needs_worn_mesh(r: &mut Resolver, ground: Ground<'_>, share: f64) {
+fn check_mesh_motion(r: &mut Resolver, ground: LawContext<'_>, share: f64) {
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = ground.bodies else { return };
     let parts = [(body1, share), (body2, 1.0 - share)];
-    if parts.iter().any(|(body, part)| body.fe().is_some() && *part > 0.0) {
+    if parts.iter().any(|(body, part)| body.as_fe().is_some() && *part > 0.0) {
         return;
     }
     let message = "`move_mesh` needs a finite-element body that wears, but there is none";
     let mend = "remove it, or set `share` (the fraction of the wear depth assigned to body 1) so that the meshed body wears";
-    r.wrong("wear.move_mesh", message, "no mesh that wears", mend);
+    r.report("wear.move_mesh", message, "no mesh that wears", mend);
 }
 
 /// The fibre that the law of `section` takes: the one it names itself, that of the one body that has one, or of the
 /// body named.
-fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) -> Option<FibreAngles> {
+fn law_fibre(r: &mut Resolver, ground: LawContext<'_>, section: &str, wish: FibreChoice) -> Option<FibreAngles> {
     if let Some(fibre) = wish.fibre {
         return Some(fibre.into());
     }
     // A body that is wrong itself is reported elsewhere.
     let [Some(body1), Some(body2)] = ground.bodies else { return None };
-    let has_fibre = [body1, body2].map(BodySpec::has_fibre);
+    let has_fibre = [body1, body2].map(BodyPlan::has_fibre);
     let index = match (wish.body, has_fibre) {
         (Some(number), has_fibre) => {
             let index = usize::from(number == 2);
             if !has_fibre[index] {
                 let message = format!("{section}.body = {number}, but body {number} has no `fibre`");
                 let mend = format!("add fibre = {{ tilt = ..., azimuth = ... }} to [body{number}]");
-                r.wrong(&format!("{section}.body"), message, "has no fibre", mend);
+                r.report(&format!("{section}.body"), message, "has no fibre", mend);
                 return None;
             }
             index
@@ -196,13 +196,13 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
         (None, [false, false]) => {
             let message = format!("{section}.law = \"frp\" needs a fibre, but neither body has one");
             let mend = "add fibre = { tilt = 0.0, azimuth = 0.0 } to the fibre-reinforced body";
-            r.wrong(&format!("{section}.law"), message, "needs a fibre", mend);
+            r.report(&format!("{section}.law"), message, "needs a fibre", mend);
             return None;
         }
         (None, [true, true]) => {
             let message =
                 format!("both bodies have a fibre direction; {section} does not say which one to use");
-            r.wrong(
+            r.report(
                 &format!("{section}.law"),
                 message,
                 "which body?",
@@ -212,7 +212,7 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
         }
     };
     let body = if index == 0 { body1 } else { body2 };
-    match (body.elastic().and_then(|elastic| elastic.fibre), body.fe()) {
+    match (body.material().and_then(|elastic| elastic.fibre), body.as_fe()) {
         (Some(fibre), _) => Some(fibre),
         (None, Some(fe)) => fibre_under_frame(r, ground, section, index, fe),
         (None, None) => None,
@@ -222,23 +222,23 @@ fn law_fibre(r: &mut Resolver, ground: Ground<'_>, section: &str, wish: Wish) ->
 /// The mean fibre of a meshed body under the frame, refused where it varies.
 fn fibre_under_frame(
     r: &mut Resolver,
-    ground: Ground<'_>,
+    ground: LawContext<'_>,
     section: &str,
     index: usize,
-    fe: &MeshedSpec,
+    fe: &MeshedBodyPlan,
 ) -> Option<FibreAngles> {
     // What is wrong with elements or contact group is reported elsewhere.
-    let surface = surface_material(fe, ground.frame?).ok()?;
+    let surface = mean_material_under_frame(fe, ground.frame?).ok()?;
     let spread = surface.fibre_spread.to_degrees();
-    let fibre = surface.elastic.fibre?;
-    if spread > LARGEST_SPREAD {
+    let fibre = surface.material.fibre?;
+    if spread > MAX_FIBRE_SPREAD_DEG {
         let message = format!(
             "{section} uses one fibre direction, but the fibres of body {} under the frame deviate by up to \
-             {spread:.1} degrees from their mean (limit: {LARGEST_SPREAD})",
+             {spread:.1} degrees from their mean (limit: {MAX_FIBRE_SPREAD_DEG})",
             index + 1
         );
         let mend = format!("set the direction to use: {section}.fibre = {{ tilt = .., azimuth = .. }}");
-        r.wrong(&format!("{section}.law"), message, "which direction?", mend);
+        r.report(&format!("{section}.law"), message, "which direction?", mend);
         return None;
     }
     r.notes.push(format!(
@@ -256,4 +256,4 @@ fn fibre_under_frame(
 }
 
 /// Largest angle (degrees) of a fibre from the mean that a law with one direction accepts.
-const LARGEST_SPREAD: f64 = 5.0;
+const MAX_FIBRE_SPREAD_DEG: f64 = 5.0;

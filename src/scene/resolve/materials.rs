@@ -6,10 +6,10 @@ use nalgebra::Matrix6;
 
 use super::Resolver;
 use crate::error::Result;
-use crate::material::strength::Limit;
+use crate::material::strength::MaterialStrength;
 use crate::material::{Orthotropic, Stiffness};
-use crate::scene::document::{Value, join};
-use crate::scene::keys::material::Material;
+use crate::scene::document::{TomlValue, join_key};
+use crate::scene::spec::material::Material;
 
 /// Materials by name; `None` where the constants are wrong (and reported).
 pub(super) type Materials = BTreeMap<String, Option<(Stiffness, bool)>>;
@@ -18,7 +18,7 @@ pub(super) type Materials = BTreeMap<String, Option<(Stiffness, bool)>>;
 pub(super) fn resolve(r: &mut Resolver) -> Materials {
     let mut materials = Materials::new();
     for name in r.names("materials") {
-        let key = join("materials", &name);
+        let key = join_key("materials", &name);
         let found: Option<Material> = r.section(&key);
         let stiffness = found.and_then(|material| match stiffness(&material) {
             Ok(stiffness) => Some((stiffness, matches!(material, Material::Isotropic { .. }))),
@@ -28,11 +28,11 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
                 } else {
                     "nu_ij is the contraction along j under tension along i, and nu_ji = nu_ij E_j / E_i"
                 };
-                r.wrong(
+                r.report(
                     &key,
                     format!(
                         "the material `{name}`{} is not admissible: {}",
-                        users(r, &name),
+                        material_users(r, &name),
                         error.message()
                     ),
                     "not admissible",
@@ -41,7 +41,7 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
                 None
             }
         });
-        if users(r, &name).is_empty() {
+        if material_users(r, &name).is_empty() {
             r.notes.push(format!("the material `{name}` is not used by any body"));
         }
         materials.insert(name, stiffness);
@@ -50,24 +50,24 @@ pub(super) fn resolve(r: &mut Resolver) -> Materials {
 }
 
 /// What the materials bear, of those for which the scene says it.
-pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
+pub(super) fn strength_limits(r: &mut Resolver) -> BTreeMap<String, MaterialStrength> {
     let mut limits = BTreeMap::new();
     for name in r.names("materials") {
-        let key = join("materials", &name);
+        let key = join_key("materials", &name);
         // A section that cannot be read is reported with the stiffness.
-        let (clean, before) = (std::mem::replace(&mut r.clean, false), r.mistakes.len());
+        let (clean, before) = (std::mem::replace(&mut r.schema_valid, false), r.diagnostics.len());
         let found: Option<Material> = r.section(&key);
-        r.clean = clean;
-        r.mistakes.truncate(before);
-        let Some(limit) = found.and_then(|material| material.limit()) else { continue };
+        r.schema_valid = clean;
+        r.diagnostics.truncate(before);
+        let Some(limit) = found.and_then(|material| material.strength_limit()) else { continue };
         match limit.check() {
             Ok(()) => {
                 limits.insert(name, limit);
             }
             Err(error) => {
-                let place = if let Limit::Yield(_) = limit { "yield" } else { "strength" };
+                let place = if let MaterialStrength::Yield(_) = limit { "yield" } else { "strength" };
                 let mend = "give all strengths as positive numbers, also those in compression";
-                r.wrong(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
+                r.report(&format!("{key}.{place}"), error.message().to_owned(), "not admissible", mend);
             }
         }
     }
@@ -75,22 +75,22 @@ pub(super) fn limits(r: &mut Resolver) -> BTreeMap<String, Limit> {
 }
 
 /// Which bodies and volume groups name the material, in brackets; nothing if none does.
-fn users(r: &Resolver, name: &str) -> String {
-    let is_named = |key: &str| matches!(r.document.get(key).map(|node| &node.value), Some(Value::String(text)) if text == name);
+fn material_users(r: &Resolver, name: &str) -> String {
+    let is_named = |key: &str| matches!(r.document.get(key).map(|node| &node.value), Some(TomlValue::String(text)) if text == name);
     let mut places = Vec::new();
     for body in ["body1", "body2"] {
         if is_named(&format!("{body}.material")) {
             places.push(body.to_owned());
         }
         for group in r.names(&format!("{body}.regions")) {
-            if is_named(&format!("{}.material", join(&format!("{body}.regions"), &group))) {
+            if is_named(&format!("{}.material", join_key(&format!("{body}.regions"), &group))) {
                 places.push(format!("group \"{group}\" of {body}"));
             }
         }
         for layup in std::iter::once(format!("{body}.layup")).chain(
             r.names(&format!("{body}.regions"))
                 .iter()
-                .map(|g| format!("{}.layup", join(&format!("{body}.regions"), g))),
+                .map(|g| format!("{}.layup", join_key(&format!("{body}.regions"), g))),
         ) {
             let plies = format!("{layup}.plies");
             let named = (0..r.list_length(&plies)).filter(|i| is_named(&format!("{plies}.{i}.material")));

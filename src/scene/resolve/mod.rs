@@ -2,13 +2,13 @@
 
 mod accuracy;
 mod bodies;
-mod boundary;
-mod carried;
+mod be_body;
+mod friction_loads;
 mod compare;
 mod cycles;
-mod contradictions;
+mod support_conflicts;
 mod frame;
-mod inside;
+mod interior_points;
 mod laws;
 mod load_points;
 mod materials;
@@ -21,29 +21,29 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 
-use super::document::{Document, Value};
-use super::keys::Units;
-use super::keys::laws::{Friction, Wear};
-use super::keys::solver::{Output, Solver};
-use super::mistake::Mistake;
+use super::document::{Document, TomlValue};
+use super::spec::Units;
+use super::spec::laws::{Friction, Wear};
+use super::spec::solver::{Output, Solver};
+use super::diagnostic::Diagnostic;
 use super::plan::Plan;
 use crate::linalg::memory::MemoryLimit;
 
 /// What is resolved so far.
 pub(super) struct Resolver<'a> {
     pub document: &'a Document,
-    pub mistakes: Vec<Mistake>,
+    pub diagnostics: Vec<Diagnostic>,
     pub notes: Vec<String>,
     /// Files that the scene names, by key.
     pub files: Vec<(String, PathBuf)>,
     /// Whether the schema walk found nothing, so that a section that cannot be read is news.
-    pub clean: bool,
+    pub schema_valid: bool,
 }
 
 impl<'a> Resolver<'a> {
     /// Collects a mistake at `key`.
-    pub fn wrong(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
-        self.mistakes.push(Mistake::at(self.document, key, message).label(label).mend(mend));
+    pub fn report(&mut self, key: &str, message: impl Into<String>, label: &str, mend: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
     }
 
     /// Where the file `name` lies that `key` names.
@@ -55,13 +55,13 @@ impl<'a> Resolver<'a> {
 
     /// The section at `key` as its type; `None` if absent or already known to be broken.
     pub fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
-        let json = self.document.get(key)?.to_json();
+        let json = self.document.get(key)?.to_serde_json();
         match serde_path_to_error::deserialize(json) {
             Ok(section) => Some(section),
             Err(error) => {
-                if self.clean {
+                if self.schema_valid {
                     let place = error.path().to_string();
-                    self.wrong(key, format!("{}: {}", place, error.inner()), "here", "see docs/scene.md");
+                    self.report(key, format!("{}: {}", place, error.inner()), "here", "see docs/scene.md");
                 }
                 None
             }
@@ -76,7 +76,7 @@ impl<'a> Resolver<'a> {
     /// Number of elements of the list at `key`.
     pub fn list_length(&self, key: &str) -> usize {
         match self.document.get(key).map(|node| &node.value) {
-            Some(Value::Array(items)) => items.len(),
+            Some(TomlValue::Array(items)) => items.len(),
             _ => 0,
         }
     }
@@ -84,18 +84,18 @@ impl<'a> Resolver<'a> {
     /// Names of the entries of the table at `key`.
     pub fn names(&self, key: &str) -> Vec<String> {
         match self.document.get(key).map(|node| &node.value) {
-            Some(Value::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),
+            Some(TomlValue::Table(entries)) => entries.iter().map(|entry| entry.name.clone()).collect(),
             _ => Vec::new(),
         }
     }
 }
 
 /// The plan of a document, and what is wrong with it; the plan is there iff nothing is.
-pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Mistake>, Vec<String>) {
-    let mut r = Resolver { document, mistakes: Vec::new(), notes: Vec::new(), files: Vec::new(), clean };
-    let plan = plan(&mut r);
-    let whole = clean && r.mistakes.is_empty();
-    (plan.filter(|_| whole), r.mistakes, r.notes)
+pub(super) fn resolve(document: &Document, clean: bool) -> (Option<Plan>, Vec<Diagnostic>, Vec<String>) {
+    let mut r = Resolver { document, diagnostics: Vec::new(), notes: Vec::new(), files: Vec::new(), schema_valid: clean };
+    let plan = build_plan(&mut r);
+    let whole = clean && r.diagnostics.is_empty();
+    (plan.filter(|_| whole), r.diagnostics, r.notes)
 }
 
 /// The name of the scene's file, for a scene without a title.
@@ -104,25 +104,25 @@ fn file_stem(document: &Document) -> String {
     stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
 
-fn plan(r: &mut Resolver) -> Option<Plan> {
+fn build_plan(r: &mut Resolver) -> Option<Plan> {
     let title: Option<String> = r.section_or_default("title");
     let units: Option<Units> = r.section_or_default("units");
     let materials = materials::resolve(r);
-    let limits = self::materials::limits(r);
+    let limits = self::materials::strength_limits(r);
     let bodies = [bodies::resolve(r, "body1", &materials), bodies::resolve(r, "body2", &materials)];
     let frame = frame::resolve_frame(r, &bodies);
     let gap = frame::resolve_gap(r, frame.as_ref(), &bodies);
     let friction: Option<Friction> = r.section_or_default("friction");
     let wear: Option<Wear> = r.section_or_default("wear");
-    let ground = laws::Ground { bodies: &bodies, frame: frame.as_ref() };
+    let ground = laws::LawContext { bodies: &bodies, frame: frame.as_ref() };
     let laws = laws::resolve(r, ground, friction, wear);
     let steps = steps::resolve(r, laws.as_ref(), frame.as_ref());
-    rolling::check(r, frame.as_ref(), &bodies);
+    rolling::check_model(r, frame.as_ref(), &bodies);
     let solver: Option<Solver> = r.section_or_default("solver");
     let memory = memory_limit(r, solver.as_ref());
     let output: Option<Output> = r.section_or_default("output");
     let compare = compare::resolve(r, &bodies);
-    let inside = inside::resolve(r, output.as_ref(), &bodies, frame.as_ref());
+    let inside = interior_points::resolve(r, output.as_ref(), &bodies, frame.as_ref());
     let accuracy = accuracy::resolve(r);
     let [body1, body2] = bodies;
     let laws = laws?;
@@ -130,24 +130,24 @@ fn plan(r: &mut Resolver) -> Option<Plan> {
         title: title.map(|title| if title.is_empty() { file_stem(r.document) } else { title })?,
         units: units?,
         bodies: [body1?, body2?],
-        limits,
+        strength_limits: limits,
         frame: frame?,
         gap: gap?,
         friction: laws.friction,
         wear: laws.wear,
         wear_share: laws.integration.share,
-        move_mesh: laws.integration.move_mesh,
+        mesh_motion_threshold: laws.integration.move_mesh,
         integrator: laws.integration.integrator,
         steps: steps?,
         solver: solver?,
-        memory: memory?,
+        memory_limit: memory?,
         output: output?,
         compare: compare?,
-        inside,
+        interior_requests: inside,
         accuracy: accuracy?,
         fields_every: 1,
-        cache: None,
-        kernels: None,
+        flexibility_cache: None,
+        kernel_cache: None,
         notes: r.notes.clone(),
         files: std::mem::take(&mut r.files),
         document: r.document.clone(),
@@ -159,12 +159,12 @@ fn memory_limit(r: &mut Resolver, solver: Option<&Solver>) -> Option<MemoryLimit
     let Some(size) = &solver?.memory_limit else { return Some(MemoryLimit::of_machine()) };
     let bytes = size.bytes();
     if bytes.is_none() {
-        r.wrong(
+        r.report(
             "solver.memory_limit",
             "`memory_limit` is not a valid amount of memory",
             "not an amount of memory",
             "give a number of bytes, or a text like \"4 GiB\" or \"500 MB\"",
         );
     }
-    bytes.map(MemoryLimit::given)
+    bytes.map(MemoryLimit::of_scene)
 }

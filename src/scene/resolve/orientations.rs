@@ -9,15 +9,15 @@ use crate::error::Error;
 use crate::geometry::fibre_axes;
 use crate::material::{ElementAxes, Orientation, Winding, WoundLayer};
 use crate::mesh::{ElementField, Mesh, gmsh};
-use crate::scene::keys::direction::{Cylindrical, Direction};
+use crate::scene::spec::direction::{CylindricalWinding, FibreDirection};
 use crate::scene::plan::FibreAngles;
-use crate::scene::suggest::{closest, list};
+use crate::scene::suggest::{closest, quoted_list};
 
 /// Most lines of a table that are reported.
-const MOST_LINES: usize = 5;
+const MAX_LISTED_LINES: usize = 5;
 
 /// The angles of a direction that is the same everywhere.
-pub(super) fn angles(direction: &Direction) -> Option<FibreAngles> {
+pub(super) fn uniform_angles(direction: &FibreDirection) -> Option<FibreAngles> {
     let varies = direction.field.is_some() || direction.file.is_some() || direction.cylindrical.is_some();
     let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
     (!varies).then(|| FibreAngles { tilt: radians(direction.tilt), azimuth: radians(direction.azimuth) })
@@ -27,7 +27,7 @@ pub(super) fn angles(direction: &Direction) -> Option<FibreAngles> {
 pub(super) fn resolve(
     r: &mut Resolver,
     key: &str,
-    direction: &Direction,
+    direction: &FibreDirection,
     mesh: &Mesh,
 ) -> Option<Orientation> {
     let by_angles = direction.tilt.is_some() || direction.azimuth.is_some();
@@ -36,7 +36,7 @@ pub(super) fn resolve(
     if ways.iter().filter(|given| **given).count() > 1 {
         let message = "the fibre direction is defined in more than one way";
         let mend = "give `tilt` and `azimuth`, or `field` and `file`, or `cylindrical`";
-        r.wrong(key, message, "more than one way", mend);
+        r.report(key, message, "more than one way", mend);
         return None;
     }
     if let Some(cylindrical) = &direction.cylindrical {
@@ -44,18 +44,18 @@ pub(super) fn resolve(
     }
     match (&direction.file, &direction.field) {
         (None, None) => {
-            angles(direction).map(|fibre| Orientation::Uniform(fibre_axes(fibre.tilt, fibre.azimuth)))
+            uniform_angles(direction).map(|fibre| Orientation::Uniform(fibre_axes(fibre.tilt, fibre.azimuth)))
         }
         (None, Some(field)) => from_fields(r, key, field, &mesh.fields, &mesh.source, mesh),
         (Some(file), field) => from_file(r, key, file, field.as_deref(), mesh),
     }
 }
 
-fn winding(r: &mut Resolver, key: &str, winding: &Cylindrical) -> Option<Orientation> {
+fn winding(r: &mut Resolver, key: &str, winding: &CylindricalWinding) -> Option<Orientation> {
     let layers = match (winding.angle, winding.layers.as_slice()) {
         (Some(angle), []) => vec![WoundLayer { radii: [0.0, f64::INFINITY], angle: angle.to_radians() }],
         (None, [_, ..]) => {
-            let layer = |layer: &crate::scene::keys::direction::Layer| WoundLayer {
+            let layer = |layer: &crate::scene::spec::direction::WindingLayer| WoundLayer {
                 radii: layer.r,
                 angle: layer.angle.to_radians(),
             };
@@ -65,14 +65,14 @@ fn winding(r: &mut Resolver, key: &str, winding: &Cylindrical) -> Option<Orienta
             let found =
                 if angle.is_some() { "both `angle` and `layers`" } else { "neither `angle` nor `layers`" };
             let mend = "give one `angle` from the axis, or `layers = [{ r = [.., ..], angle = .. }]`";
-            r.wrong(key, format!("the winding has {found}"), "one of the two", mend);
+            r.report(key, format!("the winding has {found}"), "one of the two", mend);
             return None;
         }
     };
     match Winding::new(winding.axis.vector(), winding.origin, layers) {
         Ok(winding) => Some(Orientation::Winding(winding)),
         Err(error) => {
-            r.wrong(key, error.message().to_owned(), "this winding", "see docs/scene.md");
+            r.report(key, error.message().to_owned(), "this winding", "see docs/scene.md");
             None
         }
     }
@@ -96,11 +96,11 @@ fn from_fields(
     let key = &format!("{key}.field");
     let Some(field) = fields.iter().find(|field| field.name == name) else {
         let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-        let mut mend = format!("element fields ($ElementData) in that file: {}", list(&names, "\""));
+        let mut mend = format!("element fields ($ElementData) in that file: {}", quoted_list(&names, "\""));
         if let Some(word) = closest(name, &names) {
             mend = format!("did you mean \"{word}\"? {mend}");
         }
-        r.wrong(key, format!("{source} has no field \"{name}\""), "no such field", mend);
+        r.report(key, format!("{source} has no field \"{name}\""), "no such field", mend);
         return None;
     };
     match field_axes(field, source, mesh) {
@@ -113,11 +113,11 @@ fn from_fields(
                     mesh.source
                 ));
             }
-            Some(Orientation::Elements(Arc::new(axes)))
+            Some(Orientation::PerElement(Arc::new(axes)))
         }
         Err(error) => {
             let message = format!("the field \"{name}\" of {source}: {}", error.message());
-            r.wrong(
+            r.report(
                 key,
                 message,
                 "this field",
@@ -161,7 +161,7 @@ fn from_file(
         let fields = match gmsh::read_fields(&path) {
             Ok(fields) => fields,
             Err(error) => {
-                r.wrong(
+                r.report(
                     &format!("{key}.file"),
                     error.to_string(),
                     "this file",
@@ -175,8 +175,8 @@ fn from_file(
             (None, [only]) => only.name.clone(),
             (None, _) => {
                 let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-                let mend = format!("add `field`, one of {}", list(&names, "\""));
-                r.wrong(
+                let mend = format!("add `field`, one of {}", quoted_list(&names, "\""));
+                r.report(
                     &format!("{key}.file"),
                     format!("{file} has {} fields", names.len()),
                     "which field?",
@@ -189,7 +189,7 @@ fn from_file(
     }
     if field.is_some() {
         let message = format!("`field` applies to .msh files only; {file} is not one");
-        r.wrong(&format!("{key}.field"), message, "not applicable", "remove `field`, or name a .msh file");
+        r.report(&format!("{key}.field"), message, "not applicable", "remove `field`, or name a .msh file");
         return None;
     }
     from_table(r, &format!("{key}.file"), &path, mesh)
@@ -202,7 +202,7 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) => {
-            r.wrong(key, format!("the file {} cannot be read: {error}", path.display()), "this file", mend);
+            r.report(key, format!("the file {} cannot be read: {error}", path.display()), "this file", mend);
             return None;
         }
     };
@@ -223,13 +223,13 @@ fn from_table(r: &mut Resolver, key: &str, path: &Path, mesh: &Mesh) -> Option<O
             wrong.push(format!("{}:{}: {why}", path.display(), i + 1));
         }
     }
-    let more = wrong.len().saturating_sub(MOST_LINES);
-    for (i, message) in wrong.iter().take(MOST_LINES).enumerate() {
+    let more = wrong.len().saturating_sub(MAX_LISTED_LINES);
+    for (i, message) in wrong.iter().take(MAX_LISTED_LINES).enumerate() {
         let more =
-            if i + 1 == MOST_LINES && more > 0 { format!(" (and {more} more lines)") } else { String::new() };
-        r.wrong(key, format!("{message}{more}"), "this file", mend);
+            if i + 1 == MAX_LISTED_LINES && more > 0 { format!(" (and {more} more lines)") } else { String::new() };
+        r.report(key, format!("{message}{more}"), "this file", mend);
     }
-    wrong.is_empty().then(|| Orientation::Elements(Arc::new(axes)))
+    wrong.is_empty().then(|| Orientation::PerElement(Arc::new(axes)))
 }
 
 /// Adds the axes of one line of a table.

@@ -5,20 +5,20 @@ use std::collections::HashSet;
 use nalgebra::Matrix3;
 
 use super::Resolver;
-use super::bodies::elastic;
+use super::bodies::find_material;
 use super::materials::Materials;
 use super::orientations;
 use crate::fem;
 use crate::geometry::fibre_axes;
-use crate::material::{Orientation, Placed, Placement, Ply};
+use crate::material::{Orientation, PlacedMaterial, RegionMaterial, Ply};
 use crate::mesh::{CellRef, Mesh};
-use crate::scene::document::join;
-use crate::scene::keys::body::{FeBody, Region};
-use crate::scene::keys::direction::Layup;
-use crate::scene::plan::{Elastic, MeshedSpec};
+use crate::scene::document::join_key;
+use crate::scene::spec::body::{FeBody, Region};
+use crate::scene::spec::direction::Layup;
+use crate::scene::plan::{BodyMaterial, MeshedBodyPlan};
 
 /// What the schema allows.
-const MOST_REPEATS: usize = 100_000;
+const MAX_LAYUP_REPEATS: usize = 100_000;
 
 /// The filling of each volume group of the body at `key`, that of all other elements first.
 pub(super) fn resolve(
@@ -27,9 +27,9 @@ pub(super) fn resolve(
     body: &FeBody,
     mesh: &Mesh,
     materials: &Materials,
-) -> Option<Vec<(Option<String>, Placement)>> {
-    one_of_two(r, key, body.fibre.is_some(), body.layup.is_some());
-    let whole = Whole { key, body, mesh, materials };
+) -> Option<Vec<(Option<String>, RegionMaterial)>> {
+    check_fibre_or_layup(r, key, body.fibre.is_some(), body.layup.is_some());
+    let whole = BodyContext { key, body, mesh, materials };
     // Read once, also where regions take it over.
     let own_fibre = match &body.fibre {
         Some(fibre) => orientations::resolve(r, &format!("{key}.fibre"), fibre, mesh),
@@ -41,8 +41,8 @@ pub(super) fn resolve(
     };
     let mut regions = vec![own.clone().map(|own| (None, own))];
     for (group, region) in &body.regions {
-        let place = join(&format!("{key}.regions"), group);
-        one_of_two(r, &place, region.fibre.is_some(), region.layup.is_some());
+        let place = join_key(&format!("{key}.regions"), group);
+        check_fibre_or_layup(r, &place, region.fibre.is_some(), region.layup.is_some());
         let material = region.material.as_ref().unwrap_or(&body.material);
         let filling = match (&region.layup, &region.fibre) {
             (Some(layup), _) => whole.layup(r, &format!("{place}.layup"), layup, material, Some(group)),
@@ -56,34 +56,34 @@ pub(super) fn resolve(
     regions.into_iter().collect()
 }
 
-fn one_of_two(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
+fn check_fibre_or_layup(r: &mut Resolver, key: &str, fibre: bool, layup: bool) {
     if fibre && layup {
         let mend = "give the fibre of each ply as its `angle`, and no `fibre`";
-        r.wrong(&format!("{key}.layup"), "`fibre` and `layup` are both given", "one of the two", mend);
+        r.report(&format!("{key}.layup"), "`fibre` and `layup` are both given", "one of the two", mend);
     }
 }
 
 /// What the regions of a body share.
-struct Whole<'a> {
+struct BodyContext<'a> {
     key: &'a str,
     body: &'a FeBody,
     mesh: &'a Mesh,
     materials: &'a Materials,
 }
 
-impl Whole<'_> {
+impl BodyContext<'_> {
     /// One material; `key` is where it is named, or where it is not.
-    fn single(&self, r: &mut Resolver, key: &str, material: &str, fibre: Orientation) -> Option<Placement> {
-        let elastic = self.elastic(r, key, material)?;
-        Some(Placement::Single(Box::new(placed(elastic, fibre))))
+    fn single(&self, r: &mut Resolver, key: &str, material: &str, fibre: Orientation) -> Option<RegionMaterial> {
+        let elastic = self.find_material(r, key, material)?;
+        Some(RegionMaterial::Single(Box::new(placed(elastic, fibre))))
     }
 
     /// The material `name`, reported at `key` where it is not the body's own (which is reported once).
-    fn elastic(&self, r: &mut Resolver, key: &str, name: &str) -> Option<Elastic> {
+    fn find_material(&self, r: &mut Resolver, key: &str, name: &str) -> Option<BodyMaterial> {
         if name == self.body.material && key != self.key && !self.materials.contains_key(name) {
             return None;
         }
-        elastic(r, key, name, None, self.materials)
+        find_material(r, key, name, None, self.materials)
     }
 
     /// Plies from the bottom up, in a volume group or in all elements without a filling of their own.
@@ -94,25 +94,25 @@ impl Whole<'_> {
         layup: &Layup,
         material: &str,
         group: Option<&String>,
-    ) -> Option<Placement> {
-        if layup.repeat.0 > MOST_REPEATS {
+    ) -> Option<RegionMaterial> {
+        if layup.repeat.0 > MAX_LAYUP_REPEATS {
             return None; // the schema refuses it
         }
         let mut stack = Vec::new();
         for (i, ply) in layup.plies.iter().enumerate() {
             let name = ply.material.as_deref().unwrap_or(material);
             let place = if ply.material.is_some() { format!("{key}.plies.{i}") } else { key.to_owned() };
-            let elastic = self.elastic(r, &place, name);
+            let elastic = self.find_material(r, &place, name);
             let fibre = Orientation::Uniform(fibre_axes(0.0, ply.angle.to_radians()));
             stack.push(elastic.map(|elastic| (ply.thickness.0, placed(elastic, fibre))));
         }
-        let stack: Vec<(f64, Placed)> = stack.into_iter().collect::<Option<_>>()?;
-        let mut all: Vec<&(f64, Placed)> = (0..layup.repeat.0).flat_map(|_| &stack).collect();
+        let stack: Vec<(f64, PlacedMaterial)> = stack.into_iter().collect::<Option<_>>()?;
+        let mut all: Vec<&(f64, PlacedMaterial)> = (0..layup.repeat.0).flat_map(|_| &stack).collect();
         if layup.symmetric {
             all.extend(all.clone().into_iter().rev());
         }
-        let Some([low, high]) = self.heights(group) else {
-            r.wrong(
+        let Some([low, high]) = self.z_range(group) else {
+            r.report(
                 key,
                 "no elements are left for this layup: the group is empty, or every element belongs to a region with \
                  its own material",
@@ -126,7 +126,7 @@ impl Whole<'_> {
         let plies = all.into_iter().map(|(thickness, placed)| {
             let lower = z;
             z += thickness;
-            Ply { z: [lower, z], placed: placed.clone() }
+            Ply { z_range: [lower, z], material: placed.clone() }
         });
         let plies: Vec<Ply> = plies.collect();
         if ((z - bottom) / (high - low) - 1.0).abs() > 1e-6 {
@@ -136,11 +136,11 @@ impl Whole<'_> {
                 z - bottom
             ));
         }
-        Some(Placement::Layup(plies))
+        Some(RegionMaterial::Layup(plies))
     }
 
     /// Lowest and highest point of the elements of a layup; `None` if there are none.
-    fn heights(&self, group: Option<&String>) -> Option<[f64; 2]> {
+    fn z_range(&self, group: Option<&String>) -> Option<[f64; 2]> {
         let own =
             |region: &Region| region.fibre.is_some() || region.layup.is_some() || region.material.is_some();
         let cells_of = |name: &String| self.mesh.group_of_dim(name, 3).map(|group| group.cells.clone());
@@ -165,36 +165,36 @@ impl Whole<'_> {
 }
 
 /// A material in its direction; one that is the same in all directions needs no turning.
-fn placed(elastic: Elastic, fibre: Orientation) -> Placed {
+fn placed(elastic: BodyMaterial, fibre: Orientation) -> PlacedMaterial {
     let orientation = match fibre {
         Orientation::Uniform(_) if elastic.isotropic => Orientation::Uniform(Matrix3::identity()),
         other => other,
     };
-    Placed { name: elastic.name, stiffness: elastic.stiffness, orientation }
+    PlacedMaterial { name: elastic.name, stiffness: elastic.stiffness, orientation }
 }
 
 /// Reports elements without a material or a direction, and notes those that straddle plies.
-pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedSpec) {
+pub(super) fn check(r: &mut Resolver, key: &str, body: &FeBody, spec: &MeshedBodyPlan) {
     for group in body.regions.keys() {
         if spec.mesh.group_of_dim(group, 3).is_ok_and(|group| group.cells.is_empty()) {
             r.notes.push(format!(
                 "{}: the group has no elements in {}",
-                join(&format!("{key}.regions"), group),
+                join_key(&format!("{key}.regions"), group),
                 spec.mesh.source
             ));
         }
     }
     // What has no solids or groups is reported elsewhere.
-    let Ok(findings) = fem::check_materials(&spec.inputs(key)) else { return };
+    let Ok(findings) = fem::check_materials(&spec.fem_spec(key)) else { return };
     for (index, finding) in findings.into_iter().enumerate() {
         let place = match &spec.regions[index].0 {
-            Some(group) => join(&format!("{key}.regions"), group),
+            Some(group) => join_key(&format!("{key}.regions"), group),
             None if body.layup.is_some() => format!("{key}.layup"),
             None => format!("{key}.fibre"),
         };
         let mend = "each element needs a material and a direction";
-        for mistake in finding.mistakes {
-            r.wrong(&place, mistake, "does not fit the mesh", mend);
+        for mistake in finding.errors {
+            r.report(&place, mistake, "does not fit the mesh", mend);
         }
         r.notes.extend(finding.notes.into_iter().map(|note| format!("{place}: {note}")));
     }

@@ -4,11 +4,11 @@ use super::Resolver;
 use super::laws::Laws;
 use crate::friction::FrictionLaw;
 use crate::history::step::Rolling;
-use crate::scene::keys::step::{Rolling as Keys, Step as StepKeys};
-use crate::scene::plan::{BodySpec, FrameSpec};
+use crate::scene::spec::step::{Rolling as Keys, Step as StepKeys};
+use crate::scene::plan::{BodyPlan, FramePlan};
 
 /// A direction this near to an axis (in quarter turns) is along it.
-const ALONG: f64 = 1e-9;
+const AXIS_TOLERANCE_QUARTER_TURNS: f64 = 1e-9;
 
 /// The rolling of the step at `key`.
 pub(super) fn resolve(
@@ -17,7 +17,7 @@ pub(super) fn resolve(
     (step, rolling): (&StepKeys, Keys),
     laws: Option<&Laws>,
 ) -> Option<Rolling> {
-    let before = r.mistakes.len();
+    let before = r.diagnostics.len();
     let others = [
         ("shift", step.shift.is_some()),
         ("tangential_force", step.tangential_force.is_some()),
@@ -30,23 +30,23 @@ pub(super) fn resolve(
         let message = format!(
             "`{name}` cannot be combined with `rolling`, whose tangential tractions follow from the creepages"
         );
-        r.wrong(&format!("{key}.{name}"), message, "together with `rolling`", "remove one of the two");
+        r.report(&format!("{key}.{name}"), message, "together with `rolling`", "remove one of the two");
     }
     if !step.friction || laws.is_some_and(|laws| matches!(laws.friction, FrictionLaw::None)) {
         let message = "rolling needs friction, but this step has none";
         let mend = "add a [friction] law and leave out `friction = false`, or remove `rolling`";
-        r.wrong(&format!("{key}.rolling"), message, "needs friction", mend);
+        r.report(&format!("{key}.rolling"), message, "needs friction", mend);
     }
     let turns = rolling.direction / 90.0;
-    if (turns - turns.round()).abs() > ALONG {
+    if (turns - turns.round()).abs() > AXIS_TOLERANCE_QUARTER_TURNS {
         let message = format!(
             "the rolling direction of {} degrees is not along an axis of the frame",
             rolling.direction
         );
         let mend = "use 0, 90, 180 or 270 degrees; for other directions rotate the frame with frame.azimuth";
-        r.wrong(&format!("{key}.rolling.direction"), message, "not along a frame axis", mend);
+        r.report(&format!("{key}.rolling.direction"), message, "not along a frame axis", mend);
     }
-    (r.mistakes.len() == before).then(|| Rolling {
+    (r.diagnostics.len() == before).then(|| Rolling {
         quarter_turns: turns.round().rem_euclid(4.0) as u8,
         creepage: rolling.creepage,
         spin: rolling.spin,
@@ -55,31 +55,31 @@ pub(super) fn resolve(
 }
 
 /// Whether frame and bodies can roll.
-pub(super) fn check(r: &mut Resolver, frame: Option<&FrameSpec>, bodies: &[Option<BodySpec>; 2]) {
+pub(super) fn check_model(r: &mut Resolver, frame: Option<&FramePlan>, bodies: &[Option<BodyPlan>; 2]) {
     let keys = (0..r.list_length("steps")).map(|i| format!("steps.{i}.rolling"));
     let rolling: Vec<String> = keys.filter(|key| r.document.get(key).is_some()).collect();
     let Some(key) = rolling.first() else { return };
-    if let Some(FrameSpec::Mesh { .. }) = frame {
+    if let Some(FramePlan::Mesh { .. }) = frame {
         let message = "rolling needs a grid frame, but frame.kind = \"mesh\"";
-        r.wrong(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
+        r.report(key, message, "needs a grid", "write frame.kind = \"grid\" with half_width and cells");
     }
     for (number, body) in bodies.iter().enumerate() {
-        let meshed = |body: &BodySpec| body.meshed().is_some() || matches!(body, BodySpec::Truncated(_));
+        let meshed = |body: &BodyPlan| body.as_meshed().is_some() || matches!(body, BodyPlan::TruncatedHalfSpace(_));
         if body.as_ref().is_some_and(meshed) {
             let message = format!(
                 "steady rolling needs bodies that do not change along the rolling direction, but body{} has a mesh",
                 number + 1
             );
-            r.wrong(key, message, "needs half-spaces", "make the body a half-space or rigid");
+            r.report(key, message, "needs half-spaces", "make the body a half-space or rigid");
         }
     }
-    let periodic = matches!(frame, Some(FrameSpec::Grid { periodic, .. }) if *periodic != [false; 2]);
+    let periodic = matches!(frame, Some(FramePlan::Grid { periodic, .. }) if *periodic != [false; 2]);
     for key in rolling.iter().map(|key| format!("{key}.spin")).filter(|_| periodic) {
-        let spin = r.document.get(&key).map(|node| node.to_json());
+        let spin = r.document.get(&key).map(|node| node.to_serde_json());
         if spin.is_some_and(|spin| spin.as_f64() != Some(0.0)) {
             let message =
                 "spin is not possible on a periodic frame: its slip grows with the distance from the centre";
-            r.wrong(&key, message, "with a periodic frame", "remove it, or frame.periodic");
+            r.report(&key, message, "with a periodic frame", "remove it, or frame.periodic");
         }
     }
 }

@@ -1,28 +1,28 @@
 //! Load steps.
 
 use super::Resolver;
-use super::carried;
+use super::friction_loads;
 use super::laws::Laws;
 use super::load_points;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Normal, Row, Spin, Step, Tangential, Tilt};
-use crate::scene::keys::step::Step as Keys;
-use crate::scene::plan::FrameSpec;
+use crate::history::step::{Normal, HistoryRow, Spin, Step, Tangential, Tilt};
+use crate::scene::spec::step::Step as Keys;
+use crate::scene::plan::FramePlan;
 
 /// Rotations beyond this (degrees) are noted: the tangent differs from the angle by a quarter of a percent.
-const LARGEST_ROTATION: f64 = 5.0;
+const MAX_ROTATION_DEG: f64 = 5.0;
 
 /// The steps in order.
-pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FrameSpec>) -> Option<Vec<Step>> {
+pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&FramePlan>) -> Option<Vec<Step>> {
     let n = r.list_length("steps");
-    let level = !matches!(frame, Some(FrameSpec::Mesh { .. }));
-    let steps: Vec<Numbered> = (0..n).flat_map(|i| step(r, i, laws, level)).collect();
-    carried::held(r, &steps, laws, level);
-    if let Some(FrameSpec::Grid { periodic, .. }) = frame {
-        periodic_turns(r, &steps, *periodic);
+    let level = !matches!(frame, Some(FramePlan::Mesh { .. }));
+    let steps: Vec<NumberedStep> = (0..n).flat_map(|i| step(r, i, laws, level)).collect();
+    friction_loads::check_inherited_loads(r, &steps, laws, level);
+    if let Some(FramePlan::Grid { periodic, .. }) = frame {
+        check_periodic_rotations(r, &steps, *periodic);
     }
-    large_rotations(r, &steps);
-    same_names(r, &steps);
+    note_large_rotations(r, &steps);
+    note_duplicate_names(r, &steps);
     let steps: Option<Vec<Step>> = steps.into_iter().map(|(_, step)| step).collect();
     if let Some(steps) = &steps
         && steps.first().is_some_and(|step| step.normal.is_none())
@@ -36,32 +36,32 @@ pub(super) fn resolve(r: &mut Resolver, laws: Option<&Laws>, frame: Option<&Fram
 }
 
 /// A step with the number of its entry in the scene, unless that is wrong; an entry with a history has several.
-pub(super) type Numbered = (usize, Option<Step>);
+pub(super) type NumberedStep = (usize, Option<Step>);
 
 /// The steps of an entry.
-fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Numbered> {
+fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<NumberedStep> {
     let key = format!("steps.{i}");
     let Some(keys) = r.section::<Keys>(&key) else { return vec![(i, None)] };
-    let before = r.mistakes.len();
+    let before = r.diagnostics.len();
     if keys.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
-        r.wrong(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
+        r.report(&format!("{key}.name"), "a step has an empty name", "empty", "name it, or leave the key out");
     }
     if keys.name.as_deref().is_some_and(|name| name.contains(char::is_control)) {
         let message = "the name of a step contains line breaks or control characters";
-        r.wrong(&format!("{key}.name"), message, "this name", "use printable characters on one line");
+        r.report(&format!("{key}.name"), message, "this name", "use printable characters on one line");
     }
-    exclusive(r, &key, &keys);
-    carried::prescribed(r, &key, &keys, laws, level);
+    check_exclusive_controls(r, &key, &keys);
+    friction_loads::check_step(r, &key, &keys, laws, level);
     let cycles = super::cycles::resolve(r, &key, &keys, laws);
     let rolling = keys.rolling.and_then(|rolling| super::rolling::resolve(r, &key, (&keys, rolling), laws));
     let points = keys.history.as_ref().map(|history| {
-        history_alone(r, &key, &keys);
+        check_history_alone(r, &key, &keys);
         load_points::read(r, &format!("{key}.history"), history).unwrap_or_default()
     });
-    if r.mistakes.len() != before {
+    if r.diagnostics.len() != before {
         return vec![(i, None)];
     }
-    let plain = Step { cycles, rolling, ..plain(&keys, i) };
+    let plain = Step { cycles, rolling, ..step_without_history(&keys, i) };
     let Some(points) = points else { return vec![(i, Some(plain))] };
     let count = points.len();
     let steps: Vec<Step> = (points.iter().enumerate())
@@ -70,22 +70,22 @@ fn step(r: &mut Resolver, i: usize, laws: Option<&Laws>, level: bool) -> Vec<Num
             tangential: point.tangential,
             tilt: point.tilt,
             spin: point.spin,
-            row: Some(Row { index, count }),
+            history_row: Some(HistoryRow { index, count }),
             ..plain.clone()
         })
         .collect();
     // A law that is wrong itself is reported elsewhere.
     if laws.is_some_and(|laws| !plain.friction || matches!(laws.friction, FrictionLaw::None)) {
-        carried::of_points(r, &key, (&points, &steps), level);
+        friction_loads::check_load_points(r, &key, (&points, &steps), level);
     }
-    if r.mistakes.len() != before {
+    if r.diagnostics.len() != before {
         return vec![(i, None)];
     }
     steps.into_iter().map(|step| (i, Some(step))).collect()
 }
 
 /// The step that the keys say, but for a history.
-fn plain(keys: &Keys, i: usize) -> Step {
+fn step_without_history(keys: &Keys, i: usize) -> Step {
     Step {
         name: keys.name.clone().unwrap_or_else(|| format!("step {}", i + 1)),
         normal: keys.approach.map(Normal::Approach).or(keys.normal_force.map(Normal::Force)),
@@ -99,14 +99,14 @@ fn plain(keys: &Keys, i: usize) -> Step {
         friction: keys.friction,
         wear: keys.wear,
         cycles: None,
-        row: None,
+        history_row: None,
         rolling: None,
     }
 }
 
 /// A history stands in the place of every other control.
-fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
-    let others = controls(keys).into_iter().flatten().chain([
+fn check_history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
+    let others = prescribed_controls(keys).into_iter().flatten().chain([
         ("cycles", keys.cycles.is_some()),
         ("sliding", keys.sliding.is_some()),
         ("rolling", keys.rolling.is_some()),
@@ -114,7 +114,7 @@ fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
     for (name, _) in others.filter(|(_, there)| *there) {
         let message =
             format!("`{name}` cannot be combined with `history`, which prescribes all loads of its step");
-        r.wrong(
+        r.report(
             &format!("{key}.{name}"),
             message,
             "together with `history`",
@@ -124,8 +124,8 @@ fn history_alone(r: &mut Resolver, key: &str, keys: &Keys) {
 }
 
 /// Results are found by the names of steps: of two with one name only the last is.
-fn same_names(r: &mut Resolver, steps: &[Numbered]) {
-    let first = |step: &&Step| step.row.is_none_or(|row| row.index == 0);
+fn note_duplicate_names(r: &mut Resolver, steps: &[NumberedStep]) {
+    let first = |step: &&Step| step.history_row.is_none_or(|row| row.index == 0);
     let steps = steps.iter().filter_map(|(_, step)| step.as_ref()).filter(first);
     let names: Vec<&str> = steps.map(|step| step.name.as_str()).collect();
     for (i, name) in names.iter().enumerate() {
@@ -147,7 +147,7 @@ fn tangential(keys: &Keys) -> Option<Tangential> {
 }
 
 /// The motion and the load of each direction that a step may prescribe, and whether it does.
-pub(super) fn controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
+pub(super) fn prescribed_controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
     [
         [("approach", keys.approach.is_some()), ("normal_force", keys.normal_force.is_some())],
         [("shift", keys.shift.is_some()), ("tangential_force", keys.tangential_force.is_some())],
@@ -157,24 +157,24 @@ pub(super) fn controls(keys: &Keys) -> [[(&'static str, bool); 2]; 4] {
 }
 
 /// Motion and load of one direction cannot both be prescribed.
-fn exclusive(r: &mut Resolver, key: &str, keys: &Keys) {
-    for [(motion, moved), (load, loaded)] in controls(keys) {
+fn check_exclusive_controls(r: &mut Resolver, key: &str, keys: &Keys) {
+    for [(motion, moved), (load, loaded)] in prescribed_controls(keys) {
         if moved && loaded {
             let message = format!("a step prescribes `{motion}` or `{load}`, not both");
             let label = format!("together with `{motion}`");
-            r.wrong(&format!("{key}.{load}"), message, &label, "remove one of the two");
+            r.report(&format!("{key}.{load}"), message, &label, "remove one of the two");
         }
     }
 }
 
 /// Rotations are taken as small: the gap changes by their angle, not its tangent.
-fn large_rotations(r: &mut Resolver, steps: &[Numbered]) {
+fn note_large_rotations(r: &mut Resolver, steps: &[NumberedStep]) {
     let mut told = Vec::new();
     for step in steps.iter().filter_map(|(_, step)| step.as_ref()) {
         let tilt = if let Some(Tilt::Rotation([x, y])) = step.tilt { x.hypot(y) } else { 0.0 };
         let twist = if let Some(Spin::Twist(angle)) = step.spin { angle.abs() } else { 0.0 };
         let largest = tilt.max(twist).to_degrees();
-        if largest > LARGEST_ROTATION && !told.contains(&&step.name) {
+        if largest > MAX_ROTATION_DEG && !told.contains(&&step.name) {
             told.push(&step.name);
             r.notes.push(format!(
                 "step \"{}\" rotates body 2 by {largest:.3} degrees: rotations are linearised (change of gap = angle x \
@@ -186,7 +186,7 @@ fn large_rotations(r: &mut Resolver, steps: &[Numbered]) {
 }
 
 /// Rotations that a frame which repeats itself cannot follow: the gap they open does not repeat itself.
-fn periodic_turns(r: &mut Resolver, steps: &[Numbered], periodic: [bool; 2]) {
+fn check_periodic_rotations(r: &mut Resolver, steps: &[NumberedStep], periodic: [bool; 2]) {
     if periodic == [false; 2] {
         return;
     }
@@ -207,10 +207,10 @@ fn periodic_turns(r: &mut Resolver, steps: &[Numbered], periodic: [bool; 2]) {
         };
         for key in [tilt, spin].into_iter().flatten().filter(|_| !told.contains(i)) {
             let place =
-                if step.row.is_some() { format!("steps.{i}.history") } else { format!("steps.{i}.{key}") };
+                if step.history_row.is_some() { format!("steps.{i}.history") } else { format!("steps.{i}.{key}") };
             let message =
                 "a rotation is not possible on a periodic frame: the gap would grow from period to period";
-            r.wrong(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");
+            r.report(&place, message, "with frame.periodic", "remove it, or make the frame non-periodic");
         }
         if tilt.or(spin).is_some() {
             told.push(*i);

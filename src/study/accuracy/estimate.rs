@@ -2,7 +2,7 @@
 
 /// Orders that are believed; the lower ones only of values that change steadily.
 const ORDERS: [f64; 2] = [0.5, 2.0];
-const LEAST_OF_NOISE: f64 = 1.0;
+const MIN_NOISY_ORDER: f64 = 1.0;
 
 /// Ratios of differences, one after the other, of values that change steadily: sizes fall to two thirds.
 const STEADY: [f64; 2] = [0.55, 1.6];
@@ -11,34 +11,34 @@ const STEADY: [f64; 2] = [0.55, 1.6];
 const ASSUMED: f64 = 1.0;
 
 /// Differences that the order is fitted to, and those of which the largest constant is taken.
-const FITTED: usize = 4;
-const LARGEST_OF: usize = 3;
+const MAX_FITTED_DIFFERENCES: usize = 4;
+const ENVELOPE_DIFFERENCES: usize = 3;
 
 /// Differences from which on an order is fitted.
-const ENOUGH: usize = 3;
+const MIN_FITTED_DIFFERENCES: usize = 3;
 
 /// Difference of the orders of two pairs of differences up to which a limit is extrapolated.
-const SAME_ORDER: f64 = 0.3;
+const MAX_ORDER_DIFFERENCE: f64 = 0.3;
 
 /// An error that falls like C h^p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     order: f64,
     /// The power that the values show.
-    seen: Option<f64>,
+    observed_order: Option<f64>,
     constant: f64,
 }
 
 impl Convergence {
     /// Of values at sizes that get smaller; at least two of them. What the values show, unless those before showed a larger error: no order
     /// above 2 is believed, so that an estimate that falls faster from one value to the next is small by chance.
-    pub fn of(sizes: &[f64], values: &[f64]) -> Self {
+    pub fn estimate(sizes: &[f64], values: &[f64]) -> Self {
         let n = values.len();
-        let found = Self::shown(sizes, values);
-        if n < ENOUGH + 2 {
+        let found = Self::fit(sizes, values);
+        if n < MIN_FITTED_DIFFERENCES + 2 {
             return found;
         }
-        let before = Self::of(&sizes[..n - 1], &values[..n - 1]);
+        let before = Self::estimate(&sizes[..n - 1], &values[..n - 1]);
         let least = before.error(sizes[n - 2]) * (sizes[n - 1] / sizes[n - 2]).powf(ORDERS[1]);
         Self { constant: found.constant.max(least / sizes[n - 1].powf(found.order)), ..found }
     }
@@ -46,33 +46,33 @@ impl Convergence {
     /// The order is that of the last differences, between 1/2 and 2 where they fall steadily; elsewhere it is taken by its standard error lower,
     /// between 1 and 2. The constant is the largest that explains one of the last three differences: contacts end between the cells, so that single
     /// ones are small by chance.
-    fn shown(sizes: &[f64], values: &[f64]) -> Self {
+    fn fit(sizes: &[f64], values: &[f64]) -> Self {
         let differences = differences(values);
-        let first = differences.len().saturating_sub(FITTED);
+        let first = differences.len().saturating_sub(MAX_FITTED_DIFFERENCES);
         let seen: Vec<[f64; 2]> = (first..differences.len())
             .filter(|&i| differences[i] != 0.0)
             .map(|i| [sizes[i].ln(), differences[i].abs().ln()])
             .collect();
-        let last = differences.len().saturating_sub(LARGEST_OF);
+        let last = differences.len().saturating_sub(ENVELOPE_DIFFERENCES);
         let steady =
             differences[last..].windows(2).all(|pair| (STEADY[0]..=STEADY[1]).contains(&(pair[1] / pair[0])));
-        let fitted = (seen.len() >= ENOUGH).then(|| slope(&seen));
+        let fitted = (seen.len() >= MIN_FITTED_DIFFERENCES).then(|| slope(&seen));
         let order = match fitted {
             None => ASSUMED,
             Some([slope, _]) if steady => slope.clamp(ORDERS[0], ORDERS[1]),
-            Some([slope, error]) => (slope - error).clamp(LEAST_OF_NOISE, ORDERS[1]),
+            Some([slope, error]) => (slope - error).clamp(MIN_NOISY_ORDER, ORDERS[1]),
         };
         let constant = (last..differences.len())
             .map(|i| differences[i].abs() / (sizes[i].powf(order) - sizes[i + 1].powf(order)))
             .fold(0.0, f64::max);
-        let least = if steady { ORDERS[0] } else { LEAST_OF_NOISE };
+        let least = if steady { ORDERS[0] } else { MIN_NOISY_ORDER };
         let seen = fitted.map(|[slope, _]| slope).filter(|slope| *slope > least && *slope < ORDERS[1]);
-        Self { order, seen, constant }
+        Self { order, observed_order: seen, constant }
     }
 
     /// The power p, if the values show it.
     pub fn order(&self) -> Option<f64> {
-        self.seen
+        self.observed_order
     }
 
     /// The error at `size`.
@@ -96,7 +96,7 @@ pub fn limit(sizes: &[f64], values: &[f64]) -> Option<f64> {
     let [before, last] =
         [0, 1].map(|i| order_between([sizes[i], sizes[i + 1], sizes[i + 2]], [d[i], d[i + 1]]));
     let (before, last) = (before?, last?);
-    ((last - before).abs() <= SAME_ORDER).then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
+    ((last - before).abs() <= MAX_ORDER_DIFFERENCE).then(|| values[3] + d[2] / ((sizes[2] / sizes[3]).powf(last) - 1.0))
 }
 
 /// The power p for which two differences belong to one error C h^p, by bisection; `None` if it is not believed.
@@ -140,7 +140,7 @@ mod tests {
     fn powers_of_the_size() {
         for order in [0.7, 1.0, 1.6, 2.0] {
             let values: Vec<f64> = sizes().iter().map(|h| 3.0 - 5.0 * h.powf(order)).collect();
-            let found = Convergence::of(&sizes(), &values);
+            let found = Convergence::estimate(&sizes(), &values);
             assert!((found.order - order).abs() < 0.15, "{order}: {found:?}");
             let error = 5.0 * (1.0 / 60f64).powf(order);
             let ratio = found.error(1.0 / 60.0) / error;
@@ -158,7 +158,7 @@ mod tests {
         let values: Vec<f64> = sizes().iter().zip(signs).map(|(h, sign)| 1.0 + sign * 0.1 * h * h).collect();
         assert_eq!(limit(&sizes(), &values), None);
         for n in 3..=5 {
-            let found = Convergence::of(&sizes()[..n], &values[..n]);
+            let found = Convergence::estimate(&sizes()[..n], &values[..n]);
             let h = sizes()[n - 1];
             assert!(found.error(h) > 0.1 * h * h, "{n}: {found:?}");
         }
@@ -179,7 +179,7 @@ mod tests {
                     sizes[k] * (1.0 + amplitude * t.cos())
                 };
                 let values: Vec<f64> = (0..sizes.len()).map(|k| 1.0 + off(k)).collect();
-                let of = |k: usize| Convergence::of(&sizes[..=k], &values[..=k]).error(sizes[k]);
+                let of = |k: usize| Convergence::estimate(&sizes[..=k], &values[..=k]).error(sizes[k]);
                 covered += (2..sizes.len()).filter(|&k| of(k) >= off(k)).count();
             }
             assert!(covered >= 700, "{amplitude}: {covered} of 800");
@@ -191,16 +191,16 @@ mod tests {
     fn no_faster_than_second_order() {
         let values = [1.1, 1.06, 1.02, 1.01, 1.01];
         let [before, last] =
-            [4, 5].map(|n| Convergence::of(&sizes()[..n], &values[..n]).error(sizes()[n - 1]));
+            [4, 5].map(|n| Convergence::estimate(&sizes()[..n], &values[..n]).error(sizes()[n - 1]));
         assert!(last >= before * (40.0f64 / 60.0).powi(2) * (1.0 - 1e-12), "{last} {before}");
     }
 
     /// Truth: definition: values that do not change have no error, and those that grow without bound have a large one.
     #[test]
     fn values_that_do_not_converge() {
-        assert_eq!(Convergence::of(&sizes(), &[2.0; 5]).error(0.1), 0.0);
+        assert_eq!(Convergence::estimate(&sizes(), &[2.0; 5]).error(0.1), 0.0);
         let values: Vec<f64> = sizes().iter().map(|h| h.powf(-0.5)).collect();
-        let found = Convergence::of(&sizes(), &values);
+        let found = Convergence::estimate(&sizes(), &values);
         assert!(found.error(1.0 / 60.0) > 0.2 * values[4] && limit(&sizes(), &values).is_none(), "{found:?}");
     }
 }

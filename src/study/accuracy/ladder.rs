@@ -1,17 +1,17 @@
 //! The settings that runs get finer by.
 
-use super::super::bodies::frame;
-use super::super::failure::Failure;
-use super::super::near_field::choose;
+use super::super::bodies::contact_frame;
+use super::super::failure::SceneError;
+use super::super::near_field::choose_near_fields;
 use crate::frame::GapShape;
 use crate::friction::FrictionLaw;
-use crate::history::step::{Closed, Correction, CycleMotion, Cycles, Jumps, Step};
-use crate::scene::keys::accuracy::Knob;
-use crate::scene::plan::{AccuracySpec, BodySpec, FrameSpec, Plan};
+use crate::history::step::{ClosedPath, Correction, CycleMotion, Cycles, JumpPolicy, Step};
+use crate::scene::spec::accuracy::RefinementParameter;
+use crate::scene::plan::{AccuracyPlan, BodyPlan, FramePlan, Plan};
 use crate::wear::WearLaw;
 
 /// Cells along the shorter side of the frame: even numbers, so that cells lie alike in the middle, each about 1.5 times the one before.
-const CELLS: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
+const CELLS_BY_LEVEL: [usize; 12] = [12, 18, 26, 40, 60, 90, 136, 200, 300, 450, 680, 1000];
 
 /// Most cells of a frame.
 const MOST: usize = 1_000_000;
@@ -21,14 +21,14 @@ const DOUBLINGS: usize = 9;
 const JUMP_LEVELS: usize = 7;
 
 /// Doublings with which the cells are refined where more do not suffice either.
-const ENOUGH: usize = 3;
+const FALLBACK_LEVEL: usize = 3;
 
 /// Most increments per stroke of closed paths: all ends of a cycle are one problem.
-const MOST_AROUND: usize = 128;
+const MAX_INCREMENTS_PER_STROKE: usize = 128;
 
 /// Cells in contact from which on values are believed to converge; of line contacts.
-const IN_CONTACT: usize = 40;
-const IN_LINE: usize = 6;
+const MIN_CONTACT_CELLS: usize = 40;
+const MIN_LINE_CONTACT_CELLS: usize = 6;
 
 /// The natural residual over the accuracy, and its limits; the same of compressed operators.
 const RESIDUAL: [f64; 3] = [1e-4, 1e-10, 1e-6];
@@ -44,20 +44,20 @@ pub struct Levels {
 
 impl Levels {
     /// The next finer ones.
-    pub(super) fn finer(self, knob: Knob) -> Self {
+    pub(super) fn finer(self, knob: RefinementParameter) -> Self {
         match knob {
-            Knob::Cells => Self { cells: self.cells + 1, ..self },
-            Knob::Increments => Self { increments: self.increments + 1, ..self },
-            Knob::Jumps => Self { jumps: self.jumps + 1, ..self },
+            RefinementParameter::Cells => Self { cells: self.cells + 1, ..self },
+            RefinementParameter::Increments => Self { increments: self.increments + 1, ..self },
+            RefinementParameter::Jumps => Self { jumps: self.jumps + 1, ..self },
         }
     }
 
     /// Those for what follows a knob that did not suffice.
-    pub(super) fn coarser(self, knob: Knob) -> Self {
+    pub(super) fn coarser(self, knob: RefinementParameter) -> Self {
         match knob {
-            Knob::Cells => self,
-            Knob::Increments => Self { increments: self.increments.min(ENOUGH), ..self },
-            Knob::Jumps => Self { jumps: self.jumps.min(ENOUGH), ..self },
+            RefinementParameter::Cells => self,
+            RefinementParameter::Increments => Self { increments: self.increments.min(FALLBACK_LEVEL), ..self },
+            RefinementParameter::Jumps => Self { jumps: self.jumps.min(FALLBACK_LEVEL), ..self },
         }
     }
 
@@ -68,60 +68,60 @@ impl Levels {
 }
 
 /// What can be chosen of a plan, and how.
-pub(super) struct Ladder {
+pub(super) struct RefinementLadder {
     relative: f64,
     /// Whether cells, increments and jumps are chosen.
-    chosen: [bool; 3],
+    is_refined: [bool; 3],
     /// Cells along the frame's x and y over those along the shorter side; `None` for the one cell of a direction in which the frame repeats itself.
     aspect: [Option<f64>; 2],
     /// Increments per stroke of closed paths; 0 if there are none.
-    around: usize,
+    increments_per_stroke: usize,
     /// Least number of cycles of a step, which bounds the number of jumps.
     cycles: f64,
     /// Whether the scene says how exactly iterations and compressed operators are solved.
-    given: [bool; 2],
+    has_own_tolerances: [bool; 2],
 }
 
-impl Ladder {
-    pub fn new(plan: &Plan, spec: &AccuracySpec) -> Result<Self, Failure> {
-        let kept = |knob: Knob| spec.keep.contains(&knob);
+impl RefinementLadder {
+    pub fn new(plan: &Plan, spec: &AccuracyPlan) -> Result<Self, SceneError> {
+        let kept = |knob: RefinementParameter| spec.fixed_parameters.contains(&knob);
         let cycles = plan
             .steps
             .iter()
             .filter_map(|step| step.cycles)
             .fold(f64::INFINITY, |least, cycles| least.min(cycles.count));
-        let around = plan.steps.iter().filter_map(ring).map(|closed| closed.increments).max().unwrap_or(0);
+        let around = plan.steps.iter().filter_map(refinable_path).map(|closed| closed.increments).max().unwrap_or(0);
         let given =
             ["solver.tolerance", "solver.compression_tolerance"].map(|key| plan.document.get(key).is_some());
         let mut ladder =
-            Self { relative: spec.relative, chosen: [false; 3], aspect: [None; 2], around, cycles, given };
-        if let FrameSpec::Grid { cells, half_width, periodic, .. } = &plan.frame {
+            Self { relative: spec.relative, is_refined: [false; 3], aspect: [None; 2], increments_per_stroke: around, cycles, has_own_tolerances: given };
+        if let FramePlan::Grid { cells, half_width, periodic, .. } = &plan.frame {
             ladder.aspect = aspect(*cells, *half_width, *periodic);
             // Boundary elements have meshes of their own; heights of the cells are those of the scene's.
-            let own = plan.bodies.iter().any(|body| matches!(body, BodySpec::Be(_)))
+            let own = plan.bodies.iter().any(|body| matches!(body, BodyPlan::Be(_)))
                 || matches!(&plan.gap.shape, GapShape::Heights(heights) if heights.spacing.is_none())
-                || matches!(plan.gap.shape, GapShape::Cells(_));
-            if ladder.aspect != [None; 2] && !own && !kept(Knob::Cells) {
-                ladder.chosen[0] = true;
+                || matches!(plan.gap.shape, GapShape::PerCell(_));
+            if ladder.aspect != [None; 2] && !own && !kept(RefinementParameter::Cells) {
+                ladder.is_refined[0] = true;
                 let coarse = ladder.plan(plan, &ladder.first());
                 // Cells finer than the faces of a mesh that is condensed show nothing new.
-                ladder.chosen[0] = !choose(&coarse, &frame(&coarse)?)?.iter().any(|near| near.is_condensed());
+                ladder.is_refined[0] = !choose_near_fields(&coarse, &contact_frame(&coarse)?)?.iter().any(|near| near.is_condensed());
             }
         }
         let monotone = |step: &&Step| step.cycles.is_none() && step.rolling.is_none();
         let slips = |step: &Step| step.friction && plan.friction != FrictionLaw::None;
         let wears = |step: &Step| step.wear && plan.wear != WearLaw::None;
         let by_path = plan.steps.iter().filter(monotone).any(|step| slips(step) || wears(step));
-        ladder.chosen[1] = (by_path || around > 0) && !kept(Knob::Increments);
-        ladder.chosen[2] =
-            plan.steps.iter().any(|step| step.cycles.is_some() && wears(step)) && !kept(Knob::Jumps);
+        ladder.is_refined[1] = (by_path || around > 0) && !kept(RefinementParameter::Increments);
+        ladder.is_refined[2] =
+            plan.steps.iter().any(|step| step.cycles.is_some() && wears(step)) && !kept(RefinementParameter::Jumps);
         Ok(ladder)
     }
 
     /// What is turned: the cells last.
-    pub fn knobs(&self) -> Vec<Knob> {
-        let [cells, increments, jumps] = self.chosen;
-        let all = [(increments, Knob::Increments), (jumps, Knob::Jumps), (cells, Knob::Cells)];
+    pub fn knobs(&self) -> Vec<RefinementParameter> {
+        let [cells, increments, jumps] = self.is_refined;
+        let all = [(increments, RefinementParameter::Increments), (jumps, RefinementParameter::Jumps), (cells, RefinementParameter::Cells)];
         all.into_iter().filter(|(chosen, _)| *chosen).map(|(_, knob)| knob).collect()
     }
 
@@ -129,46 +129,46 @@ impl Ladder {
         Levels { cells: 0, increments: 0, jumps: 0 }
     }
 
-    pub fn is_last(&self, knob: Knob, levels: &Levels) -> bool {
+    pub fn is_last(&self, knob: RefinementParameter, levels: &Levels) -> bool {
         match knob {
-            Knob::Cells => {
+            RefinementParameter::Cells => {
                 let [x, y] = self.cells(levels.cells + 1);
-                levels.cells + 1 >= CELLS.len() || x * y > MOST
+                levels.cells + 1 >= CELLS_BY_LEVEL.len() || x * y > MOST
             }
-            Knob::Increments => {
-                levels.increments >= DOUBLINGS || self.around << levels.increments >= MOST_AROUND
+            RefinementParameter::Increments => {
+                levels.increments >= DOUBLINGS || self.increments_per_stroke << levels.increments >= MAX_INCREMENTS_PER_STROKE
             }
-            Knob::Jumps => levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles,
+            RefinementParameter::Jumps => levels.jumps >= JUMP_LEVELS || f64::from(1u32 << levels.jumps) >= self.cycles,
         }
     }
 
     /// Cells along x and y.
     fn cells(&self, level: usize) -> [usize; 2] {
-        let shorter = CELLS[level.min(CELLS.len() - 1)] as f64;
+        let shorter = CELLS_BY_LEVEL[level.min(CELLS_BY_LEVEL.len() - 1)] as f64;
         self.aspect.map(|aspect| aspect.map_or(1, |aspect| even(aspect * shorter)))
     }
 
     /// Whether so many cells in contact resolve it.
     pub fn resolves(&self, cells: usize) -> bool {
-        cells >= if self.aspect.contains(&None) { IN_LINE } else { IN_CONTACT }
+        cells >= if self.aspect.contains(&None) { MIN_LINE_CONTACT_CELLS } else { MIN_CONTACT_CELLS }
     }
 
     /// What the error of a knob falls with.
-    pub fn size(&self, knob: Knob, levels: &Levels) -> f64 {
+    pub fn size(&self, knob: RefinementParameter, levels: &Levels) -> f64 {
         match knob {
-            Knob::Cells => 1.0 / CELLS[levels.cells.min(CELLS.len() - 1)] as f64,
-            Knob::Increments => 0.5f64.powi(levels.increments as i32),
+            RefinementParameter::Cells => 1.0 / CELLS_BY_LEVEL[levels.cells.min(CELLS_BY_LEVEL.len() - 1)] as f64,
+            RefinementParameter::Increments => 0.5f64.powi(levels.increments as i32),
             // The error of jumps follows their tolerance, which falls by four.
-            Knob::Jumps => 0.5f64.powi(levels.jumps as i32),
+            RefinementParameter::Jumps => 0.5f64.powi(levels.jumps as i32),
         }
     }
 
     /// What the cells within an outline lack of its area, or have too much, over it; `None` without an outline, or of one that the frame cuts.
-    pub fn cut(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
-        let FrameSpec::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
+    pub fn outline_area_error(&self, plan: &Plan, levels: &Levels) -> Option<f64> {
+        let FramePlan::Grid { half_width, outline: Some(outline), .. } = &plan.frame else { return None };
         let reaches =
             outline.extent().iter().zip(half_width).any(|([low, high], half)| -low > *half || high > half);
-        if reaches || !self.chosen[0] {
+        if reaches || !self.is_refined[0] {
             return None;
         }
         let [nx, ny] = self.cells(levels.cells);
@@ -183,44 +183,44 @@ impl Ladder {
     }
 
     /// Area of the cells within an outline of which they have `cut` too much.
-    pub fn punch(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
-        let FrameSpec::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
+    pub fn outline_cell_area(&self, plan: &Plan, cut: Option<f64>) -> Option<f64> {
+        let FramePlan::Grid { outline: Some(outline), .. } = &plan.frame else { return None };
         cut.map(|cut| (1.0 + cut) * outline.area())
     }
 
     /// The plan with these levels.
     pub fn plan(&self, plan: &Plan, levels: &Levels) -> Plan {
-        let [cells, increments, jumps] = self.chosen;
+        let [cells, increments, jumps] = self.is_refined;
         let mut plan = Plan { accuracy: None, ..plan.clone() };
         let of = |[factor, least, most]: [f64; 3]| (factor * self.relative).clamp(least, most);
-        if !self.given[0] {
+        if !self.has_own_tolerances[0] {
             plan.solver.tolerance = of(RESIDUAL);
         }
-        if !self.given[1] {
+        if !self.has_own_tolerances[1] {
             plan.solver.compression_tolerance = of(COMPRESSION);
         }
-        if let (FrameSpec::Grid { cells: n, .. }, true) = (&mut plan.frame, cells) {
+        if let (FramePlan::Grid { cells: n, .. }, true) = (&mut plan.frame, cells) {
             *n = self.cells(levels.cells);
         }
         if increments {
             plan.fields_every = levels.increments();
         }
         for step in &mut plan.steps {
-            if let (Some(closed), true) = (ring(step), increments) {
-                let finer = Closed { increments: closed.increments * levels.increments(), ..closed };
+            if let (Some(closed), true) = (refinable_path(step), increments) {
+                let finer = ClosedPath { increments: closed.increments * levels.increments(), ..closed };
                 step.cycles =
-                    step.cycles.map(|cycles| Cycles { motion: CycleMotion::Closed(finer), ..cycles });
+                    step.cycles.map(|cycles| Cycles { motion: CycleMotion::ClosedPath(finer), ..cycles });
             }
             match &mut step.cycles {
                 Some(cycles) if jumps && step.wear => {
                     let share = self.relative * 0.25f64.powi(levels.jumps as i32);
                     cycles.jumps = match cycles.jumps {
-                        Jumps::Number(number) => {
-                            Jumps::Number((number << levels.jumps).min(cycles.count as usize).max(number))
+                        JumpPolicy::Number(number) => {
+                            JumpPolicy::Number((number << levels.jumps).min(cycles.count as usize).max(number))
                         }
-                        Jumps::Tolerance(_) => Jumps::Tolerance(share),
+                        JumpPolicy::Tolerance(_) => JumpPolicy::Tolerance(share),
                     };
-                    if let CycleMotion::Closed(Closed { resolve: Some(used), .. }) = &mut cycles.motion {
+                    if let CycleMotion::ClosedPath(ClosedPath { resolved_cycles: Some(used), .. }) = &mut cycles.motion {
                         used.tolerance = share;
                     }
                 }
@@ -232,8 +232,8 @@ impl Ladder {
     }
 
     /// Levels in words.
-    pub fn words(&self, levels: &Levels) -> String {
-        let [cells, increments, jumps] = self.chosen;
+    pub fn describe(&self, levels: &Levels) -> String {
+        let [cells, increments, jumps] = self.is_refined;
         let mut words = Vec::new();
         if cells {
             let [x, y] = self.cells(levels.cells);
@@ -253,10 +253,10 @@ impl Ladder {
 }
 
 /// The closed path of a step whose increments may be refined: not "auto", where resolved cycles do it.
-fn ring(step: &Step) -> Option<Closed> {
+fn refinable_path(step: &Step) -> Option<ClosedPath> {
     match step.cycles?.motion {
-        CycleMotion::Closed(closed)
-            if closed.resolve.is_none_or(|used| used.correction != Correction::Always) =>
+        CycleMotion::ClosedPath(closed)
+            if closed.resolved_cycles.is_none_or(|used| used.correction != Correction::Always) =>
         {
             Some(closed)
         }
@@ -285,15 +285,15 @@ fn even(n: f64) -> usize {
 /// Cells of a grid frame.
 pub(super) fn cells(plan: &Plan) -> Option<[usize; 2]> {
     match plan.frame {
-        FrameSpec::Grid { cells, .. } => Some(cells),
-        FrameSpec::Mesh { .. } => None,
+        FramePlan::Grid { cells, .. } => Some(cells),
+        FramePlan::Mesh { .. } => None,
     }
 }
 
 /// Tolerance or number of jumps of the first step that has them.
 pub(super) fn jumps(plan: &Plan) -> Option<f64> {
     plan.steps.iter().find_map(|step| step.cycles).map(|cycles| match cycles.jumps {
-        Jumps::Number(number) => number as f64,
-        Jumps::Tolerance(tolerance) => tolerance,
+        JumpPolicy::Number(number) => number as f64,
+        JumpPolicy::Tolerance(tolerance) => tolerance,
     })
 }

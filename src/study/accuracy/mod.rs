@@ -8,44 +8,44 @@ mod ladder;
 mod values;
 
 use estimate::{Convergence, limit};
-use ladder::Ladder;
+use ladder::RefinementLadder;
 pub use ladder::Levels;
-use values::{Value, fewest_cells, values};
+use values::{TargetValue, min_contact_cells, values};
 
-use super::failure::Failure;
+use super::failure::SceneError;
 use crate::error::Error;
 use crate::history::record::IncrementRecord;
-use crate::results::accuracy::{AccuracyRecord, Estimated, Tried};
-use crate::scene::keys::accuracy::Knob;
-use crate::scene::plan::{AccuracySpec, Plan};
+use crate::results::accuracy::{AccuracyRecord, EstimatedResult, RefinementRun};
+use crate::scene::spec::accuracy::RefinementParameter;
+use crate::scene::plan::{AccuracyPlan, Plan};
 
 /// Share of the accuracy that increments and jumps may each take where cells follow.
-const SHARE: f64 = 0.3;
+const PATH_TOLERANCE_SHARE: f64 = 0.3;
 
 /// Values by which a turn is judged, or two where they hardly differ: by this share of what is allowed.
-const JUDGED: usize = 3;
-const SAME: f64 = 0.05;
+const MIN_RUNS_PER_PARAMETER: usize = 3;
+const UNCHANGED_SHARE: f64 = 0.05;
 
 /// A run with what the estimates need of it.
 #[derive(Debug, Clone)]
-struct Sample {
+struct MeasuredRun {
     levels: Levels,
-    values: Vec<Value>,
-    /// [`Ladder::cut`].
-    cut: Option<f64>,
+    values: Vec<TargetValue>,
+    /// [`RefinementLadder::cut`].
+    outline_area_error: Option<f64>,
     seconds: f64,
 }
 
 /// Relative error of a length by that of the area: what the stairs along an outline cost the load of a punch.
-const OF_AREA: f64 = 0.5;
+const LOAD_ERROR_PER_AREA_ERROR: f64 = 0.5;
 
 /// A run writes files if the errors foreseen for it are at most so many times what is allowed: files that finer runs replace cost less than
 /// another run for the files alone.
-const LIKELY: f64 = 2.0;
+const WRITE_FILES_FACTOR: f64 = 2.0;
 
 /// What is done next.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Next {
+pub enum NextRun {
     /// A run; whether it will probably be the last.
     Run(Levels, bool),
     /// Nothing: these are the levels of the result.
@@ -53,43 +53,43 @@ pub enum Next {
 }
 
 /// The search for settings that are fine enough.
-pub struct Search<'p> {
+pub struct AccuracySearch<'p> {
     plan: &'p Plan,
-    spec: &'p AccuracySpec,
-    ladder: Ladder,
+    spec: &'p AccuracyPlan,
+    ladder: RefinementLadder,
     /// What is turned, in this order.
-    knobs: Vec<Knob>,
-    samples: Vec<Sample>,
+    knobs: Vec<RefinementParameter>,
+    samples: Vec<MeasuredRun>,
     /// The samples of each knob that was turned, by number.
-    turns: Vec<Vec<usize>>,
+    refinements: Vec<Vec<usize>>,
     /// Where the cells begin after a knob that did not suffice.
     base: Option<Levels>,
     /// Why there is nothing finer.
-    wall: Option<String>,
+    stop_reason: Option<String>,
 }
 
-impl<'p> Search<'p> {
+impl<'p> AccuracySearch<'p> {
     /// A search for the accuracy that `plan` asks for; `None` if it asks for none.
     ///
     /// # Errors
     /// If nothing is left to choose, or the plan cannot be computed.
-    pub fn new(plan: &'p Plan) -> Result<Option<Self>, Failure> {
+    pub fn new(plan: &'p Plan) -> Result<Option<Self>, SceneError> {
         let Some(spec) = &plan.accuracy else { return Ok(None) };
-        let ladder = Ladder::new(plan, spec)?;
+        let ladder = RefinementLadder::new(plan, spec)?;
         let knobs = ladder.knobs();
         if knobs.is_empty() {
             let error = Error::input(
                 "nothing can be chosen for the accuracy that is asked for: the cells are those of a mesh or kept, and increments and jumps do not matter \
                  here or are kept; leave out `accuracy`, or less of accuracy.keep (`orthowear refine` estimates the error of meshes)",
             );
-            return Err(Failure { error, key: "accuracy".to_owned() });
+            return Err(SceneError { error, key: "accuracy".to_owned() });
         }
         let (samples, turns) = (Vec::new(), Vec::new());
-        Ok(Some(Self { plan, spec, ladder, knobs, samples, turns, base: None, wall: None }))
+        Ok(Some(Self { plan, spec, ladder, knobs, samples, refinements: turns, base: None, stop_reason: None }))
     }
 
     /// What is turned, in this order.
-    pub fn knobs(&self) -> &[Knob] {
+    pub fn knobs(&self) -> &[RefinementParameter] {
         &self.knobs
     }
 
@@ -99,8 +99,8 @@ impl<'p> Search<'p> {
     }
 
     /// Levels in words: "60 x 60 cells, 4 times the increments".
-    pub fn words(&self, levels: &Levels) -> String {
-        self.ladder.words(levels)
+    pub fn describe(&self, levels: &Levels) -> String {
+        self.ladder.describe(levels)
     }
 
     /// Levels of the last run that was taken.
@@ -109,88 +109,88 @@ impl<'p> Search<'p> {
     }
 
     /// Takes the records of a run that converged, with the area of a cell where the frame is a grid, and its time.
-    pub fn take(&mut self, levels: Levels, records: &[IncrementRecord], (cell, seconds): (Option<f64>, f64)) {
-        let cells = cell.map_or(usize::MAX, |cell| fewest_cells(self.plan, records, cell));
-        let cut = self.ladder.cut(self.plan, &levels);
-        let punch = self.ladder.punch(self.plan, cut);
-        self.samples.push(Sample { levels, values: values(self.plan, records, punch), cut, seconds });
+    pub fn add_run(&mut self, levels: Levels, records: &[IncrementRecord], (cell, seconds): (Option<f64>, f64)) {
+        let cells = cell.map_or(usize::MAX, |cell| min_contact_cells(self.plan, records, cell));
+        let cut = self.ladder.outline_area_error(self.plan, &levels);
+        let punch = self.ladder.outline_cell_area(self.plan, cut);
+        self.samples.push(MeasuredRun { levels, values: values(self.plan, records, punch), outline_area_error: cut, seconds });
         let number = self.samples.len() - 1;
-        if self.turns.is_empty() {
-            let coarse = self.knobs.contains(&Knob::Cells) && !self.ladder.resolves(cells);
-            if !coarse || self.ladder.is_last(Knob::Cells, &levels) {
-                self.turns.push(vec![number]);
+        if self.refinements.is_empty() {
+            let coarse = self.knobs.contains(&RefinementParameter::Cells) && !self.ladder.resolves(cells);
+            if !coarse || self.ladder.is_last(RefinementParameter::Cells, &levels) {
+                self.refinements.push(vec![number]);
             }
-        } else if let Some(turn) = self.turns.last_mut() {
+        } else if let Some(turn) = self.refinements.last_mut() {
             turn.push(number);
         }
-        while self.turns.last().is_some_and(|turn| self.is_closed(self.turns.len() - 1, turn))
-            && self.turns.len() < self.knobs.len()
+        while self.refinements.last().is_some_and(|turn| self.is_finished(self.refinements.len() - 1, turn))
+            && self.refinements.len() < self.knobs.len()
         {
-            let index = self.turns.len() - 1;
-            if !self.is_fine(index, &self.turns[index]) {
+            let index = self.refinements.len() - 1;
+            if !self.meets_tolerance(index, &self.refinements[index]) {
                 // It will not be reached: what comes is not made many times as long for nothing.
                 self.base = Some(levels.coarser(self.knobs[index]));
-                self.turns.push(Vec::new());
+                self.refinements.push(Vec::new());
                 break;
             }
-            self.turns.push(vec![number]);
+            self.refinements.push(vec![number]);
         }
     }
 
     /// Hears that a run failed: finer ones are not tried. False if there is none to fall back on.
-    pub fn stop(&mut self, why: String) -> bool {
-        self.wall = Some(why);
+    pub fn stop_refining(&mut self, why: String) -> bool {
+        self.stop_reason = Some(why);
         !self.samples.is_empty()
     }
 
     /// What is done next.
-    pub fn next(&self) -> Next {
-        let Some(last) = self.samples.last() else { return Next::Run(self.ladder.first(), false) };
-        if self.wall.is_some() {
-            return Next::Done(last.levels);
+    pub fn next_run(&self) -> NextRun {
+        let Some(last) = self.samples.last() else { return NextRun::Run(self.ladder.first(), false) };
+        if self.stop_reason.is_some() {
+            return NextRun::Done(last.levels);
         }
-        let Some(turn) = self.turns.last() else {
-            return Next::Run(last.levels.finer(Knob::Cells), false);
+        let Some(turn) = self.refinements.last() else {
+            return NextRun::Run(last.levels.finer(RefinementParameter::Cells), false);
         };
-        let (index, knob) = (self.turns.len() - 1, self.knobs[self.turns.len() - 1]);
-        if self.is_closed(index, turn) {
-            return Next::Done(last.levels);
+        let (index, knob) = (self.refinements.len() - 1, self.knobs[self.refinements.len() - 1]);
+        if self.is_finished(index, turn) {
+            return NextRun::Done(last.levels);
         }
         if turn.is_empty() {
-            return Next::Run(self.base.unwrap_or(last.levels), false);
+            return NextRun::Run(self.base.unwrap_or(last.levels), false);
         }
         let levels = last.levels.finer(knob);
-        let at_end = self.turns.len() == self.knobs.len();
+        let at_end = self.refinements.len() == self.knobs.len();
         let foreseen = self.errors(turn, knob, &levels).unwrap_or_default();
-        let halved: Vec<f64> = foreseen.iter().map(|error| error / LIKELY).collect();
-        let likely = turn.len() + 1 >= JUDGED && self.suffice(index, &halved);
-        Next::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
+        let halved: Vec<f64> = foreseen.iter().map(|error| error / WRITE_FILES_FACTOR).collect();
+        let likely = turn.len() + 1 >= MIN_RUNS_PER_PARAMETER && self.are_within_tolerance(index, &halved);
+        NextRun::Run(levels, at_end && (likely || self.ladder.is_last(knob, &levels)))
     }
 
     /// Whether the accuracy is reached by the last run.
     pub fn is_met(&self) -> bool {
-        self.turns.len() == self.knobs.len()
-            && self.turns.iter().enumerate().all(|(index, turn)| self.is_fine(index, turn))
+        self.refinements.len() == self.knobs.len()
+            && self.refinements.iter().enumerate().all(|(index, turn)| self.meets_tolerance(index, turn))
     }
 
     /// Whether a knob is turned no further.
-    fn is_closed(&self, index: usize, turn: &[usize]) -> bool {
+    fn is_finished(&self, index: usize, turn: &[usize]) -> bool {
         let last = turn.last().map(|&number| self.samples[number].levels);
-        self.is_fine(index, turn)
+        self.meets_tolerance(index, turn)
             || last.is_some_and(|levels| self.ladder.is_last(self.knobs[index], &levels))
     }
 
     /// Whether the share of a knob is small enough.
-    fn is_fine(&self, index: usize, turn: &[usize]) -> bool {
+    fn meets_tolerance(&self, index: usize, turn: &[usize]) -> bool {
         let Some(&last) = turn.last() else { return false };
         let Some(errors) = self.errors(turn, self.knobs[index], &self.samples[last].levels) else {
             return false;
         };
-        self.suffice(index, &errors)
-            && (turn.len() >= JUDGED || errors.iter().all(|error| *error <= SAME * self.spec.relative))
+        self.are_within_tolerance(index, &errors)
+            && (turn.len() >= MIN_RUNS_PER_PARAMETER || errors.iter().all(|error| *error <= UNCHANGED_SHARE * self.spec.relative))
     }
 
-    fn suffice(&self, index: usize, errors: &[f64]) -> bool {
+    fn are_within_tolerance(&self, index: usize, errors: &[f64]) -> bool {
         errors.iter().enumerate().all(|(value, error)| *error <= self.allowed(index, value))
     }
 
@@ -198,73 +198,73 @@ impl<'p> Search<'p> {
     fn allowed(&self, index: usize, value: usize) -> f64 {
         let whole = self.spec.relative;
         if index + 1 < self.knobs.len() {
-            return if self.knobs.contains(&Knob::Cells) {
-                SHARE * whole
+            return if self.knobs.contains(&RefinementParameter::Cells) {
+                PATH_TOLERANCE_SHARE * whole
             } else {
                 whole / self.knobs.len() as f64
             };
         }
-        let before = (0..index).filter_map(|other| self.share(other)).map(|errors| errors[value]);
+        let before = (0..index).filter_map(|other| self.error_contribution(other)).map(|errors| errors[value]);
         // What is left where others took too much shall not stop the last one from being turned.
-        (whole - before.sum::<f64>()).max((1.0 - SHARE * (self.knobs.len() - 1) as f64) * whole)
+        (whole - before.sum::<f64>()).max((1.0 - PATH_TOLERANCE_SHARE * (self.knobs.len() - 1) as f64) * whole)
     }
 
     /// Relative errors of all values that a knob leaves after its turn.
-    fn share(&self, index: usize) -> Option<Vec<f64>> {
+    fn error_contribution(&self, index: usize) -> Option<Vec<f64>> {
         // A knob that did not suffice is not where its turn ended.
-        self.errors(self.turns.get(index)?, self.knobs[index], &self.samples.last()?.levels)
+        self.errors(self.refinements.get(index)?, self.knobs[index], &self.samples.last()?.levels)
     }
 
     /// Relative errors of all values at some levels, by the samples of a turn; `None` of a single one.
-    fn errors(&self, turn: &[usize], knob: Knob, levels: &Levels) -> Option<Vec<f64>> {
+    fn errors(&self, turn: &[usize], knob: RefinementParameter, levels: &Levels) -> Option<Vec<f64>> {
         if turn.len() < 2 {
             return None;
         }
         let size = self.ladder.size(knob, levels);
         let last = &self.samples[*turn.last()?];
-        let stairs = if knob == Knob::Cells { OF_AREA * last.cut.unwrap_or(0.0).abs() } else { 0.0 };
-        let relative = |(value, wanted): (usize, &Value)| {
-            let (sizes, values) = self.course(turn, knob, value);
-            let error = Convergence::of(&sizes, &values).error(size);
+        let stairs = if knob == RefinementParameter::Cells { LOAD_ERROR_PER_AREA_ERROR * last.outline_area_error.unwrap_or(0.0).abs() } else { 0.0 };
+        let relative = |(value, wanted): (usize, &TargetValue)| {
+            let (sizes, values) = self.convergence_data(turn, knob, value);
+            let error = Convergence::estimate(&sizes, &values).error(size);
             // What is nothing by symmetry is so on any cells.
-            let stairs = if wanted.fills && wanted.value != 0.0 { stairs } else { 0.0 };
+            let stairs = if wanted.fills_outline && wanted.value != 0.0 { stairs } else { 0.0 };
             if wanted.scale > 0.0 { error / wanted.scale + stairs } else { 0.0 }
         };
         Some(last.values.iter().enumerate().map(relative).collect())
     }
 
     /// Sizes and values of a turn, values of a punch without what its outline's cells have too much or too little.
-    fn course(&self, turn: &[usize], knob: Knob, value: usize) -> (Vec<f64>, Vec<f64>) {
+    fn convergence_data(&self, turn: &[usize], knob: RefinementParameter, value: usize) -> (Vec<f64>, Vec<f64>) {
         let of = |&number: &usize| {
             let sample = &self.samples[number];
-            (self.ladder.size(knob, &sample.levels), sample.values[value].uncut(sample.cut))
+            (self.ladder.size(knob, &sample.levels), sample.values[value].corrected_for_outline(sample.outline_area_error))
         };
         turn.iter().map(of).unzip()
     }
 
     /// What is known of the accuracy of the last run.
     pub fn record(&self) -> AccuracyRecord {
-        let shares: Vec<Option<Vec<f64>>> = (0..self.knobs.len()).map(|index| self.share(index)).collect();
-        let of_value = |(value, wanted): (usize, &Value)| {
-            let error = |knob: Knob| {
+        let shares: Vec<Option<Vec<f64>>> = (0..self.knobs.len()).map(|index| self.error_contribution(index)).collect();
+        let of_value = |(value, wanted): (usize, &TargetValue)| {
+            let error = |knob: RefinementParameter| {
                 let index = self.knobs.iter().position(|known| *known == knob)?;
                 Some(shares[index].as_ref()?[value])
             };
-            let by = [Knob::Cells, Knob::Increments, Knob::Jumps].map(error);
+            let by = [RefinementParameter::Cells, RefinementParameter::Increments, RefinementParameter::Jumps].map(error);
             let known = shares.iter().all(Option::is_some);
             let relative = known.then(|| by.iter().flatten().sum::<f64>());
-            let turn = self.turns.last().filter(|turn| turn.len() >= 2);
-            let course = turn.map(|turn| self.course(turn, self.knobs[self.turns.len() - 1], value));
-            Estimated {
+            let turn = self.refinements.last().filter(|turn| turn.len() >= 2);
+            let course = turn.map(|turn| self.convergence_data(turn, self.knobs[self.refinements.len() - 1], value));
+            EstimatedResult {
                 step: wanted.step.clone(),
                 name: wanted.name,
                 value: wanted.value,
                 estimate: relative.map(|relative| relative * wanted.scale),
                 relative,
-                of_cells: by[0],
-                of_increments: by[1],
-                of_jumps: by[2],
-                order: course.as_ref().and_then(|(sizes, values)| Convergence::of(sizes, values).order()),
+                cell_error: by[0],
+                increment_error: by[1],
+                jump_error: by[2],
+                order: course.as_ref().and_then(|(sizes, values)| Convergence::estimate(sizes, values).order()),
                 extrapolated: course.and_then(|(sizes, values)| limit(&sizes, &values)),
             }
         };
@@ -276,21 +276,21 @@ impl<'p> Search<'p> {
             .enumerate()
             .map(of_value)
             .collect();
-        let tried = |sample: &Sample| {
+        let tried = |sample: &MeasuredRun| {
             let plan = self.plan(&sample.levels);
-            Tried {
+            RefinementRun {
                 cells: ladder::cells(&plan),
-                increments: sample.levels.increments(),
-                jumps: ladder::jumps(&plan),
+                increment_factor: sample.levels.increments(),
+                jump_setting: ladder::jumps(&plan),
                 seconds: sample.seconds,
                 values: sample.values.iter().map(|value| value.value).collect(),
             }
         };
         AccuracyRecord {
             requested: self.spec.relative,
-            of: self.spec.of.iter().map(|quantity| quantity.words()).collect(),
+            quantities: self.spec.quantities.iter().map(|quantity| quantity.label()).collect(),
             met: self.is_met(),
-            reason: self.wall.clone(),
+            reason: self.stop_reason.clone(),
             results,
             runs: self.samples.iter().map(tried).collect(),
         }

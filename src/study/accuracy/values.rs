@@ -2,7 +2,7 @@
 
 use crate::history::record::IncrementRecord;
 use crate::history::step::{CycleMotion, Drive, Normal, Step, Tangential};
-use crate::scene::keys::accuracy::Quantity;
+use crate::scene::spec::accuracy::AccuracyQuantity;
 use crate::scene::plan::Plan;
 use crate::wear::WearLaw;
 
@@ -14,7 +14,7 @@ const WORN: &str = "worn_volume";
 
 /// A value at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Value {
+pub(super) struct TargetValue {
     /// The step.
     pub step: String,
     /// What it is, as in `summary.steps`.
@@ -24,15 +24,15 @@ pub(super) struct Value {
     /// What its error is relative to; 0 if there is nothing.
     pub scale: f64,
     /// The power of the area within the outline of a punch that it follows, 0 where none is known.
-    pub power: f64,
+    pub area_power: f64,
     /// Whether the contact is all that lies within an outline, so that the outline's cells matter.
-    pub fills: bool,
+    pub fills_outline: bool,
 }
 
-impl Value {
+impl TargetValue {
     /// What it would be if the cells had the area of the outline, of which they have `cut` too much.
-    pub fn uncut(&self, cut: Option<f64>) -> f64 {
-        self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.power)
+    pub fn corrected_for_outline(&self, cut: Option<f64>) -> f64 {
+        self.value / (1.0 + cut.unwrap_or(0.0)).powf(self.area_power)
     }
 }
 
@@ -41,23 +41,23 @@ impl Value {
 ///
 /// # Source
 /// King 1987, "Elastic analysis of some punch problems for a layered medium": load over depth is 1.13 to 1.17 E* √A of circles, squares, triangles.
-const OF_LENGTH: f64 = 0.5;
+const PUNCH_LOAD_AREA_POWER: f64 = 0.5;
 
 /// What holds in a step: whether force is prescribed along the normal, and along the surface.
 #[derive(Clone, Copy)]
-struct Held {
+struct ForceControls {
     normal_force: bool,
     tangential_force: bool,
 }
 
-impl Held {
+impl ForceControls {
     const NOTHING: Self = Self { normal_force: false, tangential_force: false };
 
     fn after(self, step: &Step) -> Self {
         let normal_force = step.normal.map_or(self.normal_force, |normal| matches!(normal, Normal::Force(_)));
         let held = step.tangential.map_or(self.tangential_force, |held| matches!(held, Tangential::Force(_)));
         let driven = step.cycles.and_then(|cycles| match cycles.motion {
-            CycleMotion::Closed(closed) => Some(closed.drive == Drive::Force),
+            CycleMotion::ClosedPath(closed) => Some(closed.drive == Drive::Force),
             CycleMotion::Sliding { .. } => None,
         });
         Self { normal_force, tangential_force: driven.unwrap_or(held) }
@@ -66,8 +66,8 @@ impl Held {
 
 /// Least number of cells of the area `cell` in contact at the end of a step: none where bodies are brought closer than the first touch and no cell
 /// sees it.
-pub(super) fn fewest_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
-    let mut held = Held::NOTHING;
+pub(super) fn min_contact_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) -> usize {
+    let mut held = ForceControls::NOTHING;
     let mut fewest = usize::MAX;
     for step in &plan.steps {
         held = held.after(step);
@@ -80,10 +80,10 @@ pub(super) fn fewest_cells(plan: &Plan, records: &[IncrementRecord], cell: f64) 
 }
 
 /// The values at the ends of the steps; `punch`: area of the cells within an outline.
-pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<Value> {
-    let wanted = plan.accuracy.as_ref().map_or(&Quantity::ALL[..], |spec| &spec.of);
-    let mut held = Held::NOTHING;
-    let mut found: Vec<Value> = Vec::new();
+pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64>) -> Vec<TargetValue> {
+    let wanted = plan.accuracy.as_ref().map_or(&AccuracyQuantity::ALL[..], |spec| &spec.quantities);
+    let mut held = ForceControls::NOTHING;
+    let mut found: Vec<TargetValue> = Vec::new();
     for step in &plan.steps {
         held = held.after(step);
         // Of load points and steps of one name the last.
@@ -95,14 +95,14 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
             let step = step.name.clone();
             let power = match name {
                 _ if !flat => 0.0,
-                "approach" | "shift x" | "shift y" => -OF_LENGTH,
-                "normal_force" | "tangential_force x" | "tangential_force y" => OF_LENGTH,
+                "approach" | "shift x" | "shift y" => -PUNCH_LOAD_AREA_POWER,
+                "normal_force" | "tangential_force x" | "tangential_force y" => PUNCH_LOAD_AREA_POWER,
                 _ => 0.0,
             };
             let scale = if scale.is_finite() { scale } else { 0.0 };
-            found.push(Value { step, name, value, scale, power, fills: flat });
+            found.push(TargetValue { step, name, value, scale, area_power: power, fills_outline: flat });
         };
-        if wanted.contains(&Quantity::Load) {
+        if wanted.contains(&AccuracyQuantity::Load) {
             let [qx, qy] = record.tangential_force;
             let [sx, sy] = record.shift;
             let force = record.normal_force.hypot(qx).hypot(qy);
@@ -119,10 +119,10 @@ pub(super) fn values(plan: &Plan, records: &[IncrementRecord], punch: Option<f64
                     .map(|(name, value)| push(name, value, force)),
             };
         }
-        if wanted.contains(&Quantity::PeakPressure) {
+        if wanted.contains(&AccuracyQuantity::PeakPressure) {
             push("peak_pressure", record.peak_pressure, record.peak_pressure);
         }
-        if wanted.contains(&Quantity::WornVolume) && plan.wear != WearLaw::None {
+        if wanted.contains(&AccuracyQuantity::WornVolume) && plan.wear != WearLaw::None {
             push(WORN, record.worn_volume, record.worn_volume);
         }
     }

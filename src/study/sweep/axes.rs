@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::file::MOST_RUNS;
 use super::keys::{AxisKeys, SampleKeys, StudyFile};
 use super::range;
-use crate::scene::Mistake;
-use crate::scene::document::{Document, Node, Value, segments};
+use crate::scene::Diagnostic;
+use crate::scene::document::{Document, TomlNode, TomlValue, key_segments};
 
 /// An axis: keys of the scene and the values that they take together.
 #[derive(Debug, Clone)]
@@ -16,16 +16,16 @@ pub struct Axis {
     /// Keys of the scene.
     pub keys: Vec<String>,
     /// By key, where it stands in the file.
-    pub(super) written: Vec<Written>,
+    pub(super) locations: Vec<KeyLocation>,
     /// By value, one node per key.
-    pub values: Vec<Vec<Node>>,
+    pub values: Vec<Vec<TomlNode>>,
     /// Whether its values are a sample.
     pub is_sample: bool,
 }
 
 /// Where the study file has a key and its values.
 #[derive(Debug, Clone)]
-pub(super) struct Written {
+pub(super) struct KeyLocation {
     /// Number of the axis.
     axis: usize,
     /// Name of that axis.
@@ -34,12 +34,12 @@ pub(super) struct Written {
     key: usize,
     /// Number of its keys.
     pub of: usize,
-    source: Source,
+    source: AxisKind,
 }
 
 /// Which key gives the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
+enum AxisKind {
     Values,
     Range,
     Sample,
@@ -54,8 +54,8 @@ impl Axis {
         if self.is_sample {
             return format!("{}", value + 1);
         }
-        let word = |node: &Node| match &node.value {
-            Value::String(text) => text.clone(),
+        let word = |node: &TomlNode| match &node.value {
+            TomlValue::String(text) => text.clone(),
             _ => node.to_toml(),
         };
         self.values[value].iter().map(word).collect::<Vec<_>>().join(", ")
@@ -63,14 +63,14 @@ impl Axis {
 
     /// A value as a number, where the axis sets one key to numbers.
     pub fn number(&self, value: usize) -> Option<f64> {
-        (self.keys.len() == 1 && !self.is_sample).then(|| self.part(value, 0)).flatten()
+        (self.keys.len() == 1 && !self.is_sample).then(|| self.value_of_key(value, 0)).flatten()
     }
 
     /// The number that a value gives to one of the keys.
-    pub(super) fn part(&self, value: usize, key: usize) -> Option<f64> {
+    pub(super) fn value_of_key(&self, value: usize, key: usize) -> Option<f64> {
         match self.values.get(value)?.get(key)?.value {
-            Value::Integer(number) => Some(number as f64),
-            Value::Float(number) => Some(number),
+            TomlValue::Integer(number) => Some(number as f64),
+            TomlValue::Float(number) => Some(number),
             _ => None,
         }
     }
@@ -82,17 +82,17 @@ impl Axis {
 
     /// Where the study file has key `k`.
     pub(super) fn place_of_key(&self, k: usize) -> String {
-        let Written { axis, key, .. } = &self.written[k];
+        let KeyLocation { axis, key, .. } = &self.locations[k];
         format!("axes.{axis}.keys.{key}")
     }
 
     /// Where the study file has what `value` gives to key `k`.
     pub(super) fn place_of_value(&self, k: usize, value: usize) -> String {
-        match &self.written[k] {
-            Written { axis, source: Source::Range, .. } => format!("axes.{axis}.range"),
-            Written { axis, source: Source::Sample, .. } => format!("axes.{axis}.sample"),
-            Written { axis, of: 1, .. } => format!("axes.{axis}.values.{value}"),
-            Written { axis, key, .. } => format!("axes.{axis}.values.{value}.{key}"),
+        match &self.locations[k] {
+            KeyLocation { axis, source: AxisKind::Range, .. } => format!("axes.{axis}.range"),
+            KeyLocation { axis, source: AxisKind::Sample, .. } => format!("axes.{axis}.sample"),
+            KeyLocation { axis, of: 1, .. } => format!("axes.{axis}.values.{value}"),
+            KeyLocation { axis, key, .. } => format!("axes.{axis}.values.{value}.{key}"),
         }
     }
 }
@@ -102,21 +102,21 @@ pub(super) fn axes(
     document: &Document,
     keys: &StudyFile,
     overrides: &[String],
-    mistakes: &mut Vec<Mistake>,
+    mistakes: &mut Vec<Diagnostic>,
 ) -> Vec<Axis> {
     check_keys(document, keys, overrides, mistakes);
     let mut axes: Vec<Axis> = Vec::new();
     for (i, own) in keys.axes.iter().enumerate() {
         let mut wrong = |key: String, message: String, mend: &str| {
-            mistakes.push(Mistake::at(document, &format!("axes.{i}.{key}"), message).mend(mend));
+            mistakes.push(Diagnostic::at(document, &format!("axes.{i}.{key}"), message).help(mend));
         };
         let list = document.get(&format!("axes.{i}.values"));
         if own.sample.is_some() {
             sampled(own, list, &mut wrong);
             // Its values follow when all that are sampled are known.
-            let written = Written { axis: i, name: String::new(), key: 0, of: 1, source: Source::Sample };
+            let written = KeyLocation { axis: i, name: String::new(), key: 0, of: 1, source: AxisKind::Sample };
             let (name, keys) = (own.name.clone(), own.keys.clone());
-            axes.push(Axis { name, keys, written: vec![written], values: Vec::new(), is_sample: true });
+            axes.push(Axis { name, keys, locations: vec![written], values: Vec::new(), is_sample: true });
             continue;
         }
         let values = match (list, &own.range) {
@@ -149,19 +149,19 @@ pub(super) fn axes(
             }
         };
         let n = own.keys.len();
-        let source = if own.range.is_some() { Source::Range } else { Source::Values };
-        let written = |key| Written { axis: i, name: String::new(), key, of: n, source };
+        let source = if own.range.is_some() { AxisKind::Range } else { AxisKind::Values };
+        let written = |key| KeyLocation { axis: i, name: String::new(), key, of: n, source };
         let written = (0..n).map(written).collect();
         let (name, keys) = (own.name.clone(), own.keys.clone());
-        axes.push(Axis { name, keys, written, values, is_sample: false });
+        axes.push(Axis { name, keys, locations: written, values, is_sample: false });
     }
     draw(document, keys, &mut axes, mistakes);
-    name(&mut axes);
-    zipped(document, keys, axes, mistakes)
+    assign_names(&mut axes);
+    merge_zipped(document, keys, axes, mistakes)
 }
 
 /// Says what is wrong with an axis that is sampled.
-fn sampled(own: &AxisKeys, list: Option<&Node>, wrong: &mut impl FnMut(String, String, &str)) {
+fn sampled(own: &AxisKeys, list: Option<&TomlNode>, wrong: &mut impl FnMut(String, String, &str)) {
     if list.is_some() || own.range.is_some() {
         let other = if list.is_some() { "values" } else { "range" };
         wrong("sample".into(), format!("the axis has `{other}` and a `sample`"), "leave out one of them");
@@ -177,7 +177,7 @@ fn sampled(own: &AxisKeys, list: Option<&Node>, wrong: &mut impl FnMut(String, S
 }
 
 /// Draws the values of the axes that are sampled.
-fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Mistake>) {
+fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut Vec<Diagnostic>) {
     // What is out of bounds has been told.
     let allowed = |spec: &SampleKeys| (1..=MOST_RUNS).contains(&spec.count);
     if keys.sample.is_some_and(|spec| !allowed(&spec)) {
@@ -188,26 +188,26 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
         (None, None) => return,
         (Some(spec), Some(_)) => spec,
         (Some(_), None) => {
-            let mistake = Mistake::at(document, SAMPLE, "no axis is sampled");
+            let mistake = Diagnostic::at(document, SAMPLE, "no axis is sampled");
             mistakes
-                .push(mistake.mend("give axes a `sample = { from = .., to = .. }`, or leave out `[sample]`"));
+                .push(mistake.help("give axes a `sample = { from = .., to = .. }`, or leave out `[sample]`"));
             return;
         }
         (None, Some(axis)) => {
             let place = axis.place_of_value(0, 0);
-            let mistake = Mistake::at(document, &place, "the study does not say how it is sampled");
-            mistakes.push(mistake.mend("add `[sample]` with `count`, and `method` and `seed` if you like"));
+            let mistake = Diagnostic::at(document, &place, "the study does not say how it is sampled");
+            mistakes.push(mistake.help("add `[sample]` with `count`, and `method` and `seed` if you like"));
             return;
         }
     };
     if let Some(other) = keys.axes.iter().position(|axis| axis.zip == SAMPLE) {
-        let mistake = Mistake::at(document, &format!("axes.{other}.zip"), "\"sample\" is what is sampled");
-        mistakes.push(mistake.mend("take another word"));
+        let mistake = Diagnostic::at(document, &format!("axes.{other}.zip"), "\"sample\" is what is sampled");
+        mistakes.push(mistake.help("take another word"));
     }
     let ranges: Vec<_> = sampled
         .iter()
         .filter_map(|axis| {
-            Some((keys.axes[axis.written[0].axis].sample.as_ref()?, axis.place_of_value(0, 0)))
+            Some((keys.axes[axis.locations[0].axis].sample.as_ref()?, axis.place_of_value(0, 0)))
         })
         .collect();
     match super::sample::values(&spec, &ranges, document) {
@@ -221,14 +221,14 @@ fn draw(document: &Document, keys: &StudyFile, axes: &mut [Axis], mistakes: &mut
 }
 
 /// Keys that are none, that vary twice, or that an option sets.
-fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Mistake>) {
+fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mistakes: &mut Vec<Diagnostic>) {
     let mut taken: BTreeSet<&str> = BTreeSet::new();
     let by_option: BTreeSet<&str> =
         overrides.iter().filter_map(|line| line.split_once('=')).map(|(key, _)| key.trim()).collect();
     let all =
         keys.axes.iter().enumerate().flat_map(|(i, axis)| axis.keys.iter().enumerate().map(move |k| (i, k)));
     for (i, (k, key)) in all {
-        let (message, mend) = if key.contains('=') || segments(key).next().is_none() {
+        let (message, mend) = if key.contains('=') || key_segments(key).next().is_none() {
             (format!("`{key}` is not a key"), "as in \"body1.fibre.tilt\"")
         } else if !taken.insert(key) {
             (format!("`{key}` is varied twice"), "name each key once")
@@ -237,20 +237,20 @@ fn check_keys(document: &Document, keys: &StudyFile, overrides: &[String], mista
         } else {
             continue;
         };
-        mistakes.push(Mistake::at(document, &format!("axes.{i}.keys.{k}"), message).mend(mend));
+        mistakes.push(Diagnostic::at(document, &format!("axes.{i}.keys.{k}"), message).help(mend));
     }
 }
 
 /// The values of a list, one node for each key.
-fn listed(axis: &AxisKeys, list: &Node, wrong: &mut impl FnMut(String, String, &str)) -> Vec<Vec<Node>> {
-    let Value::Array(items) = &list.value else { return Vec::new() };
-    let mut values: Vec<Vec<Node>> = Vec::new();
+fn listed(axis: &AxisKeys, list: &TomlNode, wrong: &mut impl FnMut(String, String, &str)) -> Vec<Vec<TomlNode>> {
+    let TomlValue::Array(items) = &list.value else { return Vec::new() };
+    let mut values: Vec<Vec<TomlNode>> = Vec::new();
     let mut known = BTreeSet::new();
     for (v, item) in items.iter().enumerate() {
         let n = axis.keys.len();
         let value = match &item.value {
             _ if n == 1 => vec![item.clone()],
-            Value::Array(parts) if parts.len() == n => parts.clone(),
+            TomlValue::Array(parts) if parts.len() == n => parts.clone(),
             _ => {
                 let message = format!("{} for {n} keys", item.describe());
                 wrong(format!("values.{v}"), message, "give a list with one value for each key");
@@ -258,7 +258,7 @@ fn listed(axis: &AxisKeys, list: &Node, wrong: &mut impl FnMut(String, String, &
             }
         };
         // Axes that are zipped may stay where they are from one run to the next.
-        let is_new = known.insert(value.iter().map(Node::to_toml).collect::<Vec<_>>());
+        let is_new = known.insert(value.iter().map(TomlNode::to_toml).collect::<Vec<_>>());
         if !is_new && axis.zip.is_empty() {
             let message = format!("the value {} is there twice", item.to_toml());
             wrong(format!("values.{v}"), message, "give each value once");
@@ -269,24 +269,24 @@ fn listed(axis: &AxisKeys, list: &Node, wrong: &mut impl FnMut(String, String, &
 }
 
 /// Names the axes that have no name: by the last part of their first key, or by all of it where that is taken.
-fn name(axes: &mut [Axis]) {
+fn assign_names(axes: &mut [Axis]) {
     for i in 0..axes.len() {
         if axes[i].name.is_empty() {
             let Some(key) = axes[i].keys.first().cloned() else { continue };
-            let short = segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
+            let short = key_segments(&key).filter(|part| part.parse::<usize>().is_err()).last().unwrap_or(&key);
             let is_taken = axes.iter().any(|axis| axis.name == short);
             axes[i].name = if is_taken { key } else { short.to_owned() };
         }
         let name = axes[i].name.clone();
-        axes[i].written.iter_mut().for_each(|written| written.name.clone_from(&name));
+        axes[i].locations.iter_mut().for_each(|written| written.name.clone_from(&name));
     }
 }
 
 /// The axes with those that have the same `zip`, or are sampled, as one, where the first of them stands.
-fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut Vec<Mistake>) -> Vec<Axis> {
+fn merge_zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut Vec<Diagnostic>) -> Vec<Axis> {
     let mut together: Vec<(&str, Axis)> = Vec::new();
     for axis in axes {
-        let Some(number) = axis.written.first().map(|written| written.axis) else { continue };
+        let Some(number) = axis.locations.first().map(|written| written.axis) else { continue };
         let zip = if axis.is_sample { SAMPLE } else { keys.axes[number].zip.as_str() };
         let Some((_, first)) = together.iter_mut().find(|(word, _)| !word.is_empty() && *word == zip) else {
             together.push((zip, axis));
@@ -296,21 +296,21 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
         if found != wanted {
             let message = format!("`{}` has {found} values, `{}` has {wanted}", axis.name, first.name);
             let mend = format!("axes that are zipped as \"{zip}\" have as many values");
-            mistakes.push(Mistake::at(document, &format!("axes.{number}.zip"), message).mend(mend));
+            mistakes.push(Diagnostic::at(document, &format!("axes.{number}.zip"), message).help(mend));
             continue;
         }
         zip.clone_into(&mut first.name);
         first.keys.extend(axis.keys);
-        first.written.extend(axis.written);
+        first.locations.extend(axis.locations);
         first.values.iter_mut().zip(axis.values).for_each(|(value, more)| value.extend(more));
     }
     for (zip, axis) in together.iter().filter(|(zip, axis)| !zip.is_empty() && !axis.is_sample) {
         let mut known = BTreeSet::new();
-        let text = |value: &Vec<Node>| value.iter().map(Node::to_toml).collect::<Vec<_>>();
+        let text = |value: &Vec<TomlNode>| value.iter().map(TomlNode::to_toml).collect::<Vec<_>>();
         if let Some(v) = axis.values.iter().position(|value| !known.insert(text(value))) {
             let message = format!("\"{zip}\" has the values {} twice", axis.label(v));
             let place = axis.place_of_value(0, v);
-            mistakes.push(Mistake::at(document, &place, message).mend("give each pair of values once"));
+            mistakes.push(Diagnostic::at(document, &place, message).help("give each pair of values once"));
         }
     }
     let named = |(_, axis): (&str, Axis)| match axis.is_sample {
@@ -321,9 +321,9 @@ fn zipped(document: &Document, keys: &StudyFile, axes: Vec<Axis>, mistakes: &mut
     let mut names = BTreeSet::new();
     for axis in axes.iter().filter(|axis| !axis.name.is_empty()) {
         if !names.insert(axis.name.as_str()) {
-            let place = format!("axes.{}.keys.0", axis.written[0].axis);
+            let place = format!("axes.{}.keys.0", axis.locations[0].axis);
             let message = format!("two axes are called \"{}\"", axis.name);
-            mistakes.push(Mistake::at(document, &place, message).mend("give each a `name` of its own"));
+            mistakes.push(Diagnostic::at(document, &place, message).help("give each a `name` of its own"));
         }
     }
     axes
@@ -334,14 +334,14 @@ impl Axis {
     /// An axis of numbers.
     pub fn of_numbers(name: &str, key: &str, numbers: &[f64]) -> Self {
         let node = |&number: &f64| {
-            let origin = crate::scene::document::Origin::File(0..0);
-            vec![Node { origin, value: Value::Float(number) }]
+            let origin = crate::scene::document::ValueSource::File(0..0);
+            vec![TomlNode { source, value: TomlValue::Float(number) }]
         };
-        let written = Written { axis: 0, name: name.to_owned(), key: 0, of: 1, source: Source::Values };
+        let written = KeyLocation { axis: 0, name: name.to_owned(), key: 0, of: 1, source: AxisKind::Values };
         Self {
             name: name.to_owned(),
             keys: vec![key.to_owned()],
-            written: vec![written],
+            locations: vec![written],
             values: numbers.iter().map(node).collect(),
             is_sample: false,
         }

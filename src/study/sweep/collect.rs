@@ -2,13 +2,13 @@
 
 use serde_json::Value;
 
-use crate::history::record::{IncrementRecord, JumpRecord, RollingRecord, StrokeEnd};
+use crate::history::record::{IncrementRecord, JumpRecord, RollingRecord, Resultants};
 use crate::results::summary::Units;
-use crate::scene::document::segments;
+use crate::scene::document::key_segments;
 
 /// A number of the entries of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Quantity {
+pub struct CollectedQuantity {
     /// As it is written: step, then the field of its entries.
     pub path: String,
     /// Name of the step.
@@ -17,13 +17,13 @@ pub struct Quantity {
     fields: Vec<String>,
 }
 
-impl Quantity {
+impl CollectedQuantity {
     /// The quantity of a path.
     ///
     /// # Errors
     /// If there is no such number in the entries of a step; the message, and how to mend it.
     pub fn parse(path: &str) -> Result<Self, (String, String)> {
-        let parts: Vec<String> = segments(path).map(str::to_owned).collect();
+        let parts: Vec<String> = key_segments(path).map(str::to_owned).collect();
         let Some((step, fields)) = parts.split_first() else {
             return Err(("the path is empty".to_owned(), EXAMPLE.to_owned()));
         };
@@ -49,15 +49,15 @@ impl Quantity {
     }
 
     /// The number in an entry; `None` where it has none.
-    pub fn of(&self, record: &IncrementRecord) -> Option<f64> {
+    pub fn value_in(&self, record: &IncrementRecord) -> Option<f64> {
         let entry = serde_json::to_value(record).ok()?;
         let found = self.fields.iter().try_fold(&entry, |at, field| child(at, field))?;
         found.as_f64().or(found.as_bool().map(|b| if b { 1.0 } else { 0.0 }))
     }
 
     /// The number at the end of the step.
-    pub fn result(&self, records: &[IncrementRecord]) -> Option<f64> {
-        self.of(records.iter().rev().find(|record| record.name == self.step)?)
+    pub fn final_value(&self, records: &[IncrementRecord]) -> Option<f64> {
+        self.value_in(records.iter().rev().find(|record| record.name == self.step)?)
     }
 
     /// The numbers of all entries of the step, over the cycles or the distance slid if it wears in jumps, else over the
@@ -73,12 +73,12 @@ impl Quantity {
         };
         let first = records.iter().position(|record| record.name == self.step).unwrap_or(0);
         let start = match records[..first].last() {
-            Some(before) => self.of(before).map(|value| [x(before), value]),
+            Some(before) => self.value_in(before).map(|value| [x(before), value]),
             None => Some([0.0; 2]),
         };
-        let adds_up = self.fields.first().is_some_and(|field| ADD_UP.contains(&field.as_str()));
+        let adds_up = self.fields.first().is_some_and(|field| CUMULATIVE_FIELDS.contains(&field.as_str()));
         let start = start.filter(|_| jumps && adds_up);
-        start.into_iter().chain(entries().filter_map(|record| Some([x(record), self.of(record)?]))).collect()
+        start.into_iter().chain(entries().filter_map(|record| Some([x(record), self.value_in(record)?]))).collect()
     }
 
     /// Its name with the unit: "worn volume, mm^{3}".
@@ -118,7 +118,7 @@ impl Quantity {
 }
 
 /// Fields that count from the start of a run.
-const ADD_UP: [&str; 8] = [
+const CUMULATIVE_FIELDS: [&str; 8] = [
     "worn_volume",
     "worn_volume_by_body",
     "worn_volume_by_energy",
@@ -135,7 +135,7 @@ const EXAMPLE: &str =
 /// An entry that has all fields.
 fn template() -> Value {
     let mut record = IncrementRecord {
-        stroke_ends: Some([StrokeEnd::default(); 2]),
+        stroke_ends: Some([Resultants::default(); 2]),
         rolling: Some(RollingRecord::default()),
         jump: Some(JumpRecord { critical_length: Some(0.0), ..JumpRecord::default() }),
         worn_volume_by_energy: Some(0.0),
@@ -175,17 +175,17 @@ mod tests {
             worn_volume: volume,
             tangential_force: [volume, -2.0],
             cycles_done: 10 * increment as u64,
-            stroke_ends: Some([StrokeEnd::default(); 2]),
+            stroke_ends: Some([Resultants::default(); 2]),
             ..Default::default()
         };
         let records = [IncrementRecord::default(), entry(1, 3.0), entry(2, 4.0)];
-        let quantity = |path| Quantity::parse(path).expect("a quantity");
-        assert_eq!(quantity("rub.worn_volume").result(&records), Some(4.0));
-        assert_eq!(quantity("rub.tangential_force.1").result(&records), Some(-2.0));
+        let quantity = |path| CollectedQuantity::parse(path).expect("a quantity");
+        assert_eq!(quantity("rub.worn_volume").final_value(&records), Some(4.0));
+        assert_eq!(quantity("rub.tangential_force.1").final_value(&records), Some(-2.0));
         assert_eq!(quantity("rub.worn_volume").curve(&records), [[0.0, 0.0], [10.0, 3.0], [20.0, 4.0]]);
         assert_eq!(quantity("rub.tangential_force.0").curve(&records), [[10.0, 3.0], [20.0, 4.0]]);
-        assert_eq!(quantity("rub.rolling.spin").result(&records), None);
-        assert_eq!(quantity("rest.worn_volume").result(&records), None);
+        assert_eq!(quantity("rub.rolling.spin").final_value(&records), None);
+        assert_eq!(quantity("rest.worn_volume").final_value(&records), None);
         assert_eq!(quantity("rub.worn_volume").label(&Units::default()), "worn volume, mm^{3}");
     }
 
@@ -199,7 +199,7 @@ mod tests {
             ("rub", "is no number", "`normal_force`"),
             ("", "empty", "fretting.worn_volume"),
         ] {
-            let (found, help) = Quantity::parse(path).expect_err("no number");
+            let (found, help) = CollectedQuantity::parse(path).expect_err("no number");
             assert!(found.contains(message) && help.contains(mend), "{path}: {found}: {help}");
         }
     }

@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::axes::{Axis, axes};
-use super::collect::Quantity;
+use super::collect::CollectedQuantity;
 use super::images::Shape;
 use super::keys::StudyFile;
 use super::require::{Requirement, combinations};
-use super::scenes::{Read, Reader};
+use super::scenes::{RunScene, SceneReader};
 use crate::geometry::GridSymmetry;
 use crate::linalg::memory::MemoryLimit;
 use crate::results::summary::Units;
 use crate::scene::document::Document;
 use crate::scene::plan::Plan;
 use crate::scene::schema::json_schema_of;
-use crate::scene::{Mistake, Mistakes, check, parse};
+use crate::scene::{Diagnostic, Diagnostics, schema_check, parse};
 
 /// Most runs of a study.
 pub(super) const MOST_RUNS: usize = 10_000;
@@ -34,7 +34,7 @@ pub struct RunSpec {
     /// Name of its folder.
     pub folder: String,
     /// What runs that begin with the same steps have in common, with the number of these steps, in rising order; none where it is not known beforehand.
-    pub beginnings: Vec<(usize, String)>,
+    pub prefix_keys: Vec<(usize, String)>,
     /// The run that it is an image of, if it is one of an earlier run and images are wanted.
     pub image_of: Option<ImageOf>,
     /// Memory that was free when the study began, or that the scene allows: the same for all runs, however many go side by side.
@@ -64,25 +64,25 @@ pub struct Sweep {
     /// The axes.
     pub axes: Vec<Axis>,
     /// What is collected at the end of each run.
-    pub collect: Vec<Quantity>,
+    pub collect: Vec<CollectedQuantity>,
     /// What is collected of all entries.
-    pub curves: Vec<Quantity>,
+    pub curves: Vec<CollectedQuantity>,
     /// Number of combinations that `require` leaves out.
     pub left_out: usize,
     /// The runs: all other combinations, the last axis fastest.
     pub runs: Vec<RunSpec>,
     /// What steps that wear in jumps have along their curves, by name: "cycles" or "distance slid".
-    pub jumping: BTreeMap<String, &'static str>,
+    pub curve_abscissa: BTreeMap<String, &'static str>,
     /// The plan of the first run.
     pub first: Plan,
 }
 
 impl Sweep {
     /// Gives all runs another memory limit, if there is one.
-    pub fn allow(&mut self, limit: Option<MemoryLimit>) {
+    pub fn set_memory_limit(&mut self, limit: Option<MemoryLimit>) {
         let Some(limit) = limit else { return };
         self.runs.iter_mut().for_each(|run| run.memory = limit);
-        self.first.memory = limit;
+        self.first.memory_limit = limit;
     }
 }
 
@@ -90,34 +90,34 @@ impl Sweep {
 ///
 /// # Errors
 /// Everything wrong with the study file and with its scene under each combination of values, by file.
-pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
-    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![of_study(mistakes)])?;
+pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Diagnostics>> {
+    let document = parse::read_document(path, &[]).map_err(|mistakes| vec![reworded_for_study(mistakes)])?;
     if document.get("study").is_none() && document.get("body1").is_some() {
-        let mistake = Mistake::at(&document, "body1", "this is a scene, not a study").label("a scene");
+        let mistake = Diagnostic::at(&document, "body1", "this is a scene, not a study").label("a scene");
         let mend =
             format!("run it with `orthowear run {}`, or write a study of it (docs/study.md)", path.display());
-        return Err(vec![Mistakes::new(&document, vec![mistake.mend(mend)])]);
+        return Err(vec![Diagnostics::new(&document, vec![mistake.help(mend)])]);
     }
-    let (mut mistakes, unknown) = check::check(&document, &json_schema_of::<StudyFile>());
+    let (mut mistakes, unknown) = schema_check::check_against_schema(&document, &json_schema_of::<StudyFile>());
     let mut known = document.clone();
     unknown.iter().for_each(|key| known.remove(key));
-    let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_json()) {
+    let keys: StudyFile = match serde_path_to_error::deserialize(known.root.to_serde_json()) {
         Ok(keys) => keys,
         Err(error) => {
             if mistakes.is_empty() {
                 let place = error.path().to_string();
-                mistakes.push(Mistake::at(&document, &place, error.inner().to_string()));
+                mistakes.push(Diagnostic::at(&document, &place, error.inner().to_string()));
             }
-            return Err(vec![of_study(Mistakes::new(&document, mistakes))]);
+            return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
         }
     };
     let axes = axes(&document, &keys, overrides, &mut mistakes);
     let choices = choices(&document, &keys, &axes, &mut mistakes);
-    let mut quantities = |list: &[String], key: &str| -> Vec<Quantity> {
-        let parse = |(i, path): (usize, &String)| match Quantity::parse(path) {
+    let mut quantities = |list: &[String], key: &str| -> Vec<CollectedQuantity> {
+        let parse = |(i, path): (usize, &String)| match CollectedQuantity::parse(path) {
             Ok(quantity) => Some(quantity),
             Err((message, mend)) => {
-                mistakes.push(Mistake::at(&document, &format!("output.{key}.{i}"), message).mend(mend));
+                mistakes.push(Diagnostic::at(&document, &format!("output.{key}.{i}"), message).help(mend));
                 None
             }
         };
@@ -130,29 +130,29 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<Sweep, Vec<Mistakes>> {
     if !scene.is_file() {
         let message = format!("there is no scene file {}", scene.display());
         let mend = "give the path of a scene (.toml), relative to the study file";
-        mistakes.push(Mistake::at(&document, "study.scene", message).label("no such file").mend(mend));
+        mistakes.push(Diagnostic::at(&document, "study.scene", message).label("no such file").help(mend));
     }
     if !mistakes.is_empty() {
-        return Err(vec![of_study(Mistakes::new(&document, mistakes))]);
+        return Err(vec![reworded_for_study(Diagnostics::new(&document, mistakes))]);
     }
     let all: usize = axes.iter().map(|axis| axis.values.len()).product();
     let left_out = all - choices.len();
-    let mut reader = Reader::new(&document, &scene, keys.study.symmetry);
+    let mut reader = SceneReader::new(&document, &scene, keys.study.symmetry);
     let runs = runs(&axes, choices, overrides, |choice, own| reader.run(&axes, choice, own));
     reader.check_steps([(&collect, "collect"), (&curves, "curves")]);
-    let Reader { of_study: mistakes, of_scene, first, jumping, .. } = reader;
+    let SceneReader { study_diagnostics: mistakes, scene_diagnostics: of_scene, first, jumping, .. } = reader;
     let (Some(first), true) = (first, mistakes.is_empty() && of_scene.is_none()) else {
-        let study = (!mistakes.is_empty()).then(|| Mistakes::new(&document, mistakes));
-        return Err(study.map(of_study).into_iter().chain(of_scene).collect());
+        let study = (!mistakes.is_empty()).then(|| Diagnostics::new(&document, mistakes));
+        return Err(study.map(reworded_for_study).into_iter().chain(of_scene).collect());
     };
-    let collect = if collect.is_empty() { usual(&first) } else { collect };
+    let collect = if collect.is_empty() { default_quantities(&first) } else { collect };
     let title = if keys.study.title.is_empty() { first.title.clone() } else { keys.study.title };
     let units = Units { length: first.units.length.clone(), force: first.units.force.clone() };
-    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, jumping, first })
+    Ok(Sweep { document, title, scene, units, axes, collect, curves, left_out, runs, curve_abscissa: jumping, first })
 }
 
 /// Mistakes of a study file, where the words are those of a scene.
-fn of_study(mut mistakes: Mistakes) -> Mistakes {
+fn reworded_for_study(mut mistakes: Diagnostics) -> Diagnostics {
     for mistake in &mut mistakes.list {
         for words in ["the scene lacks", "the scene has no key"] {
             if let Some(rest) = mistake.message.strip_prefix(words) {
@@ -168,14 +168,14 @@ fn choices(
     document: &Document,
     keys: &StudyFile,
     axes: &[Axis],
-    mistakes: &mut Vec<Mistake>,
+    mistakes: &mut Vec<Diagnostic>,
 ) -> Vec<Vec<usize>> {
     let mut requirements = Vec::new();
     for (i, text) in keys.study.require.iter().enumerate() {
         match Requirement::parse(text, axes) {
             Ok(requirement) => requirements.push(requirement),
             Err((message, mend)) => {
-                mistakes.push(Mistake::at(document, &format!("study.require.{i}"), message).mend(mend));
+                mistakes.push(Diagnostic::at(document, &format!("study.require.{i}"), message).help(mend));
             }
         }
     }
@@ -185,7 +185,7 @@ fn choices(
         false => (MOST_COMBINATIONS, "combinations"),
     };
     let mut refuse = |place: &str, message: String, mend: &str| {
-        mistakes.push(Mistake::at(document, place, message).mend(mend));
+        mistakes.push(Diagnostic::at(document, place, message).help(mend));
         Vec::new()
     };
     if count > most {
@@ -209,7 +209,7 @@ fn runs(
     axes: &[Axis],
     choices: Vec<Vec<usize>>,
     overrides: &[String],
-    mut read: impl FnMut(&[usize], &[String]) -> Option<Read>,
+    mut read: impl FnMut(&[usize], &[String]) -> Option<RunScene>,
 ) -> Vec<RunSpec> {
     let mut runs: Vec<RunSpec> = Vec::new();
     let mut folders = BTreeSet::new();
@@ -220,22 +220,22 @@ fn runs(
             let lines = axis.keys.iter().zip(&axis.values[value]);
             own.extend(lines.map(|(key, node)| format!("{key}={}", node.to_toml())));
         }
-        let folder = free(folder(axes, &choice), number, &folders);
+        let folder = unique_folder_name(folder_name(axes, &choice), number, &folders);
         folders.insert(folder.clone());
-        let Some(Read { memory, beginnings, shape }) = read(&choice, &own) else { continue };
+        let Some(RunScene { memory, beginnings, shape }) = read(&choice, &own) else { continue };
         let run = runs.len();
         let image_of = shape.and_then(|shape| {
             let (run, first) = shapes.entry(shape.text.clone()).or_insert_with(|| (run, shape.clone()));
             Some(ImageOf { run: *run, symmetry: shape.from(first)? })
         });
         let image_of = image_of.filter(|image| image.run != run);
-        runs.push(RunSpec { choice, overrides: own, folder, beginnings, image_of, memory });
+        runs.push(RunSpec { choice, overrides: own, folder, prefix_keys: beginnings, image_of, memory });
     }
     runs
 }
 
 /// A name that is not too long and not taken: with the number of the run where it has to be.
-fn free(name: String, number: usize, taken: &BTreeSet<String>) -> String {
+fn unique_folder_name(name: String, number: usize, taken: &BTreeSet<String>) -> String {
     if name.len() <= LONGEST && !taken.contains(&name) {
         return name;
     }
@@ -248,7 +248,7 @@ fn free(name: String, number: usize, taken: &BTreeSet<String>) -> String {
 }
 
 /// Names of the axes with their values, as far as every file system takes them: `tilt-30_angle-45`.
-fn folder(axes: &[Axis], choice: &[usize]) -> String {
+fn folder_name(axes: &[Axis], choice: &[usize]) -> String {
     let plain = |text: String| -> String {
         text.chars().map(|c| if c.is_ascii_alphanumeric() || "+-._".contains(c) { c } else { '-' }).collect()
     };
@@ -257,7 +257,7 @@ fn folder(axes: &[Axis], choice: &[usize]) -> String {
 }
 
 /// Quantities of the last step, where the study names none.
-fn usual(plan: &Plan) -> Vec<Quantity> {
+fn default_quantities(plan: &Plan) -> Vec<CollectedQuantity> {
     let Some(last) = plan.steps.last() else { return Vec::new() };
     let names = [
         "normal_force",
@@ -269,6 +269,6 @@ fn usual(plan: &Plan) -> Vec<Quantity> {
     ];
     let plain = last.name.chars().all(|c| c.is_alphanumeric() || "-_".contains(c));
     let step = if plain { last.name.clone() } else { format!("\"{}\"", last.name) };
-    let quantity = |name: &&str| Quantity::parse(&format!("{step}.{name}")).ok();
+    let quantity = |name: &&str| CollectedQuantity::parse(&format!("{step}.{name}")).ok();
     names.iter().filter_map(quantity).collect()
 }

@@ -29,7 +29,7 @@ impl Shape {
         if plan.accuracy.is_some() {
             return None;
         }
-        let root = plan.document.root.to_json();
+        let root = plan.document.root.to_serde_json();
         let scene = root.as_object()?;
         let mut least: Option<Self> = None;
         for symmetry in GridSymmetry::ALL {
@@ -181,12 +181,12 @@ impl Image<'_> {
 
     /// The image of a vector in the surface.
     fn vector(&self, v: [f64; 2]) -> Value {
-        vector(self.symmetry.vector(v))
+        vector(self.symmetry.apply(v))
     }
 
     /// The image of an axis in the surface, `degrees` from x.
     fn axis(&self, degrees: f64) -> Value {
-        line(&self.symmetry.vector(direction(degrees)))
+        line(&self.symmetry.apply(direction(degrees)))
     }
 
     fn body(&self, body: &Table) -> Option<Table> {
@@ -218,7 +218,7 @@ impl Image<'_> {
     fn fibre(&self, fibre: &Table) -> Option<Value> {
         copied(fibre, &[], &["azimuth", "tilt"])?;
         let (sin, cos) = angle(fibre, "tilt")?.to_radians().sin_cos();
-        let [x, y] = self.symmetry.vector(direction(angle(fibre, "azimuth")?));
+        let [x, y] = self.symmetry.apply(direction(angle(fibre, "azimuth")?));
         Some(line(&[cos * x, cos * y, sin]))
     }
 
@@ -245,7 +245,7 @@ impl Image<'_> {
         for key in sides {
             let Some(value) = frame.get(key) else { continue };
             let [x, y] = value.as_array()?.as_slice() else { return None };
-            image.insert(key.to_owned(), json!(self.symmetry.sides([x, y])));
+            image.insert(key.to_owned(), json!(self.symmetry.swap_axes([x, y])));
         }
         if let Some(outline) = frame.get("outline") {
             image.insert("outline".to_owned(), Value::Object(self.outline(outline.as_object()?)?));
@@ -309,7 +309,7 @@ impl Image<'_> {
                 "tangential_force" => self.vector(pair(value)?),
                 "rotation" | "moment" => {
                     let [x, y] = pair(value)?;
-                    let [x, y, _] = self.symmetry.axial([x, y, 0.0]);
+                    let [x, y, _] = self.symmetry.apply_axial([x, y, 0.0]);
                     vector([x, y])
                 }
                 "twist" | "spin_moment" => json!(format!("{:.15e}", hand * value.as_f64()? + 0.0)),

@@ -8,7 +8,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// What is studied.
-    pub study: Study,
+    pub study: StudyKeys,
     /// The values that vary; every value of one axis is combined with every value of the others, where `require` leaves out none.
     #[schemars(length(min = 1))]
     pub axes: Vec<AxisKeys>,
@@ -18,13 +18,13 @@ pub struct StudyFile {
     pub sample: Option<SampleKeys>,
     /// What is collected from the runs.
     #[serde(default)]
-    pub output: Output,
+    pub output: OutputKeys,
 }
 
 /// What is studied.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Study {
+pub struct StudyKeys {
     /// Title, shown with the results; that of the scene if absent.
     #[serde(default)]
     pub title: String,
@@ -96,7 +96,7 @@ pub struct Range {
 pub struct SampleKeys {
     /// How its points are spread.
     #[serde(default)]
-    pub method: Method,
+    pub method: SampleMethod,
     /// Number of points.
     #[schemars(range(min = 1, max = 10_000))]
     pub count: usize,
@@ -109,7 +109,7 @@ pub struct SampleKeys {
 /// How the points of a sample are spread.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Method {
+pub enum SampleMethod {
     /// A Sobol sequence, scrambled by Owen's method: evenly in all ranges together, best with a power of two for `count`; more points with the same seed begin
     /// with the same ones.
     #[default]
@@ -145,7 +145,7 @@ pub enum Spacing {
 /// What is collected from the runs.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Output {
+pub struct OutputKeys {
     /// Numbers of the last entry of a step: "fretting.worn_volume", "shift.tangential_force.0"; some of the last step if absent.
     pub collect: Vec<String>,
     /// Numbers of all entries of a step, over the cycles or, without cycles, the increments.

@@ -12,7 +12,7 @@ pub fn parts(specs: &[RunSpec], numbers: &[usize], wanted: usize) -> Vec<Vec<usi
     let mut families: BTreeMap<(Vec<&str>, usize), Vec<usize>> = BTreeMap::new();
     for &number in numbers {
         let first = original(number);
-        let beginnings = specs[first].beginnings.iter().map(|(_, beginning)| beginning.as_str()).collect();
+        let beginnings = specs[first].prefix_keys.iter().map(|(_, beginning)| beginning.as_str()).collect();
         families.entry((beginnings, first)).or_default().push(number);
     }
     let of_at_most = |most: usize| {
@@ -56,7 +56,7 @@ mod tests {
         let beginnings = beginnings.iter().enumerate().map(|(n, text)| (n + 1, (*text).to_owned()));
         let (choice, overrides, folder) = (Vec::new(), Vec::new(), String::new());
         let memory = MemoryLimit::of_machine();
-        RunSpec { choice, overrides, folder, beginnings: beginnings.collect(), image_of, memory }
+        RunSpec { choice, overrides, folder, prefix_keys: beginnings.collect(), image_of, memory }
     }
 
     /// Truth: every run once; beginnings and images stay together while there are as many parts as wanted; families are never divided.

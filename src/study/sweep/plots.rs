@@ -4,13 +4,13 @@
 use std::collections::HashMap;
 
 use super::axes::Axis;
-use super::collect::Quantity;
+use super::collect::CollectedQuantity;
 use super::file::Sweep;
-use super::table::{RunResult, StudyResult};
+use super::table::{StudyRun, StudyResult};
 use crate::results::plot::axis::Scale;
 use crate::results::plot::chart::{Chart, Series};
-use crate::results::plot::heat::Heat;
-use crate::results::plot::{Canvas, PANEL, arranged};
+use crate::results::plot::heat_map::HeatMap;
+use crate::results::plot::{Canvas, PANEL, arrange_panels};
 use crate::results::summary::Status;
 
 /// Most panels of a picture.
@@ -19,12 +19,12 @@ const MOST_PANELS: usize = 12;
 /// Pictures with the names of their files; runs that did not converge are left out.
 pub fn pictures(sweep: &Sweep, result: &StudyResult) -> Vec<(String, String)> {
     let places = sweep.runs.iter().enumerate().map(|(number, run)| (run.choice.as_slice(), number)).collect();
-    let study = Plotted { sweep, result, places };
+    let study = StudyPlots { sweep, result, places };
     let mut pictures = Vec::new();
     let mut keep = |name: String, panels: Vec<Canvas>| {
         if !panels.is_empty() {
             let shown: Vec<Canvas> = panels.into_iter().take(MOST_PANELS).collect();
-            pictures.push((format!("{}.svg", plain(&name)), arranged(&shown, PANEL, 3.min(shown.len()))));
+            pictures.push((format!("{}.svg", plain(&name)), arrange_panels(&shown, PANEL, 3.min(shown.len()))));
         }
     };
     for quantity in &sweep.curves {
@@ -43,14 +43,14 @@ fn plain(name: &str) -> String {
     name.chars().filter(|c| *c != '"').map(|c| if fine(&c) { c } else { '-' }).collect()
 }
 
-struct Plotted<'a> {
+struct StudyPlots<'a> {
     sweep: &'a Sweep,
     result: &'a StudyResult,
     /// Numbers of the runs by what they choose.
     places: HashMap<&'a [usize], usize>,
 }
 
-impl Plotted<'_> {
+impl StudyPlots<'_> {
     fn axes(&self) -> &[Axis] {
         &self.sweep.axes
     }
@@ -69,12 +69,12 @@ impl Plotted<'_> {
     }
 
     /// Results over two axes, a panel for each combination of the others.
-    fn heats(&self, quantity: &Quantity) -> Vec<Canvas> {
+    fn heats(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
         let sides: Vec<usize> = (0..self.axes().len()).filter(|&i| self.is_side(i)).collect();
         let pairs = sides.iter().enumerate().flat_map(|(k, &x)| sides[k + 1..].iter().map(move |&y| [x, y]));
         let mut panels = Vec::new();
         for [x, y] in pairs {
-            for choice in self.fixed(&[x, y]) {
+            for choice in self.combinations_of_other_axes(&[x, y]) {
                 let places = [x, y].map(|i| self.in_order(i));
                 let cells =
                     places[1].iter().flat_map(|&row| places[0].iter().map(move |&column| (column, row)));
@@ -94,7 +94,7 @@ impl Plotted<'_> {
                 });
                 let labels = [words(x), words(y), quantity.label(&self.sweep.units)];
                 let title = self.title(quantity, &[x, y], &choice);
-                panels.push(Heat { title, labels, names, values }.panel());
+                panels.push(HeatMap { title, labels, names, values }.panel());
             }
         }
         panels
@@ -114,7 +114,7 @@ impl Plotted<'_> {
     }
 
     /// Results over each key of the sample, with each other axis as family.
-    fn scattered(&self, sample: usize, quantity: &Quantity) -> Vec<Canvas> {
+    fn scattered(&self, sample: usize, quantity: &CollectedQuantity) -> Vec<Canvas> {
         let axis = &self.axes()[sample];
         let others: Vec<usize> = self.varied().into_iter().filter(|&i| i != sample).collect();
         let families: Vec<Option<usize>> =
@@ -123,12 +123,12 @@ impl Plotted<'_> {
         for (k, key) in axis.keys.iter().enumerate() {
             for &family in &families {
                 let free: Vec<usize> = family.into_iter().chain([sample]).collect();
-                for choice in self.fixed(&free) {
+                for choice in self.combinations_of_other_axes(&free) {
                     let points = |choice: &[usize]| {
                         let point = |value: usize| {
                             let mut choice = choice.to_vec();
                             choice[sample] = value;
-                            Some([axis.part(value, k)?, self.run(&choice)?.result(&quantity.path)?])
+                            Some([axis.value_of_key(value, k)?, self.run(&choice)?.result(&quantity.path)?])
                         };
                         (0..axis.values.len()).filter_map(point).collect()
                     };
@@ -147,12 +147,12 @@ impl Plotted<'_> {
     }
 
     /// The converged run with these values.
-    fn run(&self, choice: &[usize]) -> Option<&RunResult> {
+    fn run(&self, choice: &[usize]) -> Option<&StudyRun> {
         self.result.runs.get(*self.places.get(choice)?).filter(|run| run.status == Some(Status::Converged))
     }
 
     /// All combinations of the axes that are not `free`; the free ones stay at their first value.
-    fn fixed(&self, free: &[usize]) -> Vec<Vec<usize>> {
+    fn combinations_of_other_axes(&self, free: &[usize]) -> Vec<Vec<usize>> {
         let mut choices = vec![vec![0; self.axes().len()]];
         for (i, axis) in self.axes().iter().enumerate().filter(|(i, _)| !free.contains(i)) {
             let with = |choice: &Vec<usize>| {
@@ -169,7 +169,7 @@ impl Plotted<'_> {
     }
 
     /// What a panel has in common: "; angle = 45".
-    fn title(&self, quantity: &Quantity, free: &[usize], choice: &[usize]) -> String {
+    fn title(&self, quantity: &CollectedQuantity, free: &[usize], choice: &[usize]) -> String {
         let words = quantity.label(&self.sweep.units);
         let name = words.split(',').next().unwrap_or("");
         let mut title = format!("{}: {name}", quantity.step);
@@ -182,18 +182,18 @@ impl Plotted<'_> {
     }
 
     /// Curves over the cycles: for each axis a family of its values, a panel for each combination of the others.
-    fn curves(&self, quantity: &Quantity) -> Vec<Canvas> {
+    fn curves(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
         let mut panels = Vec::new();
         if self.axes().iter().any(|axis| axis.is_sample) {
             // As many lines as points.
             return panels;
         }
         for family in self.varied() {
-            for choice in self.fixed(&[family]) {
+            for choice in self.combinations_of_other_axes(&[family]) {
                 let series = self.family(Some(family), &choice, |choice| {
                     self.run(choice).map_or(Vec::new(), |run| run.curve(&quantity.path))
                 });
-                let (x, scale) = match self.sweep.jumping.get(&quantity.step) {
+                let (x, scale) = match self.sweep.curve_abscissa.get(&quantity.step) {
                     Some(&"cycles") => ("cycles".to_owned(), Scale::Linear),
                     Some(other) => (format!("{other}, {}", self.sweep.units.length), Scale::Linear),
                     None => ("increment".to_owned(), Scale::Whole),
@@ -206,7 +206,7 @@ impl Plotted<'_> {
     }
 
     /// Results over each axis, with each other one as family.
-    fn results(&self, quantity: &Quantity) -> Vec<Canvas> {
+    fn results(&self, quantity: &CollectedQuantity) -> Vec<Canvas> {
         let mut panels = Vec::new();
         let varied = self.varied();
         if let Some(sample) = varied.iter().copied().find(|&i| self.axes()[i].is_sample) {
@@ -220,7 +220,7 @@ impl Plotted<'_> {
             }
             for family in families {
                 let free: Vec<usize> = family.into_iter().chain([over]).collect();
-                for choice in self.fixed(&free) {
+                for choice in self.combinations_of_other_axes(&free) {
                     let series = self.family(family, &choice, |choice| self.over(over, choice, quantity));
                     let axis = &self.axes()[over];
                     let scale = if axis.is_numeric() { Scale::Linear } else { Scale::Whole };
@@ -233,7 +233,7 @@ impl Plotted<'_> {
     }
 
     /// A result over the values of an axis, numbers in rising order, others by their place.
-    fn over(&self, over: usize, choice: &[usize], quantity: &Quantity) -> Vec<[f64; 2]> {
+    fn over(&self, over: usize, choice: &[usize], quantity: &CollectedQuantity) -> Vec<[f64; 2]> {
         let axis = &self.axes()[over];
         let numeric = axis.is_numeric();
         let point = |value: usize| {
@@ -268,7 +268,7 @@ impl Plotted<'_> {
 
     fn chart(
         &self,
-        quantity: &Quantity,
+        quantity: &CollectedQuantity,
         title: String,
         (x, scale): (String, Scale),
         series: Vec<Series>,

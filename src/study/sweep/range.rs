@@ -1,11 +1,11 @@
 //! Ranges of numbers: 0, 15, 30 and not 14.999999999999998.
 
 use super::keys::{Range, Spacing};
-use crate::scene::Mistake;
-use crate::scene::document::{Document, Node, Value};
+use crate::scene::Diagnostic;
+use crate::scene::document::{Document, TomlNode, TomlValue};
 
 /// Most powers of ten between numbers that are added as decimals.
-const APART: i32 = 16;
+const MAX_EXPONENT_SPREAD: i32 = 16;
 /// Digits of numbers with even ratios after the first one, so that they are the same on every machine.
 const DIGITS: usize = 11;
 
@@ -18,10 +18,10 @@ pub(super) fn values(
     document: &Document,
     key: &str,
     most: usize,
-) -> Result<Vec<Node>, Box<Mistake>> {
+) -> Result<Vec<TomlNode>, Box<Diagnostic>> {
     let wrong = |part: &str, message: String, mend: &str| {
         let dot = if part.is_empty() { "" } else { "." };
-        Box::new(Mistake::at(document, &format!("{key}{dot}{part}"), message).mend(mend))
+        Box::new(Diagnostic::at(document, &format!("{key}{dot}{part}"), message).help(mend))
     };
     let Range { from, to, .. } = *range;
     if range.count.is_some_and(|count| count > most) {
@@ -58,14 +58,14 @@ pub(super) fn values(
         }
     };
     let is_integer = |part: &str| {
-        matches!(document.get(&format!("{key}.{part}")), Some(Node { value: Value::Integer(_), .. }))
+        matches!(document.get(&format!("{key}.{part}")), Some(TomlNode { value: TomlValue::Integer(_), .. }))
     };
     let whole = is_integer("from") && is_integer("to");
     let whole = whole && numbers.iter().all(|n| n.fract() == 0.0 && n.abs() < 9.0e15);
     let Some(written) = document.get(key) else { return Ok(Vec::new()) };
-    let node = |number: f64| Node {
-        origin: written.origin.clone(),
-        value: if whole { Value::Integer(number as i64) } else { Value::Float(number) },
+    let node = |number: f64| TomlNode {
+        source: written.source.clone(),
+        value: if whole { TomlValue::Integer(number as i64) } else { TomlValue::Float(number) },
     };
     Ok(numbers.into_iter().map(node).collect())
 }
@@ -83,7 +83,7 @@ fn decimals<const N: usize>(numbers: [f64; N]) -> Option<([i128; N], i32)> {
     let mut all = [0; N];
     for (one, (digits, power)) in all.iter_mut().zip(parts).filter(|(_, (digits, _))| *digits != 0) {
         let apart = power - least;
-        *one = (apart <= APART).then(|| digits * 10_i128.pow(apart as u32))?;
+        *one = (apart <= MAX_EXPONENT_SPREAD).then(|| digits * 10_i128.pow(apart as u32))?;
     }
     Some((all, least))
 }

@@ -1,7 +1,7 @@
 //! What combinations of values have to meet: `tilt + 'sliding angle' <= 120`.
 
 use super::axes::Axis;
-use crate::scene::suggest::{closest, list};
+use crate::scene::suggest::{closest, quoted_list};
 
 /// Numbers that agree to this share of the terms they come from are equal: 0.1 + 0.2 is 0.3.
 const SAME: f64 = 1e-12;
@@ -13,23 +13,23 @@ const COMPARISONS: [&str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 const EXAMPLE: &str = "write a comparison of names of axes and numbers, as in \"tilt + angle <= 120\"";
 
 /// A message, and how to mend it.
-type Refused = (String, String);
+type MessageAndHelp = (String, String);
 
 /// A comparison, or several in a chain: `0 <= tilt - angle <= 30`.
 #[derive(Debug)]
 pub(super) struct Requirement {
-    sides: Vec<Sum>,
+    sides: Vec<Expression>,
     signs: Vec<&'static str>,
 }
 
 /// Arithmetic of the values of axes.
 #[derive(Debug)]
-enum Sum {
+enum Expression {
     Number(f64),
     /// An axis and one of its keys.
-    Of(usize, usize),
-    Negative(Box<Sum>),
-    Two(Box<[Sum; 2]>, char),
+    AxisValue(usize, usize),
+    Negative(Box<Expression>),
+    Binary(Box<[Expression; 2]>, char),
 }
 
 /// The combinations that meet all requirements, the last axis fastest.
@@ -51,7 +51,7 @@ impl Requirement {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, Refused> {
+    pub fn parse(text: &str, axes: &[Axis]) -> Result<Self, MessageAndHelp> {
         if text.len() > LONGEST {
             let message = format!("`require` has {} bytes (at most {LONGEST})", text.len());
             return Err((message, "split it into several".to_owned()));
@@ -90,20 +90,20 @@ impl Requirement {
     }
 }
 
-impl Sum {
+impl Expression {
     /// Its value, and the size of what it comes from, which says how far rounding may have moved it.
     fn value(&self, axes: &[Axis], choice: &[usize]) -> [f64; 2] {
         match self {
             Self::Number(number) => [*number, number.abs()],
-            Self::Of(axis, key) => {
-                let number = axes[*axis].part(choice[*axis], *key).unwrap_or(f64::NAN);
+            Self::AxisValue(axis, key) => {
+                let number = axes[*axis].value_of_key(choice[*axis], *key).unwrap_or(f64::NAN);
                 [number, number.abs()]
             }
             Self::Negative(of) => {
                 let [number, size] = of.value(axes, choice);
                 [-number, size]
             }
-            Self::Two(pair, sign) => {
+            Self::Binary(pair, sign) => {
                 let [[a, size_a], [b, size_b]] = [&pair[0], &pair[1]].map(|one| one.value(axes, choice));
                 match sign {
                     '+' => [a + b, size_a.max(size_b)],
@@ -134,7 +134,7 @@ impl<'a> Parser<'a> {
         after.is_some()
     }
 
-    fn unexpected(&self, wanted: &str) -> Refused {
+    fn unexpected(&self, wanted: &str) -> MessageAndHelp {
         let found = match self.rest.trim() {
             "" => "the end".to_owned(),
             rest => format!("`{rest}`"),
@@ -143,30 +143,30 @@ impl<'a> Parser<'a> {
     }
 
     /// Terms that are added or subtracted.
-    fn sum(&mut self, depth: usize) -> Result<Sum, Refused> {
+    fn sum(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut sum = self.product(depth)?;
         while let Some(sign) = ['+', '-'].into_iter().find(|sign| self.takes(&sign.to_string())) {
-            sum = Sum::Two(Box::new([sum, self.product(depth)?]), sign);
+            sum = Expression::Binary(Box::new([sum, self.product(depth)?]), sign);
         }
         Ok(sum)
     }
 
     /// Factors that are multiplied or divided.
-    fn product(&mut self, depth: usize) -> Result<Sum, Refused> {
+    fn product(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         let mut product = self.factor(depth)?;
         while let Some(sign) = ['*', '/'].into_iter().find(|sign| self.takes(&sign.to_string())) {
-            product = Sum::Two(Box::new([product, self.factor(depth)?]), sign);
+            product = Expression::Binary(Box::new([product, self.factor(depth)?]), sign);
         }
         Ok(product)
     }
 
     /// A number, a name, or something in brackets.
-    fn factor(&mut self, depth: usize) -> Result<Sum, Refused> {
+    fn factor(&mut self, depth: usize) -> Result<Expression, MessageAndHelp> {
         if depth > DEEPEST {
             return Err((format!("`{}` is nested too deeply", self.text), EXAMPLE.to_owned()));
         }
         if self.takes("-") {
-            return Ok(Sum::Negative(Box::new(self.factor(depth + 1)?)));
+            return Ok(Expression::Negative(Box::new(self.factor(depth + 1)?)));
         }
         if self.takes("(") {
             let inner = self.sum(depth + 1)?;
@@ -190,7 +190,7 @@ impl<'a> Parser<'a> {
         self.axis(name)
     }
 
-    fn number(&mut self) -> Result<Sum, Refused> {
+    fn number(&mut self) -> Result<Expression, MessageAndHelp> {
         let digits =
             |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
         let mut end = digits(self.rest);
@@ -202,7 +202,7 @@ impl<'a> Parser<'a> {
         match self.rest[..end].parse::<f64>() {
             Ok(number) if number.is_finite() => {
                 self.rest = &self.rest[end..];
-                Ok(Sum::Number(number))
+                Ok(Expression::Number(number))
             }
             _ => Err(self.unexpected("a number")),
         }
@@ -212,7 +212,7 @@ impl<'a> Parser<'a> {
     fn known(&self) -> Vec<(&'a str, usize, usize)> {
         let mut known = Vec::new();
         for (i, axis) in self.axes.iter().enumerate() {
-            for (k, (key, written)) in axis.keys.iter().zip(&axis.written).enumerate() {
+            for (k, (key, written)) in axis.keys.iter().zip(&axis.locations).enumerate() {
                 if written.of == 1 {
                     known.push((written.name.as_str(), i, k));
                 }
@@ -226,11 +226,11 @@ impl<'a> Parser<'a> {
         let mut names: Vec<&str> = self.known().iter().map(|(name, ..)| *name).collect();
         let mut seen = std::collections::BTreeSet::new();
         names.retain(|name| seen.insert(*name));
-        list(&names, "`")
+        quoted_list(&names, "`")
     }
 
     /// The axis of a name.
-    fn axis(&mut self, name: &str) -> Result<Sum, Refused> {
+    fn axis(&mut self, name: &str) -> Result<Expression, MessageAndHelp> {
         let known = self.known();
         let Some(&(_, i, k)) = known.iter().find(|(known, ..)| *known == name) else {
             let names: Vec<&str> = known.iter().map(|(name, ..)| *name).collect();
@@ -238,12 +238,12 @@ impl<'a> Parser<'a> {
             let mend = format!("{near}There is {}; names with spaces in single quotes", self.names());
             return Err((format!("no axis is called `{name}`"), mend));
         };
-        if (0..self.axes[i].values.len()).any(|value| self.axes[i].part(value, k).is_none()) {
+        if (0..self.axes[i].values.len()).any(|value| self.axes[i].value_of_key(value, k).is_none()) {
             let mend = "name axes whose values are all numbers".to_owned();
             return Err((format!("`{name}` has values that are no numbers"), mend));
         }
         self.named = true;
-        Ok(Sum::Of(i, k))
+        Ok(Expression::AxisValue(i, k))
     }
 }
 
@@ -262,7 +262,7 @@ mod tests {
     fn kept(text: &str) -> Vec<[f64; 2]> {
         let axes = axes();
         let requirement = Requirement::parse(text, &axes).expect(text);
-        let number = |choice: &Vec<usize>| [0, 1].map(|k| axes[k].part(choice[k], 0).expect("a number"));
+        let number = |choice: &Vec<usize>| [0, 1].map(|k| axes[k].value_of_key(choice[k], 0).expect("a number"));
         combinations(&axes, &[requirement]).iter().map(number).collect()
     }
 

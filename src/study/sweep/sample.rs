@@ -1,8 +1,8 @@
 //! Points of a sample: spread evenly over the ranges of several keys together.
 
-use super::keys::{Method, SampleKeys, SampledRange, Spacing};
-use crate::scene::Mistake;
-use crate::scene::document::{Document, Node, Value};
+use super::keys::{SampleMethod, SampleKeys, SampledRange, Spacing};
+use crate::scene::Diagnostic;
+use crate::scene::document::{Document, TomlNode, TomlValue};
 
 /// Digits of sampled numbers after the first one.
 const DIGITS: usize = 11;
@@ -15,12 +15,12 @@ const DIGITS: usize = 11;
 fn points(keys: &SampleKeys, dimensions: usize) -> Vec<Vec<f64>> {
     let count = keys.count;
     match keys.method {
-        Method::Sobol => {
+        SampleMethod::Sobol => {
             let coordinate =
                 |i: usize, k: usize| f64::from(sobol_burley::sample(i as u32, k as u32, keys.seed));
             (0..count).map(|i| (0..dimensions).map(|k| coordinate(i, k)).collect()).collect()
         }
-        Method::LatinHypercube => {
+        SampleMethod::LatinHypercube => {
             let mut random = fastrand::Rng::with_seed(u64::from(keys.seed));
             let mut points = vec![Vec::with_capacity(dimensions); count];
             for _ in 0..dimensions {
@@ -46,8 +46,8 @@ pub(super) fn values(
     keys: &SampleKeys,
     ranges: &[(&SampledRange, String)],
     document: &Document,
-) -> Result<Vec<Vec<Node>>, Vec<Mistake>> {
-    let wrong = |place: &str, message: String, mend: &str| Mistake::at(document, place, message).mend(mend);
+) -> Result<Vec<Vec<TomlNode>>, Vec<Diagnostic>> {
+    let wrong = |place: &str, message: String, mend: &str| Diagnostic::at(document, place, message).help(mend);
     let mut mistakes = Vec::new();
     for (range, place) in ranges {
         let SampledRange { from, to, spacing } = **range;
@@ -73,7 +73,7 @@ pub(super) fn values(
     let points = points(keys, ranges.len());
     let column = |(k, (range, place)): (usize, &(&SampledRange, String))| {
         let Some(written) = document.get(place) else { return Vec::new() };
-        let node = |number: f64| Node { origin: written.origin.clone(), value: Value::Float(number) };
+        let node = |number: f64| TomlNode { source: written.source.clone(), value: TomlValue::Float(number) };
         points.iter().map(|point| node(within(range, point[k]))).collect()
     };
     Ok(ranges.iter().enumerate().map(column).collect())
@@ -94,7 +94,7 @@ fn within(range: &SampledRange, share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn keys(method: Method, count: usize, seed: u32) -> SampleKeys {
+    fn keys(method: SampleMethod, count: usize, seed: u32) -> SampleKeys {
         SampleKeys { method, count, seed }
     }
 
@@ -109,11 +109,11 @@ mod tests {
     /// two dimensions one in each cell of 2^a x 2^b (McKay et al. 1979; Owen 1995).
     #[test]
     fn points_are_stratified() {
-        let latin = points(&keys(Method::LatinHypercube, 37, 5), 6);
+        let latin = points(&keys(SampleMethod::LatinHypercube, 37, 5), 6);
         for k in 0..6 {
             assert_eq!(parts_met(&latin, k, 37), 37);
         }
-        let sobol = points(&keys(Method::Sobol, 64, 5), 6);
+        let sobol = points(&keys(SampleMethod::Sobol, 64, 5), 6);
         for k in 0..6 {
             assert_eq!(parts_met(&sobol, k, 64), 64);
         }
@@ -130,7 +130,7 @@ mod tests {
     /// Truth: the same seed gives the same points, another one others.
     #[test]
     fn seeds() {
-        for method in [Method::Sobol, Method::LatinHypercube] {
+        for method in [SampleMethod::Sobol, SampleMethod::LatinHypercube] {
             let of = |seed| points(&keys(method, 8, seed), 2);
             assert_eq!(of(1), of(1));
             assert_ne!(of(1), of(2));
@@ -142,7 +142,7 @@ mod tests {
     fn ranges_are_covered() {
         let linear = SampledRange { from: 2.0, to: 6.0, spacing: Spacing::Linear };
         let log = SampledRange { from: 1e-9, to: 1e-5, spacing: Spacing::Log };
-        for method in [Method::Sobol, Method::LatinHypercube] {
+        for method in [SampleMethod::Sobol, SampleMethod::LatinHypercube] {
             let points = points(&keys(method, 256, 3), 2);
             let mean = |of: &dyn Fn(&Vec<f64>) -> f64| points.iter().map(of).sum::<f64>() / 256.0;
             assert!((mean(&|p| within(&linear, p[0])) - 4.0).abs() < 4.0 / 256.0);

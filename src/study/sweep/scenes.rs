@@ -6,19 +6,19 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::axes::Axis;
-use super::collect::Quantity;
+use super::collect::CollectedQuantity;
 use super::images::Shape;
-use crate::history::Outlook;
+use crate::history::PrefixKey;
 use crate::history::step::{CycleMotion, Step};
 use crate::linalg::memory::MemoryLimit;
-use crate::results::file::hexadecimal;
-use crate::scene::mistake::Place;
+use crate::results::atomic_file::hexadecimal;
+use crate::scene::diagnostic::Location;
 use crate::scene::plan::Plan;
-use crate::scene::{self, DiagnosticKind, Document, Mistake, Mistakes};
+use crate::scene::{self, DiagnosticKind, Document, Diagnostic, Diagnostics};
 
 /// For each beginning of the steps of a plan but the whole, their number and a fingerprint of all that their results follow from.
-fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
-    let mut scene = plan.document.root.to_json();
+fn prefix_keys(plan: &Plan) -> Vec<(usize, String)> {
+    let mut scene = plan.document.root.to_serde_json();
     // Runs from coarse to fine choose what they compute by their ends.
     let (Some(steps), true) = (scene["steps"].as_array().cloned(), plan.accuracy.is_none()) else {
         return Vec::new();
@@ -26,10 +26,10 @@ fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
     if let Some(keys) = scene.as_object_mut() {
         keys.retain(|key, _| key != "title" && key != "steps");
     }
-    let whole = serde_json::json!([scene, Outlook::of(&plan.friction, &plan.steps)]).to_string();
+    let whole = serde_json::json!([scene, PrefixKey::of(&plan.friction, &plan.steps)]).to_string();
     let mut hash = Sha256::new_with_prefix(whole);
     // A step that the scene has as a table of rows is as many.
-    let is_first = |step: &Step| step.row.is_none_or(|row| row.index == 0);
+    let is_first = |step: &Step| step.history_row.is_none_or(|row| row.index == 0);
     let starts = plan.steps.iter().enumerate().filter(|(_, step)| is_first(step)).map(|(i, _)| i).skip(1);
     let mut beginning = |(step, n): (&serde_json::Value, usize)| {
         hash.update(step.to_string());
@@ -39,7 +39,7 @@ fn beginnings(plan: &Plan) -> Vec<(usize, String)> {
 }
 
 /// What was found of a run.
-pub(super) struct Read {
+pub(super) struct RunScene {
     /// The memory that it may take.
     pub memory: MemoryLimit,
     /// Its beginnings.
@@ -49,15 +49,15 @@ pub(super) struct Read {
 }
 
 /// Reads the scene of each run and gathers what is wrong with them.
-pub(super) struct Reader<'a> {
+pub(super) struct SceneReader<'a> {
     document: &'a Document,
     scene: &'a Path,
     /// Whether runs may be made of those that they are images of.
     symmetry: bool,
     /// What is wrong with the study file.
-    pub of_study: Vec<Mistake>,
+    pub study_diagnostics: Vec<Diagnostic>,
     /// What is wrong with the scene itself.
-    pub of_scene: Option<Mistakes>,
+    pub scene_diagnostics: Option<Diagnostics>,
     /// The plan of the first run.
     pub first: Option<Plan>,
     steps: BTreeSet<String>,
@@ -65,55 +65,55 @@ pub(super) struct Reader<'a> {
     pub jumping: BTreeMap<String, &'static str>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SceneReader<'a> {
     /// Nothing read yet.
     pub fn new(document: &'a Document, scene: &'a Path, symmetry: bool) -> Self {
         let (steps, jumping) = (BTreeSet::new(), BTreeMap::new());
-        Self { document, scene, symmetry, of_study: Vec::new(), of_scene: None, first: None, steps, jumping }
+        Self { document, scene, symmetry, study_diagnostics: Vec::new(), scene_diagnostics: None, first: None, steps, jumping }
     }
 
     /// Reads the scene of a run; `None` if it is wrong.
-    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<Read> {
+    pub fn run(&mut self, axes: &[Axis], choice: &[usize], overrides: &[String]) -> Option<RunScene> {
         match scene::read(self.scene, overrides) {
             Ok(plan) => {
                 self.steps.extend(plan.steps.iter().map(|step| step.name.clone()));
                 for (step, cycles) in plan.steps.iter().filter_map(|step| Some((step, step.cycles?))) {
                     let along = match cycles.motion {
-                        CycleMotion::Closed(_) => "cycles",
+                        CycleMotion::ClosedPath(_) => "cycles",
                         CycleMotion::Sliding { .. } => "distance slid",
                     };
                     self.jumping.insert(step.name.clone(), along);
                 }
-                let (memory, beginnings) = (plan.memory, beginnings(&plan));
+                let (memory, beginnings) = (plan.memory_limit, prefix_keys(&plan));
                 let shape = self.symmetry.then(|| Shape::of(&plan)).flatten();
                 if let Some(first) = &self.first {
                     // Of all runs the memory that was free before any of them.
                     let given = plan.solver.memory_limit.is_some();
-                    let memory = if given { memory } else { first.memory };
+                    let memory = if given { memory } else { first.memory_limit };
                     if first.units != plan.units {
                         let message = "the units of the scene differ from run to run";
-                        self.add(Mistake::at(self.document, "axes", message).mend("vary values, not units"));
+                        self.add(Diagnostic::at(self.document, "axes", message).help("vary values, not units"));
                     }
-                    return Some(Read { memory, beginnings, shape });
+                    return Some(RunScene { memory, beginnings, shape });
                 }
                 self.first = Some(plan);
-                Some(Read { memory, beginnings, shape })
+                Some(RunScene { memory, beginnings, shape })
             }
             Err(mistakes) => {
                 // A key that leads nowhere hides what else is wrong.
-                let lost = |mistake: &Mistake| match &mistake.place {
-                    Place::Option(option) if mistake.kind == DiagnosticKind::BadOverride => {
+                let lost = |mistake: &Diagnostic| match &mistake.location {
+                    Location::SetOption(option) if mistake.kind == DiagnosticKind::BadOverride => {
                         Some(option.clone())
                     }
                     _ => None,
                 };
                 let lost: Vec<String> = mistakes.list.iter().filter_map(lost).collect();
-                self.gather(mistakes, axes, choice);
+                self.sort_diagnostics(mistakes, axes, choice);
                 if !lost.is_empty() {
                     let others: Vec<String> =
                         overrides.iter().filter(|line| !lost.contains(line)).cloned().collect();
                     if let Err(mistakes) = scene::read(self.scene, &others) {
-                        self.gather(mistakes, axes, choice);
+                        self.sort_diagnostics(mistakes, axes, choice);
                     }
                 }
                 None
@@ -121,29 +121,29 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn add(&mut self, mistake: Mistake) {
-        if !self.of_study.contains(&mistake) {
-            self.of_study.push(mistake);
+    fn add(&mut self, mistake: Diagnostic) {
+        if !self.study_diagnostics.contains(&mistake) {
+            self.study_diagnostics.push(mistake);
         }
     }
 
     /// Sorts mistakes into those that a value of the study made, and those of the scene itself.
-    fn gather(&mut self, mistakes: Mistakes, axes: &[Axis], choice: &[usize]) {
+    fn sort_diagnostics(&mut self, mistakes: Diagnostics, axes: &[Axis], choice: &[usize]) {
         let mut remaining = mistakes.clone();
         remaining.list.clear();
         for mistake in mistakes.list {
-            match self.cause(&mistake, axes, choice) {
+            match self.study_key_of(&mistake, axes, choice) {
                 Some(place) => {
                     let key =
                         if mistake.key.is_empty() { String::new() } else { format!("{}: ", mistake.key) };
                     let message = format!("{key}{}", mistake.message);
                     let label =
                         if mistake.label.is_empty() { "no such key".to_owned() } else { mistake.label };
-                    self.add(Mistake {
+                    self.add(Diagnostic {
                         message,
                         label,
                         key: String::new(),
-                        place: self.document.place(&place),
+                        location: self.document.location(&place),
                         ..mistake
                     });
                 }
@@ -153,8 +153,8 @@ impl<'a> Reader<'a> {
         if remaining.list.is_empty() {
             return;
         }
-        match &mut self.of_scene {
-            None => self.of_scene = Some(remaining),
+        match &mut self.scene_diagnostics {
+            None => self.scene_diagnostics = Some(remaining),
             Some(known) => {
                 for mistake in remaining.list {
                     if !known.list.contains(&mistake) {
@@ -166,8 +166,8 @@ impl<'a> Reader<'a> {
     }
 
     /// The key in the study file that made a mistake of a scene, if one did.
-    fn cause(&self, mistake: &Mistake, axes: &[Axis], choice: &[usize]) -> Option<String> {
-        let Place::Option(option) = &mistake.place else { return None };
+    fn study_key_of(&self, mistake: &Diagnostic, axes: &[Axis], choice: &[usize]) -> Option<String> {
+        let Location::SetOption(option) = &mistake.location else { return None };
         let (key, _) = option.split_once('=')?;
         for (axis, &value) in axes.iter().zip(choice) {
             let Some(k) = axis.keys.iter().position(|known| known == key) else { continue };
@@ -179,7 +179,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Refuses quantities of steps that no run has.
-    pub fn check_steps(&mut self, lists: [(&Vec<Quantity>, &str); 2]) {
+    pub fn check_steps(&mut self, lists: [(&Vec<CollectedQuantity>, &str); 2]) {
         if self.first.is_none() {
             return;
         }
@@ -189,8 +189,8 @@ impl<'a> Reader<'a> {
                 if !self.steps.contains(&quantity.step) {
                     let message = format!("the scene has no step \"{}\"", quantity.step);
                     let place = format!("output.{key}.{i}");
-                    let mistake = Mistake::at(self.document, &place, message);
-                    self.of_study.push(mistake.label("no such step").mend(format!("its steps are {names}")));
+                    let mistake = Diagnostic::at(self.document, &place, message);
+                    self.study_diagnostics.push(mistake.label("no such step").help(format!("its steps are {names}")));
                 }
             }
         }

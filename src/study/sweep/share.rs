@@ -2,22 +2,22 @@
 
 /// Runs side by side, and the threads of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Share {
+pub struct Concurrency {
     /// Number of runs at the same time.
-    pub side_by_side: usize,
+    pub parallel_runs: usize,
     /// Threads of each of them.
-    pub threads: usize,
+    pub threads_per_run: usize,
 }
 
 /// The share of `runs` runs in `threads` threads, of which each needs about `needed` bytes of the `free` ones; `None` where that
 /// is not known. A thread is worth more in a run of its own than in one that others share.
-pub fn share(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Share {
+pub fn plan_concurrency(runs: usize, threads: usize, needed: Option<f64>, free: Option<u64>) -> Concurrency {
     let fit = match (needed, free) {
         (Some(needed), Some(free)) if needed > 0.0 => (free as f64 / needed) as usize,
         _ => usize::MAX,
     };
     let side_by_side = threads.min(runs).min(fit).max(1);
-    Share { side_by_side, threads: (threads / side_by_side).max(1) }
+    Concurrency { parallel_runs: side_by_side, threads_per_run: (threads / side_by_side).max(1) }
 }
 
 #[cfg(test)]
@@ -28,8 +28,8 @@ mod tests {
     #[test]
     fn threads_and_memory_suffice() {
         let shares = |runs, threads, needed, free| {
-            let share = share(runs, threads, needed, free);
-            (share.side_by_side, share.threads)
+            let share = plan_concurrency(runs, threads, needed, free);
+            (share.parallel_runs, share.threads_per_run)
         };
         assert_eq!(shares(21, 2, None, Some(1)), (2, 1));
         assert_eq!(shares(3, 8, None, None), (3, 2));

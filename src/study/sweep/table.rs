@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::axes::Axis;
 use super::file::Sweep;
 use crate::error::{Error, Result};
-use crate::npy::Archive;
+use crate::npy::NpzWriter;
 use crate::results::summary::{Status, Summary, Units};
 
 /// The fields of `study.json`.
@@ -31,7 +31,7 @@ pub struct StudyResult {
     /// Number of combinations of values that `require` leaves out.
     pub left_out: usize,
     /// The runs: all other combinations, the last axis fastest.
-    pub runs: Vec<RunResult>,
+    pub runs: Vec<StudyRun>,
 }
 
 /// An axis as `study.json` has it.
@@ -47,7 +47,7 @@ pub struct AxisResult {
 
 /// A run.
 #[derive(Debug, Clone, Serialize)]
-pub struct RunResult {
+pub struct StudyRun {
     /// Folder of its results, beside `study.json`.
     pub folder: String,
     /// The values of the scene's keys that make it.
@@ -77,9 +77,9 @@ fn number(value: Option<f64>) -> Value {
 
 impl AxisResult {
     fn new(axis: &Axis) -> Self {
-        let json = |value: &Vec<crate::scene::document::Node>| match value.as_slice() {
-            [one] => one.to_json(),
-            several => several.iter().map(|node| node.to_json()).collect(),
+        let json = |value: &Vec<crate::scene::document::TomlNode>| match value.as_slice() {
+            [one] => one.to_serde_json(),
+            several => several.iter().map(|node| node.to_serde_json()).collect(),
         };
         Self {
             name: axis.name.clone(),
@@ -89,12 +89,12 @@ impl AxisResult {
     }
 }
 
-impl RunResult {
+impl StudyRun {
     /// Run `number` of a study, not begun.
     pub fn new(sweep: &Sweep, number: usize) -> Self {
         let run = &sweep.runs[number];
         let pairs = sweep.axes.iter().zip(&run.choice).flat_map(|(axis, &value)| {
-            axis.keys.iter().cloned().zip(axis.values[value].iter().map(|node| node.to_json()))
+            axis.keys.iter().cloned().zip(axis.values[value].iter().map(|node| node.to_serde_json()))
         });
         Self {
             folder: run.folder.clone(),
@@ -111,14 +111,14 @@ impl RunResult {
     }
 
     /// Takes over what the summary of the run says.
-    pub fn take(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
+    pub fn fill_from(&mut self, sweep: &Sweep, summary: &Summary, seconds: f64) {
         self.status = Some(summary.status);
         self.reason = summary.error.clone().or(summary.reason.clone());
         self.scene_sha256.clone_from(&summary.scene_sha256);
         self.seconds = seconds;
         let residuals = summary.steps.iter().map(|record| record.certificate.natural_residual);
         self.natural_residual = residuals.reduce(f64::max);
-        let collected = sweep.collect.iter().map(|q| (q.path.clone(), number(q.result(&summary.steps))));
+        let collected = sweep.collect.iter().map(|q| (q.path.clone(), number(q.final_value(&summary.steps))));
         self.results = collected.collect();
         let curve = |points: Vec<[f64; 2]>| Value::from_iter(points.into_iter().map(Value::from_iter));
         let curves = sweep.curves.iter().map(|q| (q.path.clone(), curve(q.curve(&summary.steps))));
@@ -140,8 +140,8 @@ impl RunResult {
 
 impl StudyResult {
     /// The results of `runs`, in the order of the study's runs.
-    pub fn new(sweep: &Sweep, runs: Vec<RunResult>) -> Self {
-        let paths = |list: &[super::collect::Quantity]| list.iter().map(|q| q.path.clone()).collect();
+    pub fn new(sweep: &Sweep, runs: Vec<StudyRun>) -> Self {
+        let paths = |list: &[super::collect::CollectedQuantity]| list.iter().map(|q| q.path.clone()).collect();
         Self {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),
@@ -172,15 +172,15 @@ impl StudyResult {
     /// # Errors
     /// If an array cannot be written.
     pub fn to_npz(&self) -> Result<Vec<u8>> {
-        let mut archive = Archive::new();
-        let mut add_column = |name: &str, of: &dyn Fn(&RunResult) -> Option<f64>| {
+        let mut archive = NpzWriter::new();
+        let mut add_column = |name: &str, of: &dyn Fn(&StudyRun) -> Option<f64>| {
             let values: Vec<f64> = self.runs.iter().map(|run| of(run).unwrap_or(f64::NAN)).collect();
             archive.add(name, &[values.len()], &values)
         };
         for key in self.axes.iter().flat_map(|axis| &axis.keys) {
             add_column(key, &|run| run.values.get(key)?.as_f64())?;
         }
-        let is_converged = |run: &RunResult| f64::from(u8::from(run.status == Some(Status::Converged)));
+        let is_converged = |run: &StudyRun| f64::from(u8::from(run.status == Some(Status::Converged)));
         add_column("converged", &|run| Some(is_converged(run)))?;
         add_column("natural_residual", &|run| run.natural_residual)?;
         for path in &self.collect {

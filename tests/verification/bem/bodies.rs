@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use orthowear::bem::finite::Interpolation::{self, Constant, Linear};
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::{BeBody, BeSpec, ElasticBody, Estimate, HalfSpaceBody};
+use orthowear::body::{BeBody, BeSpec, ElasticBody, ErrorEstimation, HalfSpaceBody};
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::Support;
@@ -13,7 +13,7 @@ use orthowear::geometry::Point;
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
-use orthowear::mesh::surface::skin;
+use orthowear::mesh::closed_surface::boundary_surface;
 
 use crate::common::steel;
 use crate::fem_bodies::clamp;
@@ -28,7 +28,7 @@ pub(super) fn spec(
 ) -> BeSpec {
     BeSpec {
         name: "body1".into(),
-        mesh: Arc::new(skin(mesh)),
+        mesh: Arc::new(boundary_surface(mesh)),
         stiffness: stiffness.clone(),
         interpolation,
         supports,
@@ -101,8 +101,8 @@ fn column_between_smooth_walls() {
     let ratio = steel().component(0, 0, 2, 2) / modulus;
     let wanted = |z: f64| [ratio, ratio, 1.0, 0.0, 0.0, 0.0].map(|part| part * (weight * z - pressure));
     let tractions = vec![0.0; 3 * n];
-    let stress = body.recover_stress(&tractions, &field.displacement, Estimate::Skipped).unwrap().unwrap();
-    for (&node, found) in stress.points.node.iter().zip(&stress.stress) {
+    let stress = body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Skip).unwrap().unwrap();
+    for (&node, found) in stress.points.mesh_nodes.iter().zip(&stress.stress) {
         let wanted = wanted(spec.mesh.points[node][2]);
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
@@ -112,7 +112,7 @@ fn column_between_smooth_walls() {
         assert!((0..6).all(|c| (found[c] - wanted[c]).abs() < 1e-4 * pressure), "{found:?} {wanted:?}");
     }
     let points = [[0.5, 0.5, -1.0], [0.3, 0.9, -0.01], [0.3, 0.2, 0.0]].map(Point::from);
-    for (x, found) in points.iter().zip(body.inside(&frame, &tractions, &points).unwrap().unwrap()) {
+    for (x, found) in points.iter().zip(body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap()) {
         let (z, stress, wanted) = (x.z + height, found.voigt(), wanted(x.z));
         assert!((0..6).all(|c| (stress[c] - wanted[c]).abs() < 1e-4 * pressure), "{stress:?} {wanted:?}");
         let exact = lift - (pressure * z + weight * (z * height - 0.5 * z * z)) / modulus;

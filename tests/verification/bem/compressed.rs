@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
-use orthowear::bem::half_space::compressed::TOLERANCES;
+use orthowear::bem::half_space::compressed::TOLERANCE_RANGE;
 use orthowear::bem::half_space::{CompressedFlexibility, DenseFlexibility, Side, SurfaceGreen};
-use orthowear::error::Kind;
+use orthowear::error::ErrorKind;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::{Point, Triad};
@@ -94,11 +94,11 @@ impl Cells {
             azimuth: 0.0,
             axes,
             grid: None,
-            places: None,
-            left_out: 0,
+            grid_indices: None,
+            n_excluded: 0,
             candidates: None,
-            planes: None,
-            bounded: [false; 3],
+            symmetry_planes: None,
+            symmetry_bounds: [false; 3],
         }
     }
 
@@ -200,13 +200,13 @@ fn compressed_operators_are_symmetric_and_sums_direct() {
     dense.apply(&tractions, &mut expected);
     let scale = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     for (cell, sums) in
-        [3, 400, n - 1].iter().zip(compressed.direct_in(&[3, 400, n - 1], &tractions).expect("sums"))
+        [3, 400, n - 1].iter().zip(compressed.direct_sums(&[3, 400, n - 1], &tractions).expect("sums"))
     {
         for (plane, sum) in sums.into_iter().enumerate() {
             assert!((sum - expected[plane * n + cell]).abs() < 1e-12 * scale);
         }
     }
-    assert!(compressed.couples_normal_tangential() && compressed.unformed().is_empty());
+    assert!(compressed.couples_normal_tangential() && compressed.unformed_cells().is_empty());
 }
 
 /// Truth: equal isotropic bodies do not couple normal and tangential components, and the operator then has no such
@@ -359,8 +359,8 @@ fn unusable_tolerances_and_cells_are_refused() {
         let made = CompressedFlexibility::new(&cells.centers, &cells.corners, areas, &green, tolerance);
         made.err().expect("a refusal").kind()
     };
-    for tolerance in [0.0, 0.5 * TOLERANCES[0], 2.0 * TOLERANCES[1], f64::NAN, -1e-8] {
-        assert_eq!(refused(&cells.areas, tolerance), Kind::Input);
+    for tolerance in [0.0, 0.5 * TOLERANCE_RANGE[0], 2.0 * TOLERANCE_RANGE[1], f64::NAN, -1e-8] {
+        assert_eq!(refused(&cells.areas, tolerance), ErrorKind::Input);
     }
-    assert_eq!(refused(&cells.areas[1..], 1e-6), Kind::Input);
+    assert_eq!(refused(&cells.areas[1..], 1e-6), ErrorKind::Input);
 }

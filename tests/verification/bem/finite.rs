@@ -3,7 +3,7 @@
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::finite::{
-    BoundaryElements, Domain, Interpolation, Panel, Problem, Solution, SurfaceState,
+    BoundaryElements, Domain, Interpolation, Panel, BoundaryValueProblem, BoundarySolution, SurfaceState,
 };
 use orthowear::bem::full_space::FullSpaceField;
 use orthowear::element::ElementKind::{Quad9, Tri6};
@@ -73,20 +73,20 @@ pub(super) fn solved(
     domain: Domain,
     held: impl Fn(&Point) -> bool,
     (displacement, traction): (impl Fn(&Point) -> Point, impl Fn(&Point, &Point) -> Point),
-) -> Solution {
+) -> BoundarySolution {
     let (positions, normals) = (elements.positions(), elements.normals());
     let is_held: Vec<bool> = positions.iter().flat_map(|x| [held(x); 3]).collect();
     let of_node = |(x, n): (&Point, &Point)| if held(x) { displacement(x) } else { traction(x, n) };
     let known = flat(positions.iter().zip(&normals).map(of_node));
-    let free = elements.free_motions(&is_held).unwrap().filter(|_| domain == Domain::Inside);
-    let problem = Problem {
+    let free = elements.free_motions(&is_held).unwrap().filter(|_| domain == Domain::Interior);
+    let problem = BoundaryValueProblem {
         elements,
         domain,
-        held: &is_held,
-        known: &known,
+        displacement_known: &is_held,
+        boundary_values: &known,
         loaded: &[],
-        free: free.as_ref(),
-        mean: &[],
+        free_motions: free.as_ref(),
+        mean_displacement: &[],
     };
     let solution = problem.solve(Par::Seq).unwrap();
     assert!(solution.residual() < 1e-12, "{}", solution.residual());
@@ -141,7 +141,7 @@ fn uniform_strain_in_a_cube() {
         let elements = elements(cube(2, triangles, |x| x), Interpolation::Linear, &stiffness, 1e-8);
         let linear = Linear::new(&stiffness, gradient);
         let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
-        let solution = solved(&elements, Domain::Inside, |x| x.z < -1.0 + 1e-9, data);
+        let solution = solved(&elements, Domain::Interior, |x| x.z < -1.0 + 1e-9, data);
         let state = solution.state(1.0, &[]);
         let wrong = off(&elements, &state, |x| linear.gradient * x);
         assert!(wrong < 1e-6, "{triangles} {wrong:e}");
@@ -156,7 +156,7 @@ fn uniform_strain_in_a_cube() {
             let wrong = elements.displacement_at(&state, &y) - linear.gradient * y * inside;
             assert!(wrong.norm() < 1e-6 * gradient.norm(), "{y} {wrong:e}");
         }
-        let field = elements.inside(&state, Domain::Inside);
+        let field = elements.interior_solution(&state, Domain::Interior);
         for (y, bound) in [
             ([0.1, -0.2, 0.0], 1e-5),
             ([0.4, -0.3, 0.98], 1e-5),
@@ -184,7 +184,7 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
         let gradient = Matrix3::from_diagonal(&Vector3::new(1.0, -nu, -nu)) * (100.0 / 210e3);
         let linear = Linear { gradient, stress: Matrix3::from_diagonal(&Vector3::new(100.0, 0.0, 0.0)) };
         let data = (|x: &Point| linear.gradient * x, |_: &Point, n: &Point| linear.stress * n);
-        let state = solved(&elements, Domain::Inside, |x| x.x < -1.0 + 1e-9, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |x| x.x < -1.0 + 1e-9, data).state(1.0, &[]);
         let wrong = off(&elements, &state, |x| linear.gradient * x);
         let accuracy = 1e-6 / (1.0 - 2.0 * nu);
         assert!(wrong < accuracy.max(1e-6), "{nu} {stretch:?}: {wrong:e}");
@@ -199,14 +199,14 @@ fn nearly_incompressible_and_slender_bodies_in_tension() {
 fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Domain) -> f64 {
     let (radius, e, nu, pressure) = (10.0, 210e3, 0.3, 100.0);
     let mut panels = sphere(n, radius, triangles);
-    if domain == Domain::Outside {
+    if domain == Domain::Exterior {
         // Normals into the cavity: mirrored.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
     let elements = elements(panels, interpolation, &steel(), 1e-7);
     let exact = |x: &Point| match domain {
-        Domain::Inside => -x * (pressure * (1.0 - 2.0 * nu) / e),
-        Domain::Outside => x * (pressure / (4.0 * e / (2.0 * (1.0 + nu)))),
+        Domain::Interior => -x * (pressure * (1.0 - 2.0 * nu) / e),
+        Domain::Exterior => x * (pressure / (4.0 * e / (2.0 * (1.0 + nu)))),
     };
     let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| -n * pressure);
     let state = solved(&elements, domain, |_| false, data).state(1.0, &[]);
@@ -217,14 +217,14 @@ fn pressed(n: usize, interpolation: Interpolation, triangles: bool, domain: Doma
 /// linear and quadratic elements (their geometry is of order 2 at the corners of the cube), and with 384 of them are below 1e-3.
 #[test]
 fn spheres_under_pressure() {
-    for domain in [Domain::Inside, Domain::Outside] {
+    for domain in [Domain::Interior, Domain::Exterior] {
         for (interpolation, triangles, cells, order) in [
             (Interpolation::Constant, false, [2, 4, 8], 0.8),
             (Interpolation::Linear, false, [2, 4, 8], 1.8),
             (Interpolation::Linear, true, [2, 3, 6], 1.7),
             (Interpolation::Quadratic, false, [2, 3, 4], 1.9),
         ] {
-            if triangles && domain == Domain::Outside {
+            if triangles && domain == Domain::Exterior {
                 continue;
             }
             let errors = cells.map(|n| pressed(n, interpolation, triangles, domain));
@@ -253,7 +253,7 @@ fn anisotropic_sphere_under_uniform_stress() {
     let error = |n: usize, interpolation: Interpolation| {
         let elements = elements(sphere(n, 10.0, false), interpolation, &stiffness, 1e-7);
         let data = (|_: &Point| Point::zeros(), |_: &Point, n: &Point| linear.stress * n);
-        let state = solved(&elements, Domain::Inside, |_| false, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |_| false, data).state(1.0, &[]);
         off_in_the_mean(&elements, &state, |x| linear.gradient * x)
     };
     let cells = [2, 3, 6];
@@ -272,7 +272,7 @@ fn rigid_motions() {
     for (turn, bound) in [(Point::zeros(), 1e-12), (turn, 1e-6)] {
         let motion = |x: &Point| Point::new(0.3, -0.1, 0.2) + turn.cross(x);
         let data = (motion, |_: &Point, _: &Point| Point::zeros());
-        let state = solved(&elements, Domain::Inside, |x| x.x > 1.0 - 1e-9, data).state(1.0, &[]);
+        let state = solved(&elements, Domain::Interior, |x| x.x > 1.0 - 1e-9, data).state(1.0, &[]);
         let most = state.traction.iter().map(|t| Point::from(*t).norm()).fold(0.0, f64::max) / 140e3;
         let wrong = off(&elements, &state, motion);
         assert!(wrong < bound && most < 10.0 * bound, "{wrong:e} {most:e}");
@@ -289,14 +289,14 @@ fn threads_change_nothing() {
     let known: Vec<f64> =
         (0..held.len()).map(|dof| if held[dof] { 0.0 } else { (dof as f64).sin() }).collect();
     let loaded: Vec<usize> = (0..positions.len()).filter(|&node| positions[node].z > 1.0 - 1e-9).collect();
-    let problem = Problem {
+    let problem = BoundaryValueProblem {
         elements: &elements,
-        domain: Domain::Inside,
-        held: &held,
-        known: &known,
+        domain: Domain::Interior,
+        displacement_known: &held,
+        boundary_values: &known,
         loaded: &loaded,
-        free: None,
-        mean: &[],
+        free_motions: None,
+        mean_displacement: &[],
     };
     let tractions: Vec<f64> = (0..3 * loaded.len()).map(|k| (k as f64).cos()).collect();
     let [one, two, four] = [Par::Seq, Par::rayon(2), Par::rayon(4)]

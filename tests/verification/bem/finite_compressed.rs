@@ -3,8 +3,8 @@
 use faer::Par;
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::finite::Interpolation::{Constant, Linear as LinearElements};
-use orthowear::bem::finite::{BoundaryElements, Domain, Equations, Interpolation, Problem, Solution};
-use orthowear::error::Kind;
+use orthowear::bem::finite::{BoundaryElements, Domain, SolutionMethod, Interpolation, BoundaryValueProblem, BoundarySolution};
+use orthowear::error::ErrorKind;
 use orthowear::geometry::Point;
 use orthowear::material::Stiffness;
 
@@ -21,8 +21,8 @@ fn solved(
     elements: &BoundaryElements,
     held: impl Fn(&Point) -> [bool; 3],
     (displacement, traction): (impl Fn(&Point) -> Point, impl Fn(&Point) -> Point),
-    (loaded, equations): (&[usize], Equations),
-) -> Solution {
+    (loaded, equations): (&[usize], SolutionMethod),
+) -> BoundarySolution {
     let (positions, normals) = (elements.positions(), elements.normals());
     let is_held: Vec<bool> = positions.iter().flat_map(&held).collect();
     let of_node = |(x, n): (&Point, &Point)| {
@@ -31,14 +31,14 @@ fn solved(
     };
     let known = flat(positions.iter().zip(&normals).map(of_node));
     let free = elements.free_motions(&is_held).unwrap();
-    let problem = Problem {
+    let problem = BoundaryValueProblem {
         elements,
-        domain: Domain::Inside,
-        held: &is_held,
-        known: &known,
+        domain: Domain::Interior,
+        displacement_known: &is_held,
+        boundary_values: &known,
         loaded,
-        free: free.as_ref(),
-        mean: &[],
+        free_motions: free.as_ref(),
+        mean_displacement: &[],
     };
     problem.solve_by(equations, Par::Seq).unwrap()
 }
@@ -53,10 +53,10 @@ fn the_dense_equations() {
     let positions = elements.positions();
     let top = |&node: &usize| positions[node].z > 0.999 && positions[node].xy().norm() < 0.4;
     let loaded: Vec<usize> = (0..positions.len()).filter(top).collect();
-    let dense = solved(&elements, held, known, (&loaded, Equations::Dense));
+    let dense = solved(&elements, held, known, (&loaded, SolutionMethod::Dense));
     assert!(dense.compression().is_none() && loaded.len() > 6);
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let values = |solution: &Solution| {
+    let values = |solution: &BoundarySolution| {
         let state = solution.state(1.0, &vec![0.0; 3 * loaded.len()]);
         let columns = 0..3 * loaded.len();
         let responses: Vec<f64> = columns
@@ -67,7 +67,7 @@ fn the_dense_equations() {
     };
     let wanted = values(&dense);
     let found = [1e-3, 1e-5].map(|tolerance| {
-        let solution = solved(&elements, held, known, (&loaded, Equations::Compressed(tolerance)));
+        let solution = solved(&elements, held, known, (&loaded, SolutionMethod::Compressed(tolerance)));
         let report = solution.compression().unwrap();
         assert!(
             report.tolerance == tolerance && report.iterations < 40 && solution.residual() < 3.0 * tolerance
@@ -91,7 +91,7 @@ fn rigid_motions() {
     for (turn, allowed) in [(0.0, 2e-6), (1.0, 6e-5)] {
         let motion = |x: &Point| Point::new(1.0, 2.0, -1.0) + Vector3::new(0.3, -0.5, 0.7).cross(x) * turn;
         let known = (motion, |_: &Point| Point::zeros());
-        let solution = solved(&elements, held, known, (&[], Equations::Compressed(1e-5)));
+        let solution = solved(&elements, held, known, (&[], SolutionMethod::Compressed(1e-5)));
         let error = off(&elements, &solution.state(1.0, &[]), motion);
         assert!(error < allowed, "{turn}: {error:e}");
     }
@@ -107,7 +107,7 @@ fn uniform_strain() {
     for base in [true, false] {
         let held = |x: &Point| [base && x.z < -0.999; 3];
         let known = (|x: &Point| field.gradient * x, |n: &Point| field.stress * n);
-        let solution = solved(&elements, held, known, (&[], Equations::Compressed(1e-5)));
+        let solution = solved(&elements, held, known, (&[], SolutionMethod::Compressed(1e-5)));
         let state = solution.state(1.0, &[]);
         let error = off(&elements, &state, |x| field.gradient * x);
         assert!(error < 6e-5, "{base}: {error:e}");
@@ -132,7 +132,7 @@ fn threads_do_not_change_bits() {
         let loaded: Vec<usize> =
             loaded.into_iter().filter(|&node| elements.positions()[node].z > -0.9).collect();
         let solution =
-            pool.install(|| solved(&elements, held, known, (&loaded, Equations::Compressed(1e-4))));
+            pool.install(|| solved(&elements, held, known, (&loaded, SolutionMethod::Compressed(1e-4))));
         solution.state(1.0, &vec![1.0; 3 * loaded.len()])
     };
     let one = run(1);
@@ -144,17 +144,17 @@ fn threads_do_not_change_bits() {
 fn tolerances_beyond_single_precision_are_refused() {
     let elements = body(1, Constant, &steel());
     let n = 3 * elements.n_nodes();
-    let problem = Problem {
+    let problem = BoundaryValueProblem {
         elements: &elements,
-        domain: Domain::Inside,
-        held: &vec![true; n],
-        known: &vec![0.0; n],
+        domain: Domain::Interior,
+        displacement_known: &vec![true; n],
+        boundary_values: &vec![0.0; n],
         loaded: &[],
-        free: None,
-        mean: &[],
+        free_motions: None,
+        mean_displacement: &[],
     };
     for tolerance in [1e-9, 0.5, f64::NAN] {
-        let error = problem.solve_by(Equations::Compressed(tolerance), Par::Seq).err().unwrap();
-        assert!(error.kind() == Kind::Input && error.message().contains("1e-6"), "{error}");
+        let error = problem.solve_by(SolutionMethod::Compressed(tolerance), Par::Seq).err().unwrap();
+        assert!(error.kind() == ErrorKind::Input && error.message().contains("1e-6"), "{error}");
     }
 }

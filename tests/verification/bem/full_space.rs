@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 use orthowear::bem::full_space::{BarnettField, FullSpaceField};
-use orthowear::bem::half_space::TractionMap;
+use orthowear::bem::half_space::TractionOperator;
 use orthowear::geometry::Point;
 use orthowear::material::Stiffness;
 use orthowear::quadrature::gauss_legendre;
@@ -85,8 +85,8 @@ fn tabulated_values() {
             let twice = field.at(&(x * 2.0)).value * 2.0;
             assert!((twice - field.at(&-x).value).amax() < 1e-15 * wanted.amax());
         }
-        let map = TractionMap::new(stiffness, &points[0].normalize());
-        let found = map.of(&field.at(&points[0]));
+        let map = TractionOperator::new(stiffness, &points[0].normalize());
+        let found = map.apply(&field.at(&points[0]));
         assert!((found - traction).amax() < 1e-7 * traction.amax(), "{found} {traction}");
     }
 }
@@ -165,7 +165,7 @@ fn flux(
             let [a, b, c] = half_axes.into();
             let area = unit.component_mul(&Vector3::new(b * c, a * c, a * b)) * (weight * step);
             let x = middle + unit.component_mul(&half_axes);
-            sum += TractionMap::new(stiffness, &area.normalize()).of(&field.at(&x)) * area.norm();
+            sum += TractionOperator::new(stiffness, &area.normalize()).apply(&field.at(&x)) * area.norm();
         }
     }
     sum
@@ -192,13 +192,13 @@ fn equilibrium() {
         let line = gauss_legendre(90);
         for (axis, sign) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
             let normal = Vector3::ith(axis, sign);
-            let map = TractionMap::new(&stiffness, &normal);
+            let map = TractionOperator::new(&stiffness, &normal);
             for (u, by_u) in &line {
                 for (v, by_v) in &line {
                     let mut x = normal;
                     x[(axis + 1) % 3] = *u;
                     x[(axis + 2) % 3] = *v;
-                    cube += map.of(&field.at(&x)) * (by_u * by_v);
+                    cube += map.apply(&field.at(&x)) * (by_u * by_v);
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Matrix3;
 use orthowear::bem::finite::{BoundaryElements, Domain, Interpolation, SurfaceState};
-use orthowear::body::{ElasticBody, Estimate, FeBody, HalfSpaceBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody};
 use orthowear::element::ElementKind::{Hex8, Hex20};
 use orthowear::fem::{HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
@@ -18,7 +18,7 @@ use crate::fem_meshes::block;
 
 /// Stress at the corners of elements, means over the elements around, and where.
 fn at_corners(elements: &BoundaryElements, state: &SurfaceState) -> Vec<(Point, Matrix3<f64>)> {
-    let field = elements.on_surface(state);
+    let field = elements.surface_solution(state);
     let mut all: Vec<(Point, Matrix3<f64>, f64)> = Vec::new();
     for i in 0..elements.n_elements() {
         let kind = elements.panel(i).kind;
@@ -52,7 +52,7 @@ const DISTANCES: [f64; 4] = [0.5, 0.2, 0.05, 0.005];
 fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     let pressure = 100.0;
     let mut panels = sphere(n, 1.0, false);
-    if domain == Domain::Outside {
+    if domain == Domain::Exterior {
         // Normals into the cavity: mirrored.
         panels.iter_mut().for_each(|panel| panel.nodes.iter_mut().for_each(|x| x.x = -x.x));
     }
@@ -62,26 +62,26 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
     let exact = |x: &Point| {
         let (r, n) = (x.norm(), x.normalize());
         match domain {
-            Domain::Inside => -pressure * Matrix3::identity(),
-            Domain::Outside => (Matrix3::identity() * 0.5 - n * n.transpose() * 1.5) * (pressure / r.powi(3)),
+            Domain::Interior => -pressure * Matrix3::identity(),
+            Domain::Exterior => (Matrix3::identity() * 0.5 - n * n.transpose() * 1.5) * (pressure / r.powi(3)),
         }
     };
     let corners = at_corners(&elements, &state);
     let square: f64 = corners.iter().map(|(x, stress)| (stress - exact(x)).norm_squared()).sum();
-    let field = elements.on_surface(&state);
+    let field = elements.surface_solution(&state);
     let (mut sum, mut area) = (0.0, 0.0);
     let all = (0..elements.n_elements())
-        .flat_map(|i| elements.places_of(i).places().iter().map(move |xi| (i, *xi)));
+        .flat_map(|i| elements.reference_nodes_of(i).reference_points().iter().map(move |xi| (i, *xi)));
     for ((i, xi), weight) in all.zip(elements.areas()) {
         let n = elements.panel(i).position(xi).normalize();
         let stress = field.stress(i, xi);
         sum += 0.5 * (stress.trace() - n.dot(&(stress * n))) * weight;
         area += weight;
     }
-    let inside = elements.inside(&state, domain);
+    let inside = elements.interior_solution(&state, domain);
     let direction = Point::new(0.3, 0.5, 0.8).normalize();
-    let tangential = if domain == Domain::Inside { -pressure } else { 0.5 * pressure };
-    let outward = if domain == Domain::Inside { -1.0 } else { 1.0 };
+    let tangential = if domain == Domain::Interior { -pressure } else { 0.5 * pressure };
+    let outward = if domain == Domain::Interior { -1.0 } else { 1.0 };
     Errors {
         corners: (square / corners.len() as f64).sqrt() / pressure,
         mean: (sum / area - tangential).abs() / pressure,
@@ -98,7 +98,7 @@ fn errors(n: usize, interpolation: Interpolation, domain: Domain) -> Errors {
 /// the mean of σ_t over the surface is right to 1.2 % of p with 216.
 #[test]
 fn spheres_and_cavities() {
-    for domain in [Domain::Inside, Domain::Outside] {
+    for domain in [Domain::Interior, Domain::Exterior] {
         let cells = [2, 3, 6];
         let [coarsest, coarse, fine] = cells.map(|n| errors(n, Interpolation::Linear, domain));
         let corners = [coarsest.corners, coarse.corners, fine.corners];
@@ -116,7 +116,7 @@ fn spheres_and_cavities() {
 /// their corners.
 #[test]
 fn the_wall_of_a_cavity() {
-    let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Outside));
+    let [coarse, fine] = [2, 3].map(|n| errors(n, Interpolation::Quadratic, Domain::Exterior));
     assert!(fine.mean < 1e-3 * 0.5, "{}", fine.mean);
     assert!(coarse.corners / fine.corners > 1.5_f64.powf(1.5), "{} {}", coarse.corners, fine.corners);
 }
@@ -136,7 +136,7 @@ fn below_a_circular_contact() {
     for side in [Side::Lower, Side::Upper] {
         let body = HalfSpaceBody::new(&steel(), side, &frame).unwrap();
         let points = depths.map(|depth| frame.origin + Point::new(0.0, 0.0, depth * -side.outward()));
-        let found = body.inside(&frame, &tractions, &points).unwrap().unwrap();
+        let found = body.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
         for (zeta, found) in depths.into_iter().zip(&found) {
             let inverse = 1.0 / (1.0 + zeta * zeta);
             let radial = -1.3 * (1.0 - zeta * (1.0 / zeta).atan()) + 0.5 * inverse;
@@ -150,7 +150,7 @@ fn below_a_circular_contact() {
         assert!(shear(3) > shear(2) && shear(3) > shear(4));
         // Towards the other body's push, and to 0 far away like the approach a π p0 / (2 E*) in the middle of the surface.
         let modulus = 210e3 / (1.0 - 0.09);
-        let middle = body.inside(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
+        let middle = body.recover_at_points(&frame, &tractions, &[frame.origin]).unwrap().unwrap()[0].displacement;
         assert!((middle.z * -side.outward() / (FRAC_PI_2 / modulus) - 1.0).abs() < 0.02, "{middle}");
     }
 }
@@ -166,7 +166,7 @@ fn tractions_below_the_surface() {
     {
         let body = HalfSpaceBody::new(&stiffness, side, &frame).unwrap();
         let x = Point::new(0.0, 0.0, -0.02 * side.outward());
-        let found = body.inside(&frame, &tractions, &[x]).unwrap().unwrap()[0].stress;
+        let found = body.recover_at_points(&frame, &tractions, &[x]).unwrap().unwrap()[0].stress;
         let global = frame.axes.to_global(&Point::from(tractions)) * side.gap_sign();
         let wrong = found * frame.axes.normal() * side.outward() - global;
         assert!(wrong.norm() < 0.05, "{side:?} {found} {wrong}");
@@ -187,8 +187,8 @@ fn a_large_block_beside_the_half_space() {
         let half_space = HalfSpaceBody::new(&steel(), side, &frame).unwrap();
         let points =
             [[0.1, 0.2, 0.3], [0.6, -0.3, 0.5], [-0.2, 0.1, 1.5]].map(|[x, y, z]| Point::new(x, y, up * z));
-        let found = block.inside(&frame, &tractions, &points).unwrap().unwrap();
-        let wanted = half_space.inside(&frame, &tractions, &points).unwrap().unwrap();
+        let found = block.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
+        let wanted = half_space.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
         for (found, wanted) in found.iter().zip(&wanted) {
             assert!(
                 (found.stress - wanted.stress).amax() < 0.05,
@@ -216,10 +216,10 @@ fn a_block_of_finite_elements() {
     let finite = fem_bodies::spec(mesh.clone(), steel(), HexFormulation::Standard, vec![clamp("z0")]);
     let finite = FeBody::new(finite, "z1", Side::Lower, &frame).unwrap();
     let moved = finite.recover(&tractions).unwrap().displacement;
-    let wanted = finite.recover_stress(&tractions, &moved, Estimate::Skipped).unwrap().unwrap();
+    let wanted = finite.recover_stress(&tractions, &moved, ErrorEstimation::Skip).unwrap().unwrap();
     let wanted = |x: Point| {
         let node = mesh.points.iter().position(|y| (Point::from(*y) - x).norm() < 1e-9).unwrap();
-        wanted.stress[wanted.points.node.iter().position(|other| *other == node).unwrap()]
+        wanted.stress[wanted.points.mesh_nodes.iter().position(|other| *other == node).unwrap()]
     };
     let coarse = block(Hex8, [n; 3], [1.0; 3], place);
     let by_surface = spec(&coarse, &steel(), Interpolation::Linear, vec![clamp("z0")]);
@@ -230,12 +230,12 @@ fn a_block_of_finite_elements() {
     };
     let points = [[0.0, 0.0, -2.0], [1.0, -2.0, -1.0], [2.0, 1.0, -3.0], [-1.0, 1.0, -2.0]]
         .map(|x| Point::from(x) / 3.0);
-    let inside = boundary.inside(&frame, &tractions, &points).unwrap().unwrap();
+    let inside = boundary.recover_at_points(&frame, &tractions, &points).unwrap().unwrap();
     points.iter().zip(&inside).for_each(|(x, found)| near(found.voigt(), wanted(*x), x));
-    let stress = boundary.recover_stress(&tractions, &[], Estimate::Skipped).unwrap().unwrap();
+    let stress = boundary.recover_stress(&tractions, &[], ErrorEstimation::Skip).unwrap().unwrap();
     for x in [[3.0, 0.0, -3.0], [0.0, -3.0, -2.0], [-3.0, 1.0, -3.0]].map(|x| Point::from(x) / 3.0) {
         let at = |node: &usize| (Point::from(by_surface.mesh.points[*node]) - x).norm() < 1e-9;
-        let point = stress.points.node.iter().position(at).unwrap();
+        let point = stress.points.mesh_nodes.iter().position(at).unwrap();
         near(stress.stress[point], wanted(x), &x);
     }
 }

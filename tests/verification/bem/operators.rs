@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use orthowear::bem::half_space::{
     CrossBlocks, DenseFlexibility, FftFlexibility, PatchIntegrator, Side, SurfaceGreen, polygon,
 };
-use orthowear::error::Kind;
+use orthowear::error::ErrorKind;
 use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
 use std::f64::consts::PI;
@@ -233,29 +233,29 @@ fn unusable_frames_are_refused() {
         let error = FftFlexibility::new(cells, spacing, &green, CrossBlocks::Keep).err().expect("a refusal");
         (error.kind(), error.to_string())
     };
-    assert_eq!(grid([0, 4], [0.1, 0.1]).0, Kind::Input);
-    assert_eq!(grid([4, 4], [0.1, f64::NAN]).0, Kind::Input);
-    assert_eq!(grid([4, 4], [-0.1, 0.1]).0, Kind::Input);
+    assert_eq!(grid([0, 4], [0.1, 0.1]).0, ErrorKind::Input);
+    assert_eq!(grid([4, 4], [0.1, f64::NAN]).0, ErrorKind::Input);
+    assert_eq!(grid([4, 4], [-0.1, 0.1]).0, ErrorKind::Input);
     for size in [1e30, 1e-30] {
         let (kind, message) = grid([4, 4], [size, size]);
-        assert!(kind == Kind::Input && message.contains("units"), "{message}");
+        assert!(kind == ErrorKind::Input && message.contains("units"), "{message}");
     }
     let (kind, message) = grid([1_000_000, 1_000_000], [0.1, 0.1]);
-    assert!(kind == Kind::Resources && message.contains("bytes") && message.contains("fewer cells"));
+    assert!(kind == ErrorKind::Resources && message.contains("bytes") && message.contains("fewer cells"));
     let (centers, cells, areas) = grid_polygons([2, 2], [1.0, 1.0]);
     let dense = |centers: &[[f64; 2]], cells: &[Vec<[f64; 2]>], areas: &[f64]| {
         DenseFlexibility::new(centers, cells, areas, &green).err().expect("a refusal").kind()
     };
-    assert_eq!(dense(&centers, &cells, &areas[1..]), Kind::Input);
-    assert_eq!(dense(&[], &[], &[]), Kind::Input);
-    assert_eq!(dense(&centers, &cells, &[1.0, 0.0, 1.0, 1.0]), Kind::Input);
+    assert_eq!(dense(&centers, &cells, &areas[1..]), ErrorKind::Input);
+    assert_eq!(dense(&[], &[], &[]), ErrorKind::Input);
+    assert_eq!(dense(&centers, &cells, &[1.0, 0.0, 1.0, 1.0]), ErrorKind::Input);
     let line = vec![vec![[0.0, 0.0], [1.0, 0.0]]; 4];
-    assert_eq!(dense(&centers, &line, &areas), Kind::Input);
+    assert_eq!(dense(&centers, &line, &areas), ErrorKind::Input);
     let clockwise: Vec<Vec<[f64; 2]>> = cells.iter().map(|c| c.iter().rev().copied().collect()).collect();
-    assert_eq!(dense(&centers, &clockwise, &areas), Kind::Input);
+    assert_eq!(dense(&centers, &clockwise, &areas), ErrorKind::Input);
     let many = 300_000;
     let huge = dense(&vec![[0.0, 0.0]; many], &vec![cells[0].clone(); many], &vec![1.0; many]);
-    assert_eq!(huge, Kind::Resources);
+    assert_eq!(huge, ErrorKind::Resources);
 }
 
 /// Truth: the product on the whole grid of tractions and their mirror image, even along the mirror and odd across it; 2e-14 of the
@@ -276,8 +276,8 @@ fn a_half_does_what_the_whole_does_with_the_image() {
             let whole = FftFlexibility::new(cells, spacing, bodies, cross).expect("an operator");
             for across in [0, 1] {
                 let sides = bodies.mirrors(across) && cells[across] % 2 == 0;
-                let half = whole.mirrored(across);
-                assert_eq!((half.is_some(), whole.mirrors(across)), (sides, sides), "{cells:?} {across}");
+                let half = whole.mirror_half(across);
+                assert_eq!((half.is_some(), whole.is_mirror_symmetric(across)), (sides, sides), "{cells:?} {across}");
                 if let Some(half) = half {
                     half_of_whole(&whole, half.as_ref(), (cells, across));
                 }

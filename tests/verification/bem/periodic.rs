@@ -4,7 +4,7 @@ use super::{Random, cfrp, green, pair, steel};
 use crate::crystals::cfrp_of_tables;
 use nalgebra::Matrix3;
 use orthowear::bem::half_space::{CrossBlocks, PatchIntegrator, PeriodicFlexibility, Side, SurfaceGreen};
-use orthowear::error::Kind;
+use orthowear::error::ErrorKind;
 use orthowear::geometry::fibre_axes;
 use orthowear::linalg::operator::Flexibility;
 use orthowear::linalg::subset::SubsetFlexibility;
@@ -374,7 +374,7 @@ fn nonsense_is_refused() {
         let error = PeriodicFlexibility::new(cells, spacing, directions, &green, CrossBlocks::Keep)
             .err()
             .expect("refused");
-        assert!(error.kind() == Kind::Input && error.message().contains(word), "{error}");
+        assert!(error.kind() == ErrorKind::Input && error.message().contains(word), "{error}");
     };
     refused([1, 1], [1.0, 1.0], [true, true], "one cell");
     refused([0, 4], [1.0, 1.0], [true, true], "at least one");

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use super::{Random, cfrp, green, relative, steel};
 use crate::common::usual_or_finest;
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use orthowear::bem::half_space::{InteriorField, PointField, PointForceField, Side, TractionMap};
+use orthowear::bem::half_space::{PointForceIntegral, GreenTensor, PointForceField, Side, TractionOperator};
 use orthowear::material::{Orthotropic, Stiffness};
 
 /// Nine constants, turned by angles that leave no plane of symmetry along the surface.
@@ -44,8 +44,8 @@ fn field(stiffness: &Stiffness) -> PointForceField {
     PointForceField::new(stiffness).expect("a field")
 }
 
-fn direct(stiffness: &Stiffness) -> InteriorField {
-    InteriorField::new(stiffness, &green(stiffness, Side::Lower))
+fn direct(stiffness: &Stiffness) -> PointForceIntegral {
+    PointForceIntegral::new(stiffness, &green(stiffness, Side::Lower))
 }
 
 /// A direction at the depth `z`.
@@ -58,7 +58,7 @@ fn steepest(gradient: &[Matrix3<f64>; 3]) -> f64 {
     gradient.iter().map(Matrix3::amax).fold(0.0, f64::max)
 }
 
-fn apart(a: &PointField, b: &PointField) -> f64 {
+fn apart(a: &GreenTensor, b: &GreenTensor) -> f64 {
     steepest(&[0, 1, 2].map(|k| a.gradient[k] - b.gradient[k]))
 }
 
@@ -139,7 +139,7 @@ fn the_surface_is_free() {
     let steel = [("steel".to_owned(), steel(), field(&steel()))];
     for (name, stiffness, field) in TABLES.iter().chain(&steel) {
         let green = green(stiffness, Side::Lower);
-        let traction = TractionMap::new(stiffness, &Vector3::z());
+        let traction = TractionOperator::new(stiffness, &Vector3::z());
         let size = stiffness.voigt().amax();
         for k in 0..40 {
             let (phi, r): (f64, f64) = (-3.0 + 0.15 * k as f64, 0.3 + 0.1 * k as f64);
@@ -147,7 +147,7 @@ fn the_surface_is_free() {
             let at = field.at(&x);
             let scale = steepest(&at.gradient);
             assert!(relative(&at.value, &(green.gamma(phi) / r)) < 1e-12, "{name}");
-            assert!(traction.of(&at).amax() < 1e-13 * size * scale, "{name}: {}", traction.of(&at));
+            assert!(traction.apply(&at).amax() < 1e-13 * size * scale, "{name}: {}", traction.apply(&at));
             // Rounding of a coordinate does not take a point off the surface.
             assert_eq!(field.at(&(x + Vector3::z() * 1e-11)), at);
             let h = 1e-4 * r;
@@ -174,7 +174,7 @@ fn tractions_on_a_hemisphere_balance_the_force() {
                 let sin = (1.0 - z * z).sqrt();
                 let n = Vector3::new(sin * phi.cos(), sin * phi.sin(), -z);
                 sum +=
-                    TractionMap::new(stiffness, &n).of(&field.at(&n)) * (weight * 2.0 * PI / around as f64);
+                    TractionOperator::new(stiffness, &n).apply(&field.at(&n)) * (weight * 2.0 * PI / around as f64);
             }
         }
         assert!((sum + Matrix3::identity()).amax() < 1e-5, "{name}: {sum}");

@@ -6,8 +6,8 @@ use super::random;
 use crate::common::steel;
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{BodyField, ElasticBody, FeBody, HalfSpaceBody, RigidBody};
-use orthowear::coupling::{BlockSystem, Coupled, Coupling, couple};
-use orthowear::error::{Kind, Result};
+use orthowear::coupling::{BlockSystem, CoupledBodies, Coupling, couple};
+use orthowear::error::{ErrorKind, Result};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::linalg::operator::Flexibility;
 
@@ -64,7 +64,7 @@ pub fn pairs(frame: &ContactFrame) -> Vec<(&'static str, Pair)> {
     ]
 }
 
-pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> Coupled {
+pub fn tied([lower, upper]: &mut Pair, frame: &ContactFrame, coupling: Coupling) -> CoupledBodies {
     couple(lower.as_mut(), upper.as_mut(), frame, coupling, SkipVanishing).expect("coupled bodies")
 }
 
@@ -139,9 +139,9 @@ fn what_the_block_system_cannot_do_is_refused() {
             assert!(error.message().contains(word), "{error}");
             error.kind()
         };
-    assert_eq!(refused(&mut RigidBody, &mut RigidBody, &frame, "both bodies are rigid"), Kind::Input);
-    assert_eq!(refused(&mut RigidBody, &mut Closed, &frame, "body 2 (closed)"), Kind::Input);
+    assert_eq!(refused(&mut RigidBody, &mut RigidBody, &frame, "both bodies are rigid"), ErrorKind::Input);
+    assert_eq!(refused(&mut RigidBody, &mut Closed, &frame, "body 2 (closed)"), ErrorKind::Input);
     let large = ContactFrame::grid([1.0, 1.0], [150, 150], [0.0; 2], 0.0).unwrap();
     let mut upper = half_space(Side::Upper, &large);
-    assert_eq!(refused(&mut RigidBody, &mut upper, &large, "135000 unknowns"), Kind::Resources);
+    assert_eq!(refused(&mut RigidBody, &mut upper, &large, "135000 unknowns"), ErrorKind::Resources);
 }

@@ -15,12 +15,12 @@ use orthowear::history::record::Outcome;
 use orthowear::history::step::{Integrator, Step};
 use orthowear::history::{Model, RunResult, run};
 use orthowear::linalg::cell_matrix::CellMatrix;
-use orthowear::linalg::operator::{Entries, Flexibility};
+use orthowear::linalg::operator::{EntryAccess, Flexibility};
 use orthowear::linalg::subset::SubsetFlexibility;
 
 /// Truth: the definition: columns are what the operator makes of unit tractions, here on every third cell, to rounding.
 fn entries_are_products(name: &str, operator: &dyn Flexibility) {
-    assert_ne!(operator.entries(), Entries::None, "{name}");
+    assert_ne!(operator.entry_access(), EntryAccess::Unavailable, "{name}");
     let n = operator.n_cells();
     let cells: Vec<usize> = (0..n).step_by(3).collect();
     let m = cells.len();

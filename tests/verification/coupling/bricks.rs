@@ -5,7 +5,7 @@ use std::sync::Arc;
 use orthowear::element::ElementKind;
 use orthowear::fem::{FeSpec, HexFormulation, Support};
 use orthowear::material::Stiffness;
-use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
+use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
 /// A block over [-width, width]^2, between heights `z[0]` and `z[1]`.
 pub struct Brick {
@@ -87,7 +87,7 @@ impl Brick {
         };
         let block = |kind: ElementKind, nodes: Vec<usize>, first: u64| {
             let n = (nodes.len() / kind.n_nodes()) as u64;
-            Block { kind, nodes, tags: (first..first + n).collect() }
+            CellBlock { kind, nodes, tags: (first..first + n).collect() }
         };
         let [bottom, top] = faces;
         let base_z = if self.contact_on_top { 0 } else { nz };

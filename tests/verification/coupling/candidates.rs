@@ -30,7 +30,7 @@ fn operators_agree_with_bodies_solved_afresh() {
     for (name, mut pair) in pairs(&frame) {
         let coupled = tied(&mut pair, &frame, Coupling::Schur);
         let gap = gaps(&coupled, &tractions);
-        let afresh = coupled.flexibility.direct_in(&cells, &tractions).expect("a factor at hand, or a grid");
+        let afresh = coupled.flexibility.direct_sums(&cells, &tractions).expect("a factor at hand, or a grid");
         let some = |plane: usize| cells.iter().map(move |cell| plane * n + cell);
         let expected: Vec<f64> = (0..3).flat_map(some).map(|i| gap[i]).collect();
         let found: Vec<f64> = (0..3).flat_map(|plane| afresh.iter().map(move |gap| gap[plane])).collect();
@@ -52,7 +52,7 @@ fn what_is_not_formed_is_completed_or_grown() {
         assert!(free.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < 1e-14, "{name}");
         let others: Vec<usize> = (0..n).filter(|&cell| !candidates[cell]).collect();
         // Half-spaces are formed at once.
-        let unformed = some.flexibility.unformed();
+        let unformed = some.flexibility.unformed_cells();
         assert_eq!(unformed, if name.contains("FE") { others.clone() } else { Vec::new() }, "{name}");
         if unformed.is_empty() {
             continue;
@@ -63,12 +63,12 @@ fn what_is_not_formed_is_completed_or_grown() {
         }
         let mut completed = gaps(&some, &tractions);
         assert!(difference(&completed, &gaps(&all, &tractions)) > 1e-3, "{name}: nothing to complete");
-        some.flexibility.complete(&tractions, &mut completed).unwrap();
+        some.flexibility.complete_gap(&tractions, &mut completed).unwrap();
         assert!(difference(&completed, &gaps(&all, &tractions)) < 1e-11, "{name}");
-        some.flexibility.form(&others[..5]).unwrap();
-        assert_eq!(some.flexibility.unformed(), others[5..], "{name}");
-        some.flexibility.form(&others[3..]).unwrap();
-        assert!(some.flexibility.unformed().is_empty(), "{name}");
+        some.flexibility.form_rows(&others[..5]).unwrap();
+        assert_eq!(some.flexibility.unformed_cells(), others[5..], "{name}");
+        some.flexibility.form_rows(&others[3..]).unwrap();
+        assert!(some.flexibility.unformed_cells().is_empty(), "{name}");
         let tractions = random(3 * n);
         assert!(difference(&gaps(&some, &tractions), &gaps(&all, &tractions)) < 1e-11, "{name}");
         let (mut normal, mut expected) = (vec![0.0; n], vec![0.0; n]);

@@ -131,7 +131,7 @@ fn punch(height: f64, bonded: bool, n: usize, (nu, formulation): (f64, HexFormul
     let layer = boxes(&[across.clone(), across, down], false, |x| x);
     let frame = ContactFrame::grid([0.5; 2], [n; 2], [0.5; 2], 0.0).unwrap();
     let inside: Vec<bool> = frame.centers.iter().map(|x| x.xy().norm() < 1.0).collect();
-    let frame = frame.keep(&inside);
+    let frame = frame.retain_cells(&inside);
     let mut spec = spec(layer, &Stiffness::isotropic(210e3, nu).expect("admissible"));
     spec.formulation = formulation;
     spec.supports = vec![

@@ -6,7 +6,7 @@ use super::grids::{boxes, growing, steps};
 use super::pairs::{Part, model, solved};
 use crate::common::{indent, press, rectangle, relative, steel};
 use nalgebra::Vector3;
-use orthowear::frame::map::covered;
+use orthowear::frame::face_map::covered_cells;
 use orthowear::frame::{ContactFrame, FaceMap, MeshedSurface, Side, first_touch};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::step::{Step, Tangential};
@@ -125,7 +125,7 @@ fn pin_pressed_sideways() {
     assert!(down.0 > 100.0 && relative(sideways.0, down.0) < 1e-7, "{down:?} {sideways:?}");
     assert!(down.1[0].abs() < 1e-7 * down.0);
     let faces = [group_faces(&hole, "low1").unwrap(), group_faces(&pin, "high1").unwrap()];
-    let surface = |mesh, faces, side| MeshedSurface { mesh, faces, side, heights: Vec::new() };
+    let surface = |mesh, faces, side| MeshedSurface { mesh, faces, side, mean_heights: Vec::new() };
     let surfaces = [surface(&hole, &faces[0], Side::Lower), surface(&pin, &faces[1], Side::Upper)];
     let first = first_touch(&frame, surfaces.each_ref().map(Some), 0.5);
     println!("{first}");
@@ -221,13 +221,13 @@ fn cells_beyond_the_other_body() {
     let small = boxes(&[steps(-1.1, 1.1, 7), steps(-1.0, 1.0, 5), steps(0.0, 1.0, 2)], false, |x| x);
     let faces = group_faces(&small, "low2").unwrap();
     let frame = ContactFrame::from_faces(&wide, "high2", Side::Lower, [0.0; 2], 0.0).unwrap();
-    let kept = covered(&frame, &small, &faces, Side::Upper);
+    let kept = covered_cells(&frame, &small, &faces, Side::Upper);
     // Of the cells of 0.5 mm those within 1.1 and 1.0 mm.
     assert_eq!(kept.iter().filter(|kept| **kept).count(), 4 * 4);
-    let frame = frame.keep(&kept);
+    let frame = frame.retain_cells(&kept);
     assert!((frame.areas.iter().sum::<f64>() - 4.0).abs() < 1e-12);
     assert!(FaceMap::new(&frame, &small, &faces, Side::Upper).is_ok());
-    assert_eq!(frame.rim().iter().filter(|rim| **rim).count(), 12);
+    assert_eq!(frame.edge_cells().iter().filter(|rim| **rim).count(), 12);
 }
 
 /// Truth: of two sheets of faces over a cell the nearest counts: a second layer of the same body further away changes
@@ -260,8 +260,8 @@ fn the_nearest_of_two_sheets() {
         FaceMap::new(&frame, &jaw, &one, Side::Upper).unwrap(),
         FaceMap::new(&frame, &clamp, &two, Side::Upper).unwrap(),
     );
-    assert_eq!(near.heights(&frame, &jaw), both.heights(&frame, &clamp));
-    assert!(near.heights(&frame, &jaw).iter().all(|h| (h - 0.2).abs() < 1e-14));
+    assert_eq!(near.mean_heights(&frame, &jaw), both.mean_heights(&frame, &clamp));
+    assert!(near.mean_heights(&frame, &jaw).iter().all(|h| (h - 0.2).abs() < 1e-14));
     let grid = ContactFrame::grid([1.0; 2], [4; 2], [0.0; 2], 0.0).unwrap();
     let error = FaceMap::new(&grid, &clamp, &two, Side::Upper).unwrap_err();
     assert!(error.message().contains("one sheet"), "{error}");

@@ -12,7 +12,7 @@ use orthowear::friction::FrictionLaw;
 use orthowear::history::{Model, run};
 use orthowear::linalg::operator::Flexibility;
 use orthowear::material::Stiffness;
-use orthowear::mesh::structured::{self, GradedBlock, Solids};
+use orthowear::mesh::structured::{self, GradedBlock, BlockElements};
 use orthowear::wear::WearLaw;
 
 /// Normal force at an approach of 0.02 mm, where the contact radius is about 1 mm.
@@ -61,7 +61,7 @@ pub fn block(
         outer_cells: outer,
         depth_cells: deep,
         first_depth: Some(2.4 / cells[0] as f64),
-        solids: Solids::Hex8,
+        solids: BlockElements::Hex8,
         side: structured::Side::Lower,
         distortion: 0.0,
     };
@@ -129,8 +129,8 @@ impl Flexibility for Spoilt {
         self.0.diagonal_blocks()
     }
 
-    fn direct_in(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
-        self.0.direct_in(cells, tractions)
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.0.direct_sums(cells, tractions)
     }
 }
 

@@ -6,7 +6,7 @@ use super::random;
 use crate::common::steel;
 use nalgebra::{Vector3, Vector6};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
-use orthowear::body::{ElasticBody, Estimate, FeBody, HalfSpaceBody, RigidBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody, HalfSpaceBody, RigidBody};
 use orthowear::coupling::{Coupling, couple, surface_distance};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::material::Stiffness;
@@ -72,8 +72,8 @@ fn constant_pressure_passes_from_body_to_body() {
         tractions[2 * n..].fill(pressure);
         for body in [&lower, &upper] {
             let displacement = body.recover(&tractions).unwrap().displacement;
-            let field = body.recover_stress(&tractions, &displacement, Estimate::Wanted).unwrap().unwrap();
-            assert!(field.error.unwrap().relative() < 1e-10);
+            let field = body.recover_stress(&tractions, &displacement, ErrorEstimation::Estimate).unwrap().unwrap();
+            assert!(field.error.unwrap().relative_error() < 1e-10);
             for stress in field.stress {
                 let error = Vector6::from(stress) - Vector6::new(0.0, 0.0, -pressure, 0.0, 0.0, 0.0);
                 assert!(error.amax() < 1e-10 * pressure, "{stress:?}");

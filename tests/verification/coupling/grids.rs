@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use orthowear::element::ElementKind;
-use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup};
+use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup};
 
 /// Names of the six sides of a mapped box: low and high end of each coordinate.
 pub const SIDES: [&str; 6] = ["low0", "high0", "low1", "high1", "low2", "high2"];
@@ -79,9 +79,9 @@ pub fn boxes(axes: &[Vec<f64>; 3], closed: bool, place: impl Fn([f64; 3]) -> [f6
     Mesh { source: "boxes".into(), points, blocks, groups, ..Mesh::default() }
 }
 
-fn block(kind: ElementKind, nodes: Vec<usize>, first: u64) -> Block {
+fn block(kind: ElementKind, nodes: Vec<usize>, first: u64) -> CellBlock {
     let n = (nodes.len() / kind.n_nodes()) as u64;
-    Block { kind, nodes, tags: (first..first + n).collect() }
+    CellBlock { kind, nodes, tags: (first..first + n).collect() }
 }
 
 fn group(name: &str, dim: usize, block: usize, n: usize) -> PhysicalGroup {
@@ -139,7 +139,7 @@ pub fn raise(mesh: &Mesh, raised: impl Fn(ElementKind) -> ElementKind) -> Mesh {
                 }
                 nodes.extend(all);
             }
-            Block { kind, nodes, tags: old.tags.clone() }
+            CellBlock { kind, nodes, tags: old.tags.clone() }
         })
         .collect();
     Mesh { points, blocks, groups: mesh.groups.clone(), ..mesh.clone() }

@@ -5,7 +5,7 @@ use crate::common::{im7, steel};
 use nalgebra::Vector3;
 use orthowear::bem::half_space::CrossBlocks::{self, SkipVanishing};
 use orthowear::body::{ElasticBody, HalfSpaceBody, RigidBody};
-use orthowear::coupling::{Coupled, Coupling, couple};
+use orthowear::coupling::{CoupledBodies, Coupling, couple};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Triad;
 use orthowear::material::Stiffness;
@@ -19,11 +19,11 @@ fn half_space(stiffness: &Stiffness, side: Side, frame: &ContactFrame) -> HalfSp
     HalfSpaceBody::new(stiffness, side, frame).expect("a half-space")
 }
 
-fn tied(body1: &mut dyn ElasticBody, body2: &mut dyn ElasticBody, frame: &ContactFrame) -> Coupled {
+fn tied(body1: &mut dyn ElasticBody, body2: &mut dyn ElasticBody, frame: &ContactFrame) -> CoupledBodies {
     couple(body1, body2, frame, Coupling::Schur, SkipVanishing).expect("coupled bodies")
 }
 
-pub fn gaps(coupled: &Coupled, tractions: &[f64]) -> Vec<f64> {
+pub fn gaps(coupled: &CoupledBodies, tractions: &[f64]) -> Vec<f64> {
     let mut gap = vec![f64::NAN; tractions.len()];
     coupled.flexibility.apply(tractions, &mut gap);
     gap
@@ -86,7 +86,7 @@ fn a_turned_frame_sees_the_turned_material() {
 #[test]
 fn dense_and_fft_agree() {
     let grid = ContactFrame::grid([1.0, 0.8], [7, 5], [0.3, 0.1], 0.4).unwrap();
-    let loose = grid.clone().keep(&vec![true; grid.n_cells()]);
+    let loose = grid.clone().retain_cells(&vec![true; grid.n_cells()]);
     let tractions = random(3 * 35);
     let answer = |frame: &ContactFrame| {
         let mut lower = half_space(&cfrp(30.0, 20.0), Side::Lower, frame);
@@ -140,7 +140,7 @@ fn impossible_pairs_are_refused() {
         couple(&mut RigidBody, &mut RigidBody, &frame, Coupling::Schur, SkipVanishing).err().unwrap();
     assert!(refused.message().contains("both bodies are rigid"), "{refused}");
     let all = vec![true; frame.n_cells()];
-    let mut bent = frame.keep(&all);
+    let mut bent = frame.retain_cells(&all);
     bent.centers[5].z = 0.1;
     let refused = HalfSpaceBody::new(&steel(), Side::Lower, &bent).err().unwrap();
     assert!(refused.message().contains("cell 5") && refused.message().contains("grid"), "{refused}");

@@ -54,7 +54,7 @@ fn weights_sum_to_the_integrals_of_the_shape_functions() {
             let frame = ContactFrame::grid([2.0, 1.5], cells, [0.0, 0.0], 0.0).unwrap();
             let map = map(&mesh, &frame);
             let mut sums = vec![0.0; map.nodes().len()];
-            map.spread(&vec![1.0; frame.n_cells()], &mut sums);
+            map.integrate_to_nodes(&vec![1.0; frame.n_cells()], &mut sums);
             for (sum, &node) in sums.iter().zip(map.nodes()) {
                 assert!((sum - expected[node]).abs() < 1e-12 * 12.0, "{sum} {}", expected[node]);
             }
@@ -92,7 +92,7 @@ fn faces_as_cells() {
         assert!(row.len() == 4 && row.iter().all(|w| (w - 0.25).abs() < 1e-14), "{row:?}");
     }
     assert!(frame.triads.iter().all(|triad| triad.normal() == nalgebra::Vector3::z()));
-    assert_eq!(frame.rim().iter().filter(|rim| !**rim).count(), 6);
+    assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
 }
 
 /// Truth: a force balance needs the transpose of the displacement map: sum over nodes of the forces and of their

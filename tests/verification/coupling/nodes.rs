@@ -32,7 +32,7 @@ fn cells_tile_the_faces() {
         let frame = ContactFrame::from_nodes(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap();
         assert_eq!(frame.n_cells(), 7 * 6);
         assert!((frame.areas.iter().sum::<f64>() / 12.0 - 1.0).abs() < 1e-12);
-        assert_eq!(frame.rim().iter().filter(|&&rim| rim).count(), 2 * (6 + 5));
+        assert_eq!(frame.edge_cells().iter().filter(|&&rim| rim).count(), 2 * (6 + 5));
         let moment: f64 = frame.areas.iter().zip(&frame.centers).map(|(area, x)| area * x.x).sum();
         assert!(moment.abs() < 1e-11, "centroid of the cells: {moment:e}");
     }
@@ -58,7 +58,7 @@ fn a_checkerboard_of_nodal_cells_is_felt() {
         };
         let map = map(&mesh, &frame);
         let mut forces = vec![0.0; map.nodes().len()];
-        map.spread(&(0..frame.n_cells()).map(sign).collect::<Vec<f64>>(), &mut forces);
+        map.integrate_to_nodes(&(0..frame.n_cells()).map(sign).collect::<Vec<f64>>(), &mut forces);
         let mut inner = 0;
         for (force, &node) in forces.iter().zip(map.nodes()) {
             let [x, y, _] = mesh.points[node];

@@ -75,7 +75,7 @@ fn weights_sum_to_the_consistent_loads() {
         for frame in [grid([7, 9]), grid([1, 1]), grid([23, 14]), faces] {
             let map = map(&mesh, &frame);
             let mut sums = vec![0.0; map.nodes().len()];
-            map.spread(&vec![1.0; frame.n_cells()], &mut sums);
+            map.integrate_to_nodes(&vec![1.0; frame.n_cells()], &mut sums);
             for (sum, &node) in sums.iter().zip(map.nodes()) {
                 assert!((sum - expected[node]).abs() < 1e-12 * 12.0, "{sum} {}", expected[node]);
             }
@@ -145,7 +145,7 @@ fn gaps_of_curved_faces() {
     let error = |n: usize, raised: fn(ElementKind) -> ElementKind| {
         let mesh = cap(n, raised);
         let faces = group_faces(&mesh, "low2").unwrap();
-        let heights = FaceMap::new(&frame, &mesh, &faces, Side::Upper).unwrap().heights(&frame, &mesh);
+        let heights = FaceMap::new(&frame, &mesh, &faces, Side::Upper).unwrap().mean_heights(&frame, &mesh);
         let mut worst: f64 = 0.0;
         for (cell, height) in heights.iter().enumerate() {
             let mut mean = 0.0;
@@ -189,7 +189,7 @@ fn faces_with_bent_edges() {
     let frame = ContactFrame::from_faces(&mesh, "contact", Side::Lower, [0.0; 2], 0.0).unwrap();
     assert!((frame.areas.iter().sum::<f64>() - 12.0).abs() < 1e-13);
     assert!(frame.all_corners().any(|corners| corners.len() == 8));
-    assert_eq!(frame.rim().iter().filter(|rim| !**rim).count(), 6);
+    assert_eq!(frame.edge_cells().iter().filter(|rim| !**rim).count(), 6);
     let map = map(&mesh, &frame);
     let ones = vec![1.0; map.nodes().len()];
     let mut means = vec![0.0; frame.n_cells()];

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use orthowear::bem::half_space::CrossBlocks::SkipVanishing;
 use orthowear::body::{FeBody, RigidBody};
 use orthowear::contact::SolverOptions;
-use orthowear::coupling::{Coupled, Coupling, couple};
-use orthowear::fem::{Bedding, Foundation};
+use orthowear::coupling::{CoupledBodies, Coupling, couple};
+use orthowear::fem::{FoundationStiffness, Foundation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
@@ -15,7 +15,7 @@ use orthowear::history::{Model, run};
 use orthowear::wear::WearLaw;
 
 /// A thin plate on an elastic foundation that is soft against it.
-fn plate(frame: &ContactFrame) -> Coupled {
+fn plate(frame: &ContactFrame) -> CoupledBodies {
     let brick = Brick {
         width: [10.0, 1.5],
         z: [-1.0, 0.0],
@@ -25,7 +25,7 @@ fn plate(frame: &ContactFrame) -> Coupled {
         tetrahedra: false,
     };
     let mut spec = spec(brick.mesh(), &steel());
-    spec.foundations = vec![Foundation { group: "base".into(), bedding: Bedding::Components([2000.0; 3]) }];
+    spec.foundations = vec![Foundation { group: "base".into(), stiffness: FoundationStiffness::Components([2000.0; 3]) }];
     let mut body = FeBody::new(spec, "contact", Side::Lower, frame).expect("a body");
     couple(&mut body, &mut RigidBody, frame, Coupling::Schur, SkipVanishing).expect("a coupled body")
 }

@@ -13,7 +13,7 @@ use crate::stability::random::Random;
 use orthowear::geometry::Point;
 use orthowear::history::record::{IncrementRecord, Outcome};
 use orthowear::mesh::Mesh;
-use orthowear::study::prepare;
+use orthowear::study::build;
 
 /// Two blocks, one of which is domed or has the gap of a sphere, of which the part on one side of some planes is modelled.
 #[derive(Clone)]
@@ -127,7 +127,7 @@ impl Pair {
         self.write(folder.path(), "scene.toml", text);
         let plan = orthowear::scene::read(&folder.path().join("scene.toml"), &[])
             .unwrap_or_else(|mistakes| panic!("{:?}", mistakes.to_error()));
-        let study = prepare(&plan, &mut |_, _| {}, &AtomicBool::new(false))
+        let study = build(&plan, &mut |_, _| {}, &AtomicBool::new(false))
             .map_err(|failure| (failure.key, failure.error.to_string()))?
             .expect("a study");
         let result = study.run(&mut Silent).expect("a run without errors");
@@ -137,7 +137,7 @@ impl Pair {
             centers: frame.centers.clone(),
             tractions: result.state.tractions,
             records: result.records,
-            planes: frame.planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]),
+            planes: frame.symmetry_planes.clone().unwrap_or_else(|| vec![[false; 3]; frame.n_cells()]),
         })
     }
 

@@ -8,7 +8,7 @@ use orthowear::history::record::Outcome;
 use orthowear::history::step::{Normal, Step, Tangential};
 use orthowear::history::{Model, RunResult};
 use orthowear::linalg::cell_matrix::CellMatrix;
-use orthowear::linalg::operator::{Entries, Flexibility};
+use orthowear::linalg::operator::{EntryAccess, Flexibility};
 use orthowear::wear::WearLaw;
 
 use crate::common::{press, relative, shift, solve, solve_with, step};
@@ -35,8 +35,8 @@ impl Flexibility for OneCell {
         orthowear::linalg::PerCell::Same(self.0, 1)
     }
 
-    fn entries(&self) -> Entries {
-        Entries::Stored
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Stored
     }
 
     fn add_entries(&self, _: &[usize], matrix: &mut CellMatrix) {

@@ -1,9 +1,9 @@
 //! Blocks for the near field of a half-space: half-width and depth `w`, clamped at the base, cells smaller towards the edges.
 
 use orthowear::body::HybridBody;
-use orthowear::body::hybrid::Site;
+use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::element::ElementKind;
-use orthowear::fem::{FeSpec, HexFormulation, Resources};
+use orthowear::fem::{FeSpec, HexFormulation, CondensationResources};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::material::Stiffness;
 use orthowear::mesh::Mesh;
@@ -50,8 +50,8 @@ pub fn body(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Sti
 
 /// The body with the near field of a half-space under a frame about the middle of its top.
 pub fn hybrid(spec: FeSpec, contact: &str, side: Side, frame: &ContactFrame) -> HybridBody {
-    let site = Site::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
-    HybridBody::new(spec, (contact, side), frame, &site, &Resources::default()).unwrap()
+    let site = HalfSpaceFit::find(&spec, contact, side, frame).unwrap().expect("a place for a half-space");
+    HybridBody::new(spec, (contact, side), frame, &site, &CondensationResources::default()).unwrap()
 }
 
 /// A frame of `cells` x `cells` cells.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use orthowear::bem::half_space::PointForceField;
-use orthowear::body::hybrid::{Correction, Forces, Patch};
+use orthowear::body::hybrid::{Correction, PatchForces, ContactPatch};
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
 use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation};
 use orthowear::frame::Side;
@@ -25,12 +25,12 @@ fn places() -> Vec<[f64; 2]> {
 fn beside(kind: ElementKind, cells: usize, stiffness: &Stiffness, field: &PointForceField) -> [f64; 2] {
     let spec = FeSpec { formulation: HexFormulation::Standard, ..body(kind, (3.0, cells, 1.0), stiffness) };
     let model = FeModel::new(spec).unwrap();
-    let patch = Patch::under(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
-    let forces = Forces { patch, stiffness, field, points: places(), surface: &[] };
+    let patch = ContactPatch::on_body(&Triad::horizontal(0.0), Side::Lower, Point::zeros(), [FRAME; 2]);
+    let forces = PatchForces { patch, stiffness, field, points: places(), curved_faces: &[] };
     let solver = ColumnSolver::new(&model, &MemoryLimit::of_machine()).unwrap();
     let found = Correction::unsymmetric(&model, &solver, std::slice::from_ref(&forces), 0.2).unwrap();
-    let on_patch = Forces { points: places()[..16].to_vec(), ..forces };
-    let direct = found.direct(&model, &on_patch).unwrap();
+    let on_patch = PatchForces { points: places()[..16].to_vec(), ..forces };
+    let direct = found.at_mesh_nodes(&model, &on_patch).unwrap();
     let (mut off, mut size) = ([0.0, 0.0], 0.0);
     for (i, place) in on_patch.points.iter().enumerate() {
         // The field of the force is regular in the body: what is held or free of tractions there is -u_hs.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use orthowear::body::hybrid::Site;
+use orthowear::body::hybrid::HalfSpaceFit;
 use orthowear::body::{ElasticBody, FeBody};
 use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8};
@@ -40,7 +40,7 @@ fn changes(curvatures: [f64; 2]) -> [f64; 2] {
     let frame = frame(24);
     let finite = |curvatures: [f64; 2]| {
         let mut body = hybrid(capped(12, curvatures), "z1", Side::Lower, &frame);
-        assert_eq!(body.indicators().objection(), None);
+        assert_eq!(body.indicators().rejection_reason(), None);
         assert_eq!(body.indicators().rise > 0.0, curvatures != [0.0; 2]);
         load(&mut body, &frame)
     };
@@ -88,12 +88,12 @@ fn surfaces_go_on_beyond_the_group() {
         body.mesh = Arc::new(mesh);
         body
     };
-    let whole = Site::find(&with_middle(&|_| {}), "z1", Side::Lower, &frame).unwrap().unwrap();
-    let middle = Site::find(&with_middle(&|_| {}), "middle", Side::Lower, &frame).unwrap().unwrap();
+    let whole = HalfSpaceFit::find(&with_middle(&|_| {}), "z1", Side::Lower, &frame).unwrap().unwrap();
+    let middle = HalfSpaceFit::find(&with_middle(&|_| {}), "middle", Side::Lower, &frame).unwrap().unwrap();
     assert_eq!(whole, middle);
     // Nodes of the top beyond x = 2 lie deeper by half a cell.
     let step = |x: &mut [f64; 3]| x[2] -= if x[0] > 2.5 && x[2] > -1.5 { 0.5 } else { 0.0 };
-    let why = Site::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
+    let why = HalfSpaceFit::find(&with_middle(&step), "middle", Side::Lower, &frame).unwrap().unwrap_err();
     assert!(why.0.contains("an edge of the body"), "{}", why.0);
 }
 
@@ -103,7 +103,7 @@ fn surfaces_go_on_beyond_the_group() {
 fn small_frames_on_large_faces() {
     let site = |curvature: f64, half: f64, middle: [f64; 2]| {
         let frame = ContactFrame::grid([half; 2], [4; 2], middle, 0.0).unwrap();
-        Site::find(&capped(4, [curvature; 2]), "z1", Side::Lower, &frame).unwrap()
+        HalfSpaceFit::find(&capped(4, [curvature; 2]), "z1", Side::Lower, &frame).unwrap()
     };
     for middle in [[0.9, 0.9], [-1.1, 0.4], [0.0, 0.0]] {
         assert_eq!(site(0.0, 0.05, middle).unwrap().rise, 0.0);

@@ -1,7 +1,7 @@
 //! Fields of bodies with the near field of a half-space: they satisfy the supports, balance the tractions, and agree with those of a
 //! condensed mesh.
 
-use orthowear::body::{ElasticBody, Estimate, FeBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::frame::{ContactFrame, Side};
 
@@ -30,7 +30,7 @@ fn supports_and_balance() {
     let mut body = hybrid(body(Hex27, (w, n, 1.0), &cfrp()), "z1", Side::Lower, &frame);
     let operator = body.take_flexibility(orthowear::bem::half_space::CrossBlocks::Keep).unwrap().unwrap();
     let field = body.recover(&tractions).unwrap();
-    let stress = body.recover_stress(&tractions, &field.displacement, Estimate::Wanted).unwrap().unwrap();
+    let stress = body.recover_stress(&tractions, &field.displacement, ErrorEstimation::Estimate).unwrap().unwrap();
     let surface = body.surface().unwrap();
     let points = &surface.mesh.points;
     let largest = field.displacement.iter().flatten().fold(0.0, |m: f64, u| m.max(u.abs()));
@@ -63,7 +63,7 @@ fn supports_and_balance() {
     };
     for level in [-0.75, -1.5] {
         let mut carried = [0.0; 3];
-        for (point, &node) in stress.points.node.iter().enumerate() {
+        for (point, &node) in stress.points.mesh_nodes.iter().enumerate() {
             let x = points[node];
             if (x[2] - level).abs() < 1e-9 {
                 let [.., zz, yz, xz, _] = stress.stress[point];
@@ -77,7 +77,7 @@ fn supports_and_balance() {
             assert!(off < 0.02, "at {level}: {carried:?} for {:?}", [0, 1, 2].map(force));
         }
     }
-    let error = stress.error.unwrap().relative();
+    let error = stress.error.unwrap().relative_error();
     assert!(error < 0.2, "{error}");
 }
 

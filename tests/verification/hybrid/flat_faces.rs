@@ -43,9 +43,9 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
     let frame = ContactFrame::grid([0.8; 2], [32; 2], [0.05, -0.1], 0.0).unwrap();
     let faces = group_faces(mesh, "z1").unwrap();
     let map = FaceMap::new(&frame, mesh, &faces, Side::Lower).unwrap();
-    let heights = map.heights(&frame, mesh);
-    let surface = MeshedSurface { mesh, faces: &faces, side: Side::Lower, heights };
-    let bowed = surface.bowed_heights(&frame);
+    let heights = map.mean_heights(&frame, mesh);
+    let surface = MeshedSurface { mesh, faces: &faces, side: Side::Lower, mean_heights: heights };
+    let bowed = surface.curved_heights(&frame);
     let gauss = 0.5 * 0.05 / 3f64.sqrt();
     let largest = |heights: &[f64]| {
         let error = |(height, center): (&f64, &orthowear::geometry::Point)| {
@@ -55,7 +55,7 @@ fn errors(mesh: &Mesh, depth: Depth) -> [f64; 2] {
         };
         heights.iter().zip(&frame.centers).map(error).fold(0.0, f64::max)
     };
-    [largest(&surface.heights), largest(&bowed)]
+    [largest(&surface.mean_heights), largest(&bowed)]
 }
 
 /// Truth: spheres and cylinders. Chords cut off h^2 / 8R along each direction (order 2); with the curvature of the surface the heights
@@ -83,10 +83,10 @@ fn what_is_plane_stays_so() {
         });
         let frame = ContactFrame::grid([0.8; 2], [16; 2], [0.0; 2], 0.0).unwrap();
         let faces = group_faces(&mesh, "z1").unwrap();
-        let heights = FaceMap::new(&frame, &mesh, &faces, Side::Lower).unwrap().heights(&frame, &mesh);
-        let surface = MeshedSurface { mesh: &mesh, faces: &faces, side: Side::Lower, heights };
-        let bowed = surface.bowed_heights(&frame);
-        assert!(bowed.iter().zip(&surface.heights).all(|(a, b)| (a - b).abs() < 1e-12));
+        let heights = FaceMap::new(&frame, &mesh, &faces, Side::Lower).unwrap().mean_heights(&frame, &mesh);
+        let surface = MeshedSurface { mesh: &mesh, faces: &faces, side: Side::Lower, mean_heights: heights };
+        let bowed = surface.curved_heights(&frame);
+        assert!(bowed.iter().zip(&surface.mean_heights).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 }
 

@@ -39,7 +39,7 @@ pub fn sphere_on(body: &mut dyn ElasticBody, side: Side, frame: &ContactFrame) -
 fn load(kind: ElementKind, (w, n, ratio): (f64, usize, f64), stiffness: &Stiffness) -> (f64, usize) {
     let frame = frame(64);
     let mut body = hybrid(body(kind, (w, n, ratio), stiffness), "z1", Side::Lower, &frame);
-    assert_eq!(body.indicators().objection(), None, "{:?}", body.indicators());
+    assert_eq!(body.indicators().rejection_reason(), None, "{:?}", body.indicators());
     let model = sphere_on(&mut body, Side::Lower, &frame);
     let result = run(&model, &[indent(0.02)], &SolverOptions::default(), &mut Silent).unwrap();
     assert!(result.records[0].converged);

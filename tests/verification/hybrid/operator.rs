@@ -7,7 +7,7 @@ use orthowear::element::ElementKind::{Hex8, Hex27};
 use orthowear::fem::{FeSpec, HexFormulation};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::linalg::operator::Flexibility;
-use orthowear::material::{Placed, Placement, Ply, Stiffness};
+use orthowear::material::{PlacedMaterial, RegionMaterial, Ply, Stiffness};
 
 use super::blocks::{FRAME, body, cfrp, frame, hybrid, mesh};
 use crate::common::steel;
@@ -59,7 +59,7 @@ fn products_windows_and_entries() {
     let pressed: Vec<f64> = (0..3 * n).map(|k| if k < 2 * n { 0.0 } else { p[k] }).collect();
     assert!(apart(&normal, &product(&*operator, &pressed)[2 * n..]) < 1e-12);
     for cell in [0, 77, n - 1] {
-        let direct = operator.direct(cell, &p).unwrap();
+        let direct = operator.direct_sum(cell, &p).unwrap();
         let found = [0, 1, 2].map(|c| by_p[c * n + cell]);
         assert!(apart(&direct, &found) < 1e-9, "{direct:?} {found:?}");
         let block = operator.diagonal_blocks()[cell];
@@ -71,7 +71,7 @@ fn products_windows_and_entries() {
         }
     }
     let origin = [5, 3];
-    let window = operator.placed(operator.on_grid([11, 9], 1).unwrap(), origin, 1);
+    let window = operator.restriction_at(operator.restrict([11, 9], 1).unwrap(), origin, 1);
     let cells = window.grid().unwrap();
     let m = cells[0] * cells[1];
     let place = |k: usize| k / m * n + (origin[0] + k % m / cells[1]) * 24 + origin[1] + k % m % cells[1];
@@ -140,18 +140,18 @@ fn two_bodies() {
 }
 
 /// Plies of these stiffnesses, each down to its depth.
-fn plies(plies: &[(f64, &Stiffness)]) -> Placement {
+fn plies(plies: &[(f64, &Stiffness)]) -> RegionMaterial {
     let mut upper = 1.0;
     let placed = |(depth, stiffness): &(f64, &Stiffness)| {
         let z = [-depth, upper];
         upper = -depth;
         let axes = nalgebra::Matrix3::identity();
         let orientation = orthowear::material::Orientation::Uniform(axes);
-        Ply { z, placed: Placed { name: "ply".into(), stiffness: (*stiffness).clone(), orientation } }
+        Ply { z_range: z, material: PlacedMaterial { name: "ply".into(), stiffness: (*stiffness).clone(), orientation } }
     };
     let mut all: Vec<Ply> = plies.iter().map(placed).collect();
     all.reverse();
-    Placement::Layup(all)
+    RegionMaterial::Layup(all)
 }
 
 /// Truths: layers of one material are that material; a layer of 1.2 mm on a base that is ten times softer moves under uniform pressure as

@@ -5,7 +5,7 @@ use orthowear::bem::half_space::CrossBlocks::Keep;
 use orthowear::bem::half_space::PointForceField;
 use orthowear::body::ElasticBody;
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
-use orthowear::fem::Bedding;
+use orthowear::fem::FoundationStiffness;
 use orthowear::fem::{FeModel, FeSpec, Foundation, HexFormulation, Support};
 use orthowear::frame::{ContactFrame, Side};
 use orthowear::geometry::Point;
@@ -89,7 +89,7 @@ fn rigid_motions() {
     let shifted = |stiffness: f64| {
         let base =
             Support { group: "z0".into(), components: ALL, value: [0.0, 0.0, 0.01], gradient: [[0.0; 3]; 3] };
-        let foundation = Foundation { group: "x0".into(), bedding: Bedding::Components([stiffness; 3]) };
+        let foundation = Foundation { group: "x0".into(), stiffness: FoundationStiffness::Components([stiffness; 3]) };
         surface(FeSpec { supports: vec![base], foundations: vec![foundation], ..spec.clone() }, &frame)
     };
     let soft = off(&shifted(1e-6), &frame, |_| Vector3::new(0.0, 0.0, 0.01));
@@ -109,7 +109,7 @@ fn weight() {
     for (kind, cells, ratio, most) in [(Hex27, 4, 1.0, 1e-4), (Hex8, 8, 1.0, 5e-3), (Hex8, 8, 3.0, 2e-2)] {
         let own = body(kind, (3.0, cells, ratio), &steel());
         let spec = FeSpec { supports: supports.clone(), body_force: [0.0, 0.0, -0.05], ..own };
-        let estimated = hybrid(spec.clone(), "z1", Side::Lower, &frame).own_error().unwrap().mean;
+        let estimated = hybrid(spec.clone(), "z1", Side::Lower, &frame).applied_load_error().unwrap().mean;
         let error = off(&surface(spec, &frame), &frame, |_| Vector3::new(0.0, 0.0, exact));
         println!(
             "{} {ratio}: {:.1e}, estimated {:.1e}",
@@ -208,11 +208,11 @@ fn pressed_from_the_side() {
     let mut errors = Vec::new();
     for (kind, n) in [(Hex8, 4), (Hex8, 8), (Hex27, 4)] {
         let body = hybrid(pressed(kind, n), "z1", Side::Lower, &frame);
-        let estimated = body.own_error().unwrap().mean;
+        let estimated = body.applied_load_error().unwrap().mean;
         let mut most: f64 = 0.0;
         for &node in &under {
             let x = Point::from(mesh.points[node]);
-            let exact = Point::from(reference.free_displacement()[node]);
+            let exact = Point::from(reference.contact_free_displacement()[node]);
             let found = interpolated(body.free_gap().unwrap(), &frame, &x);
             most = most.max((found - exact).norm());
         }

@@ -3,10 +3,10 @@
 use orthowear::bem::half_space::CrossBlocks::Keep;
 use orthowear::bem::half_space::PointForceField;
 use orthowear::body::ElasticBody;
-use orthowear::body::hybrid::{Correction, FaceContact, Forces, MultiPatchBody, Patch};
+use orthowear::body::hybrid::{Correction, FaceContact, PatchForces, MultiPatchBody, ContactPatch};
 use orthowear::contact::SolverOptions;
 use orthowear::element::ElementKind::{self, Hex8, Hex27};
-use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation, Resources, Support};
+use orthowear::fem::{ColumnSolver, FeModel, FeSpec, HexFormulation, CondensationResources, Support};
 use orthowear::frame::{ContactFrame, GapShape, InitialGap, Side};
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::{Point, Triad};
@@ -53,15 +53,15 @@ fn beside(kind: ElementKind, n: usize, stiffness: &Stiffness) -> f64 {
     let solver = ColumnSolver::new(&model, &MemoryLimit::of_machine()).unwrap();
     let level = Triad::horizontal(0.0);
     let sides = [(Side::Lower, 0.0), (Side::Upper, -depth)];
-    let patches = sides.map(|(side, z)| Patch::under(&level, side, Point::new(0.0, 0.0, z), [FRAME; 2]));
+    let patches = sides.map(|(side, z)| ContactPatch::on_body(&level, side, Point::new(0.0, 0.0, z), [FRAME; 2]));
     let own = patches.map(|patch| stiffness.rotated(&patch.axes.0.transpose()));
     let fields = own.each_ref().map(|own| PointForceField::new(own).unwrap());
-    let forces = [0, 1].map(|k| Forces {
+    let forces = [0, 1].map(|k| PatchForces {
         patch: patches[k],
         stiffness: &own[k],
         field: &fields[k],
         points: places(),
-        surface: &[],
+        curved_faces: &[],
     });
     let found = Correction::unsymmetric(&model, &solver, &forces, 0.3).unwrap();
     let on_patch = places().len() - 1;
@@ -69,7 +69,7 @@ fn beside(kind: ElementKind, n: usize, stiffness: &Stiffness) -> f64 {
     for (to, from) in [(0, 1), (1, 0)] {
         let column = 3 * (from * places().len() + on_patch);
         for (i, place) in places()[..on_patch].iter().enumerate() {
-            let x = patches[to].middle + patches[to].axes.to_global(&Point::new(place[0], place[1], 0.0));
+            let x = patches[to].center + patches[to].axes.to_global(&Point::new(place[0], place[1], 0.0));
             let [fx, fy] = places()[on_patch];
             let alone = fields[from].at(&(patches[from].local(&x) - Point::new(fx, fy, 0.0))).value;
             for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
@@ -99,9 +99,9 @@ fn between(n: usize, stiffness: &Stiffness, frame: &ContactFrame) -> MultiPatchB
     let spec = slab(Hex27, (n, n, 2.0 * WIDTH), stiffness, vec![]);
     let contacts = [("z1", Side::Lower), ("z0", Side::Upper)];
     let contacts = contacts.map(|(group, side)| FaceContact { group, side, frame });
-    let body = MultiPatchBody::new(spec, &contacts, &Resources::default()).unwrap();
+    let body = MultiPatchBody::new(spec, &contacts, &CondensationResources::default()).unwrap();
     for indicators in body.indicators() {
-        assert_eq!(indicators.objection(), None, "{indicators:?}");
+        assert_eq!(indicators.rejection_reason(), None, "{indicators:?}");
     }
     body
 }
@@ -146,7 +146,7 @@ fn symmetric_tractions_on_both_faces() {
                 }
             }
             off.push(most / size);
-            let direct = joint.direct(n + 7, &both).unwrap();
+            let direct = joint.direct_sum(n + 7, &both).unwrap();
             (0..3).for_each(|c| assert!((direct[c] - gap[c * 2 * n + n + 7]).abs() < 1e-10 * size));
             let other: Vec<f64> = (0..6 * n).map(|k| (k * 7 % 31) as f64 - 15.0).collect();
             let mut by_other = vec![0.0; 6 * n];
@@ -170,7 +170,7 @@ fn pressed_between_two_spheres() {
     let grid = frame(32);
     let stiffness = steel();
     let body = between(6, &stiffness, &grid);
-    let frame = ContactFrame::stacked(&[(&grid, 0.0), (&grid, -2.0 * WIDTH)]);
+    let frame = ContactFrame::concatenated(&[(&grid, 0.0), (&grid, -2.0 * WIDTH)]);
     let n = grid.n_cells();
     let distance = InitialGap::from(GapShape::Sphere { radius: 50.0 }).evaluate(&grid).unwrap();
     let mut initial_gap = vec![0.0; 6 * n];
@@ -207,7 +207,7 @@ fn two_patches_on_one_face() {
     let spec = || slab(Hex27, (6, 6, WIDTH), &stiffness, vec![]);
     let frames = two_frames(3.0);
     let contacts = frames.each_ref().map(|frame| FaceContact { group: "z1", side: Side::Lower, frame });
-    let body = MultiPatchBody::new(spec(), &contacts, &Resources::default()).unwrap();
+    let body = MultiPatchBody::new(spec(), &contacts, &CondensationResources::default()).unwrap();
     let whole = ContactFrame::grid([2.1, 0.6], [28, 8], [0.0; 2], 0.0).unwrap();
     let mut single = hybrid(spec(), "z1", Side::Lower, &whole);
     let (joint, single) = (body.flexibility(Keep).unwrap(), single.take_flexibility(Keep).unwrap().unwrap());
@@ -237,7 +237,7 @@ fn two_patches_on_one_face() {
 #[test]
 fn patches_that_do_not_suit() {
     let refused = |spec: FeSpec, contacts: &[FaceContact]| {
-        let found = MultiPatchBody::new(spec, contacts, &Resources::default());
+        let found = MultiPatchBody::new(spec, contacts, &CondensationResources::default());
         found.err().expect("a refusal").to_string()
     };
     let stiffness = steel();

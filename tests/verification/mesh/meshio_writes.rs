@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use orthowear::mesh::faces::group_faces;
-use orthowear::mesh::structured::{GradedBlock, Solids};
+use orthowear::mesh::structured::{GradedBlock, BlockElements};
 use orthowear::mesh::{Mesh, gmsh};
 
 use super::gmsh_writes::{assert_same_group_points, counts};
@@ -40,7 +40,7 @@ fn import(dir: &Path, arguments: &[&str]) -> Mesh {
 /// digits), from .msh 2.2 and 4.1, text and binary, and from a .vtu, whose groups have numbers only.
 #[test]
 fn what_meshio_writes_comes_back_equal() {
-    for solids in [Solids::Hex8, Solids::Tet4] {
+    for solids in [BlockElements::Hex8, BlockElements::Tet4] {
         let block =
             GradedBlock { solids, distortion: 0.1, ..GradedBlock::uniform([1.0, 2.0], 1.5, [3, 2, 2]) };
         let mut mesh = block.mesh().expect("a block");

@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 use orthowear::element::ElementKind;
 use orthowear::mesh::faces::{group_faces, outer_faces};
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{GradedBlock, Side, Solids};
-use orthowear::mesh::{Block, CellRef, Mesh};
+use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
+use orthowear::mesh::{CellBlock, CellRef, Mesh};
 
-fn graded(solids: Solids, side: Side, distortion: f64) -> Mesh {
+fn graded(solids: BlockElements, side: Side, distortion: f64) -> Mesh {
     GradedBlock {
         half_width: [3.0, 4.0],
         depth: 2.5,
@@ -39,13 +39,13 @@ fn area_vector(mesh: &Mesh, nodes: &[usize]) -> Vector3<f64> {
 /// the surfaces together are the outer skin. Tolerance 1e-12: round-off of sums of about 100 terms.
 #[test]
 fn structured_blocks_fill_their_box() {
-    for solids in [Solids::Hex8, Solids::Tet4] {
+    for solids in [BlockElements::Hex8, BlockElements::Tet4] {
         for side in [Side::Lower, Side::Upper] {
             for distortion in [0.0, 0.1] {
                 let mesh = graded(solids, side, distortion);
                 let quality = check(&mesh).expect("a sound mesh");
                 assert_relative_eq!(quality.volume, 120.0, max_relative = 1e-12);
-                assert_eq!((quality.parts.len(), quality.coincident_points.len()), (1, 0));
+                assert_eq!((quality.connected_parts.len(), quality.coincident_points.len()), (1, 0));
                 let up = if side == Side::Lower { 1.0 } else { -1.0 };
                 let rest = if side == Side::Lower { "top" } else { "bottom" };
                 let mut n_faces = 0;
@@ -76,7 +76,7 @@ fn structured_blocks_fill_their_box() {
 /// Truth: what was asked for. The first cell has the wanted height, cells grow by one ratio.
 #[test]
 fn gradings_are_geometric_from_the_wanted_first_cell() {
-    let mesh = graded(Solids::Hex8, Side::Lower, 0.0);
+    let mesh = graded(BlockElements::Hex8, Side::Lower, 0.0);
     let mut z: Vec<f64> = mesh.points.iter().map(|x| -x[2]).collect();
     z.sort_by(f64::total_cmp);
     z.dedup();
@@ -108,7 +108,7 @@ fn inverted_and_collapsed_elements_are_named() {
     inverted.blocks[1].nodes[..8].rotate_left(4);
     named(&inverted, &[&tag, "inside out", "ReverseMesh"]);
 
-    let mut flat = GradedBlock { solids: Solids::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
+    let mut flat = GradedBlock { solids: BlockElements::Tet4, ..GradedBlock::uniform([1.0, 1.0], 2.0, [1, 1, 1]) }
         .mesh()
         .expect("a block");
     let nodes = flat.cell_nodes(first(&flat)).to_vec();
@@ -135,12 +135,12 @@ fn parts_and_unmerged_nodes_are_counted() {
         mesh
     };
     let apart = check(&two(3.0)).expect("measured");
-    assert_eq!((apart.parts.len(), apart.coincident_points.len()), (2, 0));
+    assert_eq!((apart.connected_parts.len(), apart.coincident_points.len()), (2, 0));
     let touching = check(&two(1.0)).expect("measured");
-    assert_eq!((touching.parts.len(), touching.coincident_points.len()), (2, 4));
+    assert_eq!((touching.connected_parts.len(), touching.coincident_points.len()), (2, 4));
     assert_relative_eq!(touching.volume, 2.0, max_relative = 1e-14);
     assert!(touching.warnings()[0].contains("4 nodes"));
-    assert_eq!(check(&cube).expect("measured").parts.len(), 1);
+    assert_eq!(check(&cube).expect("measured").connected_parts.len(), 1);
 
     let mut thrice = cube.clone();
     for tag in [98, 99] {
@@ -157,7 +157,7 @@ fn parts_and_unmerged_nodes_are_counted() {
 fn volumes_of_all_shapes() {
     let one = |kind: ElementKind, points: Vec<[f64; 3]>| {
         let nodes = (0..points.len()).collect();
-        let mesh = Mesh { points, blocks: vec![Block { kind, nodes, tags: vec![1] }], ..Mesh::default() };
+        let mesh = Mesh { points, blocks: vec![CellBlock { kind, nodes, tags: vec![1] }], ..Mesh::default() };
         check(&mesh).expect("a sound cell").volume
     };
     let tet = vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
@@ -234,12 +234,12 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
         .flat_map(|&z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]])
         .collect();
     points.push([0.5, 0.5, 2.0]);
-    let block = |kind: ElementKind, nodes: Vec<usize>, tags: Vec<u64>| Block { kind, nodes, tags };
+    let block = |kind: ElementKind, nodes: Vec<usize>, tags: Vec<u64>| CellBlock { kind, nodes, tags };
     let hex = || block(ElementKind::Hex8, (0..8).collect(), vec![1]);
-    let mesh = |other: Block| Mesh { points: points.clone(), blocks: vec![hex(), other], ..Mesh::default() };
+    let mesh = |other: CellBlock| Mesh { points: points.clone(), blocks: vec![hex(), other], ..Mesh::default() };
     let tets = block(ElementKind::Tet4, vec![4, 5, 6, 8, 4, 6, 7, 8], vec![2, 3]);
     let quality = check(&mesh(tets)).expect("measured");
-    assert_eq!((quality.misfits.split, quality.misfits.orders.0), ((1, 1), 0));
+    assert_eq!((quality.nonconforming_faces.split_quadrangles, quality.nonconforming_faces.mixed_orders.0), ((1, 1), 0));
     assert!(
         quality.warnings()[0].contains("WARNING: 1 quadrangles")
             && quality.warnings()[0].contains("pyramids")
@@ -262,5 +262,5 @@ fn faces_of_neighbours_that_do_not_fit_are_counted() {
         ..Mesh::default()
     };
     let quality = check(&mixed).expect("measured");
-    assert_eq!((quality.misfits.orders, quality.misfits.split.0), ((1, 2), 0));
+    assert_eq!((quality.nonconforming_faces.mixed_orders, quality.nonconforming_faces.split_quadrangles.0), ((1, 2), 0));
 }

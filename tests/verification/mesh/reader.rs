@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use orthowear::element::ElementKind;
-use orthowear::mesh::structured::{GradedBlock, Solids};
-use orthowear::mesh::{Block, CellRef, Mesh, PhysicalGroup, gmsh};
+use orthowear::mesh::structured::{GradedBlock, BlockElements};
+use orthowear::mesh::{CellBlock, CellRef, Mesh, PhysicalGroup, gmsh};
 
 use super::writer::{VARIANTS, Variant, groups_of_cells, write};
 
@@ -28,7 +28,7 @@ fn names(mesh: &Mesh) -> BTreeSet<(String, usize, i64)> {
 }
 
 /// A block with a cell in two groups, a cell in none, and a point, a line and a group of them.
-fn rich_block(solids: Solids, cells: [usize; 3]) -> Mesh {
+fn rich_block(solids: BlockElements, cells: [usize; 3]) -> Mesh {
     let block = GradedBlock { solids, distortion: 0.05, ..GradedBlock::uniform([0.7, 1.0], 1.3, cells) };
     let mut mesh = block.mesh().expect("a block");
     mesh.groups.retain(|group| !group.cells.is_empty());
@@ -37,8 +37,8 @@ fn rich_block(solids: Solids, cells: [usize; 3]) -> Mesh {
     let shared = mesh.groups[0].cells[0];
     let group = |name: &str, dim, tag, cells| PhysicalGroup { name: name.to_string(), dim, tag, cells };
     mesh.groups.push(group("also this one", 2, 9, vec![shared]));
-    mesh.blocks.push(Block { kind: ElementKind::Line2, nodes: vec![0, 1], tags: vec![5000] });
-    mesh.blocks.push(Block { kind: ElementKind::Point1, nodes: vec![1], tags: vec![5001] });
+    mesh.blocks.push(CellBlock { kind: ElementKind::Line2, nodes: vec![0, 1], tags: vec![5000] });
+    mesh.blocks.push(CellBlock { kind: ElementKind::Point1, nodes: vec![1], tags: vec![5001] });
     mesh.groups.push(group("a line", 1, 1, vec![CellRef { block: 2, cell: 0 }]));
     mesh.groups.push(group("a point", 0, 1, vec![CellRef { block: 3, cell: 0 }]));
     mesh
@@ -47,7 +47,7 @@ fn rich_block(solids: Solids, cells: [usize; 3]) -> Mesh {
 /// Truth: what was written, to the last bit, by a writer apart from the reader.
 #[test]
 fn every_variant_is_read_back_to_the_last_bit() {
-    for (solids, cells) in [(Solids::Hex8, [3, 2, 2]), (Solids::Tet4, [2, 1, 1])] {
+    for (solids, cells) in [(BlockElements::Hex8, [3, 2, 2]), (BlockElements::Tet4, [2, 1, 1])] {
         let mesh = rich_block(solids, cells);
         for variant in VARIANTS {
             let read =
@@ -63,7 +63,7 @@ fn every_variant_is_read_back_to_the_last_bit() {
 /// Truth: a file cut off anywhere is refused, unless only sections that are not needed are gone.
 #[test]
 fn a_file_cut_off_anywhere_is_refused() {
-    let mesh = rich_block(Solids::Hex8, [1, 1, 1]);
+    let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
     for variant in VARIANTS {
         let bytes = write(&mesh, variant);
         let whole = gmsh::parse(&bytes, "file").expect("the whole file");
@@ -78,7 +78,7 @@ fn a_file_cut_off_anywhere_is_refused() {
 /// Truth: damaged bytes (fixed seed) never panic or exhaust the memory, and what is still read is consistent.
 #[test]
 fn damaged_bytes_never_panic() {
-    let mesh = rich_block(Solids::Hex8, [1, 1, 1]);
+    let mesh = rich_block(BlockElements::Hex8, [1, 1, 1]);
     let mut seed = 12345_u64;
     let mut random = move |below: usize| {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -139,7 +139,7 @@ fn small_files_mean_what_they_say() {
     for text in [V2.to_string(), V4.to_string(), format!("\u{feff}{V2}"), format!("\n\n{V4}\n\n")] {
         let mesh = gmsh::parse(text.as_bytes(), "small.msh").expect("a mesh");
         assert_eq!(mesh.points, [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]]);
-        assert_eq!(mesh.blocks, [Block { kind: ElementKind::Tet4, nodes: vec![0, 1, 2, 3], tags: vec![7] }]);
+        assert_eq!(mesh.blocks, [CellBlock { kind: ElementKind::Tet4, nodes: vec![0, 1, 2, 3], tags: vec![7] }]);
         let cells = vec![CellRef { block: 0, cell: 0 }];
         assert_eq!(mesh.groups, [PhysicalGroup { name: "body".to_string(), dim: 3, tag: 1, cells }]);
         assert_eq!(mesh.bounding_box(), Some(([0.0; 3], [1.0; 3])));
@@ -239,7 +239,7 @@ fn refusals_say_where_what_and_how_to_mend() {
 #[test]
 fn binary_messages_give_the_byte() {
     let variant = Variant { v4: false, binary: true, swapped: false, size: 8, crlf: false };
-    let mut bytes = write(&rich_block(Solids::Hex8, [1, 1, 1]), variant);
+    let mut bytes = write(&rich_block(BlockElements::Hex8, [1, 1, 1]), variant);
     let marker = b"$Nodes\n8\n";
     let start = bytes.windows(marker.len()).position(|w| w == marker).expect("nodes") + marker.len();
     bytes[start + 28 + 4..start + 28 + 12].copy_from_slice(&f64::NAN.to_le_bytes());

@@ -37,7 +37,7 @@ fn linear_stress_is_exact_at_every_node() {
         let points = &model.mesh().points;
         let u: Vec<[f64; 3]> = points.iter().map(|x| quadratic(*x)).collect();
         let stress = recovery.stress(&model, &u).unwrap();
-        let at = |i: usize| c.voigt() * strain(points[recovery.points().node[i]]);
+        let at = |i: usize| c.voigt() * strain(points[recovery.points().mesh_nodes[i]]);
         assert!(largest_difference(&stress, at) < 1e-9);
     }
 }
@@ -63,7 +63,7 @@ fn quadratic_stress_is_exact_at_every_node() {
         let points = &model.mesh().points;
         let u: Vec<[f64; 3]> = points.iter().map(|x| cubic(*x)).collect();
         let stress = recovery.stress(&model, &u).unwrap();
-        let at = |i: usize| c.voigt() * strain(points[recovery.points().node[i]]);
+        let at = |i: usize| c.voigt() * strain(points[recovery.points().mesh_nodes[i]]);
         assert!(largest_difference(&stress, at) < 1e-9, "{}", kind.name());
     }
 }
@@ -88,8 +88,8 @@ fn stress_jumps_between_materials() {
     assert_eq!(recovery.points().n_points(), mesh.n_points() + 16, "the border's nodes twice");
     for (i, cell) in mesh.volume_cells().enumerate() {
         let c = if cells.contains(&cell) { &upper } else { &lower };
-        for (&point, &node) in recovery.points().of_cell(i).iter().zip(mesh.cell_nodes(cell)) {
-            assert_eq!(recovery.points().node[point], node);
+        for (&point, &node) in recovery.points().points_of_cell(i).iter().zip(mesh.cell_nodes(cell)) {
+            assert_eq!(recovery.points().mesh_nodes[point], node);
             let wanted = c.voigt() * strain(mesh.points[node]);
             assert!((Vector6::from(stress[point]) - wanted).amax() < 1e-8 * 2.0);
         }
@@ -131,7 +131,7 @@ fn one_layer_keeps_its_bending_stress() {
     let u: Vec<[f64; 3]> =
         points.iter().map(|[x, _, z]| [1e-3 * x * (z - 0.5), 0.0, -0.5e-3 * x * x]).collect();
     let stress = recovery.stress(&model, &u).unwrap();
-    for (s, &node) in stress.iter().zip(&recovery.points().node) {
+    for (s, &node) in stress.iter().zip(&recovery.points().mesh_nodes) {
         assert!((s[0] - (points[node][2] - 0.5)).abs() < 1e-9, "{s:?} at {:?}", points[node]);
     }
 }
@@ -143,7 +143,7 @@ fn nodal_errors(
     map: fn([f64; 3]) -> [f64; 3],
 ) -> [[f64; 2]; 2] {
     let body = manufactured::body(kind, formulation, n, map);
-    let (model, u) = (body.model(), body.free_displacement());
+    let (model, u) = (body.model(), body.contact_free_displacement());
     let recovery = StressRecovery::new(model).unwrap();
     let recovered = recovery.stress(model, u).unwrap();
     let averaged = model.stress(u).unwrap();

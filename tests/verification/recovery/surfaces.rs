@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-use orthowear::body::{ElasticBody, Estimate, FeBody};
+use orthowear::body::{ElasticBody, ErrorEstimation, FeBody};
 use orthowear::element::ElementKind::{Hex8, Hex20};
-use orthowear::fem::{Bedding, FeSpec, Foundation, HexFormulation, Support};
+use orthowear::fem::{FoundationStiffness, FeSpec, Foundation, HexFormulation, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::geometry::Side;
 use orthowear::material::Stiffness;
-use orthowear::results::body_fields::{BodyOutput, BodyShape, surface_grid};
+use orthowear::results::body_fields::{BodyOutput, RecoveryLocation, surface_grid};
 use orthowear::results::frame_fields::FrameMesh;
-use orthowear::results::vtu::{DataArray, UnstructuredGrid, Values};
+use orthowear::results::vtu::{DataArray, UnstructuredGrid, ArrayValues};
 
 use crate::fem_bodies::{clamp, spec};
 use crate::fem_meshes::block;
@@ -60,10 +60,10 @@ fn quarter(planes: [[bool; 3]; 2], traction: impl Fn(f64) -> [f64; 3]) -> Unstru
     let cells: Vec<[f64; 3]> = frame.centers.iter().map(|c| cell_mean([c.x, c.y], &traction)).collect();
     let planes: Vec<f64> = (0..3).flat_map(|k| cells.iter().map(move |t| t[k])).collect();
     let mut field = body.recover(&planes).unwrap();
-    field.stress = body.recover_stress(&planes, &field.displacement, Estimate::Skipped).unwrap();
+    field.stress = body.recover_stress(&planes, &field.displacement, ErrorEstimation::Skip).unwrap();
     let contact_nodes = mesh.group_nodes("z1").unwrap();
-    let shape = BodyShape::Mesh { mesh: &mesh, contact_nodes: &contact_nodes };
-    let output = BodyOutput { side: Side::Lower, body: &body, shape };
+    let shape = RecoveryLocation::MeshNodes { mesh: &mesh, contact_nodes: &contact_nodes };
+    let output = BodyOutput { side: Side::Lower, body: &body, location: shape };
     surface_grid(&output, (&frame, &FrameMesh::new(&frame)), &field, &cells).unwrap()
 }
 
@@ -88,7 +88,7 @@ fn at(grid: &UnstructuredGrid, x: f64) -> [f64; 4] {
     let node = (0..grid.points.len()).min_by(order).unwrap();
     let reals = |name: &str| {
         let array: &DataArray = grid.point_data.iter().find(|array| array.name == name).unwrap();
-        let Values::Float64(values) = &array.values else { panic!("{name} is not real") };
+        let ArrayValues::Float64(values) = &array.values else { panic!("{name} is not real") };
         values.clone()
     };
     let stress = reals("stress");
@@ -113,7 +113,7 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
     let frame = ContactFrame::grid([1.5, 1.0], [3, 2], [1.5, 1.0], 0.0).unwrap();
     let body = FeBody::new(spec, "z1", Side::Lower, &frame).unwrap();
     let displacement = body.recover(&[0.0; 18]).unwrap().displacement;
-    let field = body.recover_stress(&[0.0; 18], &displacement, Estimate::Skipped).unwrap().unwrap();
+    let field = body.recover_stress(&[0.0; 18], &displacement, ErrorEstimation::Skip).unwrap().unwrap();
     let on_top = body.condensed().model().mesh().group_nodes("z1").unwrap();
     assert_eq!(field.contact.len(), on_top.len());
     field.contact.iter().map(|point| point.stress(&[0.0; 3])).collect()
@@ -127,9 +127,9 @@ fn slab(change: impl FnOnce(&mut FeSpec)) -> Vec<[f64; 6]> {
 fn loads_on_contact_faces_are_in_their_stress() {
     let pressed = |spec: &mut FeSpec| spec.pressures.push(("z1".into(), 2.5));
     let pulled = |spec: &mut FeSpec| spec.tractions.push(("z1".into(), [0.0, 0.0, 0.7]));
-    let bedded = |bedding: Bedding| {
+    let bedded = |bedding: FoundationStiffness| {
         move |spec: &mut FeSpec| {
-            spec.foundations.push(Foundation { group: "z1".into(), bedding });
+            spec.foundations.push(Foundation { group: "z1".into(), stiffness: bedding });
             spec.supports[2].value = [0.0, 0.0, 0.01];
         }
     };
@@ -138,8 +138,8 @@ fn loads_on_contact_faces_are_in_their_stress() {
         (slab(pressed), -2.5),
         (slab(pulled), 0.7),
         (slab(|spec| (pressed(spec), pulled(spec)).0), -1.8),
-        (slab(bedded(Bedding::Normal(400.0))), bed),
-        (slab(bedded(Bedding::Components([0.0, 0.0, 400.0]))), bed),
+        (slab(bedded(FoundationStiffness::Normal(400.0))), bed),
+        (slab(bedded(FoundationStiffness::Components([0.0, 0.0, 400.0]))), bed),
     ];
     for (points, wanted) in cases {
         assert!(!points.is_empty());

@@ -1,6 +1,6 @@
 //! Scenes and meshes that the sweeps vary.
 
-use orthowear::mesh::structured::{GradedBlock, Side, Solids};
+use orthowear::mesh::structured::{GradedBlock, Side, BlockElements};
 
 use super::writer::{VARIANTS, write};
 
@@ -122,11 +122,11 @@ pub fn forced(force: f64, pull: f64) -> String {
 /// A block 12 x 12 x 6 times `unit` with 12 x 12 hexahedra of 0.2 at the contact patch 2.4 x 2.4, as the text of a mesh file; all
 /// lengths along y are divided by `slender`, the height of the uppermost elements by `flat`.
 pub fn block(unit: f64, slender: f64, flat: f64) -> Vec<u8> {
-    block_of(Solids::Hex8, [unit, slender, flat])
+    block_of(BlockElements::Hex8, [unit, slender, flat])
 }
 
 /// The same of other solids.
-pub fn block_of(solids: Solids, [unit, slender, flat]: [f64; 3]) -> Vec<u8> {
+pub fn block_of(solids: BlockElements, [unit, slender, flat]: [f64; 3]) -> Vec<u8> {
     let graded = GradedBlock {
         half_width: [6.0 * unit, 6.0 * unit / slender],
         depth: 6.0 * unit,

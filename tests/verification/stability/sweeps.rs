@@ -1,6 +1,6 @@
 //! The sweeps: a parameter that makes trouble, its values, and the scene of each.
 
-use orthowear::mesh::structured::Solids;
+use orthowear::mesh::structured::BlockElements;
 
 use super::random::Random;
 use super::scenes::{
@@ -75,7 +75,7 @@ pub fn poisson() -> Vec<Case> {
             Case::new(sweep, nu, &scene).on(mesh)
         })
     });
-    let tetrahedra = block_of(Solids::Tet4, [1.0; 3]);
+    let tetrahedra = block_of(BlockElements::Tet4, [1.0; 3]);
     let tetrahedra = POISSON
         .iter()
         .map(|&nu| Case::new("nu, tet4", nu, &SceneText::block(&isotropic(nu), "")).on(&tetrahedra));

@@ -7,7 +7,7 @@ use orthowear::error::Result;
 use orthowear::history::Model;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::scene;
-use orthowear::study::prepare;
+use orthowear::study::build;
 
 use super::audit::audit;
 
@@ -56,7 +56,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
         Ok(plan) => plan,
         Err(mistakes) => return refused(mistakes.to_string()),
     };
-    let study = match prepare(&plan, &mut |_, _| {}, &AtomicBool::new(false)) {
+    let study = match build(&plan, &mut |_, _| {}, &AtomicBool::new(false)) {
         Ok(study) => study.expect("nobody interrupts"),
         Err(failure) => return refused(failure.error.to_string()),
     };
@@ -72,7 +72,7 @@ pub fn run(name: &str, scene: &str, mesh: Option<&[u8]>) -> Verdict {
         }
     }
     let converged = result.records.iter().all(|record| record.converged);
-    let warnings = plan.notes.iter().chain(&study.notes).chain(&result.warnings).cloned().collect();
+    let warnings = plan.notes.iter().chain(&study.warnings).chain(&result.warnings).cloned().collect();
     let tractions = kept.0.pop().map(|state| state.tractions).unwrap_or_default();
     let run = Run { records: result.records, warnings, tractions };
     match result.outcome {

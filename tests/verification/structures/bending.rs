@@ -51,7 +51,7 @@ fn solve_bent(mut mesh: Mesh, formulation: HexFormulation) -> CondensedBody {
 /// Asserts exact displacements, energy 1.4 and, at the nodes, sigma_xx = E z / R alone.
 fn assert_bent(mesh: Mesh) {
     let body = solve_bent(mesh, HexFormulation::Enhanced);
-    let (model, u) = (body.model(), body.free_displacement());
+    let (model, u) = (body.model(), body.contact_free_displacement());
     let points = &model.mesh().points;
     let exact: Vec<[f64; 3]> = points.iter().map(|&x| bent(x)).collect();
     assert!(largest_difference(u, &exact) < 1e-9 * 0.05, "{:e}", largest_difference(u, &exact));
@@ -76,7 +76,7 @@ fn pure_bending_is_exact_for_elements_of_second_order() {
         // The field is exact anywhere, the energy is that of this box.
         let body = solve_bent(block(kind, [3, 2, 2], [10.0, 2.0, 2.0], skewed), HexFormulation::Enhanced);
         let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
-        assert!(largest_difference(body.free_displacement(), &exact) < 1e-9 * 0.05);
+        assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
         if matches!(kind, Tet10 | Hex27 | Wedge18) {
             assert_bent(uneven_bar(kind));
         }
@@ -104,7 +104,7 @@ fn pure_bending_of_hexahedra_locks_as_it_must() {
     // Solved with the boundary given, the enhanced element is exact at the nodes inside as well.
     let body = solve_bent(bar(Hex8), HexFormulation::Enhanced);
     let exact: Vec<[f64; 3]> = body.model().mesh().points.iter().map(|&x| bent(x)).collect();
-    assert!(largest_difference(body.free_displacement(), &exact) < 1e-9 * 0.05);
+    assert!(largest_difference(body.contact_free_displacement(), &exact) < 1e-9 * 0.05);
 }
 
 /// End deflection of the catalogue's cantilever with `n` cells across, 10 n along; reactions checked.
@@ -114,7 +114,7 @@ fn cantilever(kind: ElementKind, n: usize) -> f64 {
     let mut spec = spec(mesh, isotropic(), HexFormulation::Enhanced, vec![clamp("x0")]);
     spec.tractions = vec![("x1".into(), [0.0, 0.0, 10.0])];
     let body = solve(spec);
-    let u = body.free_displacement();
+    let u = body.contact_free_displacement();
     let reactions = body.model().reactions(u).unwrap();
     let sum = |f: &dyn Fn(&[f64; 3], &[f64; 3]) -> f64| -> f64 {
         reactions.iter().zip(&body.model().mesh().points).map(|(r, x)| f(r, x)).sum()
@@ -154,7 +154,7 @@ fn column_under_its_weight() {
         let mut spec = spec(mesh, Stiffness::isotropic(1000.0, 0.0).unwrap(), formulation, vec![clamp("z0")]);
         spec.body_force = [0.0, 0.0, -0.01];
         let body = solve(spec);
-        let (model, u) = (body.model(), body.free_displacement());
+        let (model, u) = (body.model(), body.contact_free_displacement());
         let points = &model.mesh().points;
         let w = |z: f64| -0.01 * (10.0 * z - 0.5 * z * z) / 1000.0;
         let exact: Vec<[f64; 3]> = points.iter().map(|x| [0.0, 0.0, w(x[2])]).collect();

@@ -75,7 +75,7 @@ fn assert_hydrostatic(mut mesh: Mesh) {
     let mut spec = spec(mesh, rotated_orthotropic(), HexFormulation::Enhanced, supports);
     spec.pressures = pressures;
     let body = FeModel::new(spec).unwrap().condense(&[]).unwrap();
-    let (model, u) = (body.model(), body.free_displacement());
+    let (model, u) = (body.model(), body.contact_free_displacement());
     let in_body: std::collections::BTreeSet<usize> =
         model.mesh().volume_cells().flat_map(|cell| model.mesh().cell_nodes(cell)).copied().collect();
     let stress = model.stress(u).unwrap();

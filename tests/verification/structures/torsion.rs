@@ -30,7 +30,7 @@ fn twisted(kind: ElementKind, n: usize) -> (f64, f64) {
         .unwrap()
         .condense(&[])
         .unwrap();
-    let (model, u) = (body.model(), body.free_displacement());
+    let (model, u) = (body.model(), body.contact_free_displacement());
     let reactions = model.reactions(u).unwrap();
     let moment = |&node: &usize| {
         let (x, r) = (model.mesh().points[node], reactions[node]);

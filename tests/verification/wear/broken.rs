@@ -2,8 +2,8 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::Snapshot;
-use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use orthowear::history::RunCheckpoint;
+use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
 use orthowear::history::step::Integrator;
 
 use crate::common::{fretting, frp_wear, indent, shift, sphere_on_frp};
@@ -14,7 +14,7 @@ struct Breaking {
     entries: usize,
     after: usize,
     broken: bool,
-    kept: Option<Snapshot>,
+    kept: Option<RunCheckpoint>,
 }
 
 impl Observer for Breaking {
@@ -27,14 +27,14 @@ impl Observer for Breaking {
         Ok(())
     }
 
-    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        if moment == Moment::Broken {
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        if moment == CheckpointEvent::Aborted {
             self.kept = Some(snapshot());
         }
         Ok(())
     }
 
-    fn interrupted(&self) -> bool {
+    fn cancelled(&self) -> bool {
         self.broken
     }
 
@@ -69,7 +69,7 @@ fn runs_broken_off_after_the_last_jump() {
         let end = end.expect("a run");
         assert_eq!(end.outcome, Outcome::Converged);
         assert_eq!(end.records.len(), whole.records.len());
-        assert_eq!(end.loops.len(), whole.loops.len());
+        assert_eq!(end.fretting_loops.len(), whole.fretting_loops.len());
         if steps.len() == 2 {
             // No entry is left, and no state after it.
             continue;

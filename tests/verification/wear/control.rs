@@ -3,7 +3,7 @@
 use orthowear::contact::SolverOptions;
 use orthowear::history::RunResult;
 use orthowear::history::record::Outcome;
-use orthowear::history::step::{Integrator, Jumps, Step};
+use orthowear::history::step::{Integrator, JumpPolicy, Step};
 
 use crate::common::{
     fretting, frp_wear, indent, path_of, reference, relative, solve, solve_with, sphere_on_frp,
@@ -12,7 +12,7 @@ use crate::common::{
 /// Cycles of the reference scene in jumps by their estimated error.
 fn controlled(tolerance: f64) -> Step {
     let mut step = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
-    step.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(tolerance);
+    step.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(tolerance);
     step
 }
 

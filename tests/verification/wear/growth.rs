@@ -2,9 +2,9 @@
 
 use orthowear::contact::SolverOptions;
 use orthowear::error::Result;
-use orthowear::history::record::{FrameState, IncrementRecord, Moment, Observer, Outcome};
+use orthowear::history::record::{FrameState, IncrementRecord, CheckpointEvent, Observer, Outcome};
 use orthowear::history::step::{Integrator, Step};
-use orthowear::history::{FRAME_EDGE, Model, RunResult, Snapshot, run, run_from};
+use orthowear::history::{FRAME_EDGE, Model, RunResult, RunCheckpoint, run, run_from};
 use orthowear::wear::WearLaw;
 use serde_json::Value;
 
@@ -13,7 +13,7 @@ use crate::common::{Silent, fretting, frp_wear, indent, relative, shift, solve, 
 
 /// Numbers of the cells of `model` in a larger one.
 fn places(model: &Model, larger: &Model) -> Vec<usize> {
-    model.frame.grid.expect("a grid").places_in(&larger.frame.grid.expect("a grid"))
+    model.frame.grid.expect("a grid").indices_in(&larger.frame.grid.expect("a grid"))
 }
 
 /// Runs on the first model, and on the next where contact outgrows it; the result and the models that it took.
@@ -21,10 +21,10 @@ fn growing(models: &[Model], steps: &[Step]) -> (RunResult, usize) {
     let options = SolverOptions::default();
     let mut result = solve(&models[0], steps);
     let mut taken = 1;
-    while let Some(snapshot) = result.outgrown.take() {
+    while let Some(snapshot) = result.frame_edge_checkpoint.take() {
         assert_eq!(result.outcome, FRAME_EDGE);
         let places = places(&models[taken - 1], &models[taken]);
-        let snapshot = snapshot.onto(&places, &models[taken], steps, None).expect("a state");
+        let snapshot = snapshot.transfer_to(&places, &models[taken], steps, None).expect("a state");
         result = run_from(&models[taken], steps, &options, Some(snapshot), &mut Silent).expect("a run");
         taken += 1;
     }
@@ -117,7 +117,7 @@ fn as_on_the_large_frame_from_the_start() {
 }
 
 /// Keeps the state after each entry.
-struct States(Vec<Snapshot>);
+struct States(Vec<RunCheckpoint>);
 
 impl Observer for States {
     fn progress(&mut self, _: &str, _: f64, _: Option<f64>) {}
@@ -126,8 +126,8 @@ impl Observer for States {
         Ok(())
     }
 
-    fn keep(&mut self, moment: Moment, snapshot: &dyn Fn() -> Snapshot) -> Result<()> {
-        if moment == Moment::Entry {
+    fn on_checkpoint(&mut self, moment: CheckpointEvent, snapshot: &dyn Fn() -> RunCheckpoint) -> Result<()> {
+        if moment == CheckpointEvent::Entry {
             self.0.push(snapshot());
         }
         Ok(())
@@ -154,9 +154,9 @@ fn states_are_carried_over() {
     run(&models[1], &steps, &options, &mut states).expect("a run");
     let entries = stopped.records.len();
     let same = states.0.into_iter().find(|state| state.records().len() == entries).expect("an entry");
-    let snapshot = stopped.outgrown.expect("a state");
+    let snapshot = stopped.frame_edge_checkpoint.expect("a state");
     let places = places(&models[0], &models[1]);
-    let larger = snapshot.clone().onto(&places, &models[1], &steps, None).expect("a state");
+    let larger = snapshot.clone().transfer_to(&places, &models[1], &steps, None).expect("a state");
     let [before, after, same] =
         [*snapshot, larger, same].map(|state| serde_json::to_value(state).expect("JSON"));
     let (n_before, n) = (16 * 16, 24 * 24);
@@ -206,9 +206,9 @@ fn states_are_carried_over() {
 
 /// Whether a state is refused on a frame that is not the larger one.
 fn larger_misfits(models: &[Model; 2], steps: &[Step]) -> bool {
-    let snapshot = solve(&models[0], steps).outgrown.expect("a state");
+    let snapshot = solve(&models[0], steps).frame_edge_checkpoint.expect("a state");
     let short = vec![0; 10];
     let beyond = vec![24 * 24; 16 * 16];
-    snapshot.clone().onto(&short, &models[1], steps, None).is_err()
-        && snapshot.onto(&beyond, &models[1], steps, None).is_err()
+    snapshot.clone().transfer_to(&short, &models[1], steps, None).is_err()
+        && snapshot.transfer_to(&beyond, &models[1], steps, None).is_err()
 }

@@ -4,23 +4,23 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use orthowear::bem::half_space::CrossBlocks;
-use orthowear::body::worn::worn_mesh;
+use orthowear::body::worn_mesh::worn_mesh;
 use orthowear::body::{ElasticBody, FeBody, RigidBody};
 use orthowear::contact::SolverOptions;
 use orthowear::coupling::{Coupling, couple};
 use orthowear::element::ElementKind;
 use orthowear::error::Result;
-use orthowear::fem::{FeSpec, HexFormulation, Resources, Support};
+use orthowear::fem::{FeSpec, HexFormulation, CondensationResources, Support};
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::Side;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
 use orthowear::history::step::Step;
-use orthowear::history::{Before, Model, run_from};
+use orthowear::history::{PreviousModel, Model, run_from};
 use orthowear::linalg::memory::MemoryLimit;
 use orthowear::material::Stiffness;
 use orthowear::mesh::quality::check;
-use orthowear::mesh::structured::{GradedBlock, Solids};
+use orthowear::mesh::structured::{GradedBlock, BlockElements};
 use orthowear::mesh::{Mesh, PhysicalGroup};
 use orthowear::wear::WearLaw;
 use serde_json::Value;
@@ -84,7 +84,7 @@ fn volumes_are_conserved() {
     let lost: f64 = frame.areas.iter().zip(&depth).map(|(area, depth)| area * depth).sum();
     for side in [Side::Lower, Side::Upper] {
         let graded =
-            GradedBlock { solids: Solids::Tet4, side, ..GradedBlock::uniform([1.0; 2], 1.2, [5, 4, 3]) };
+            GradedBlock { solids: BlockElements::Tet4, side, ..GradedBlock::uniform([1.0; 2], 1.2, [5, 4, 3]) };
         let tets = graded.mesh().expect("a block");
         let mut meshes = blocks(side, DEPTH);
         meshes.extend([("tet10", raise(&tets, serendipity)), ("tet4", tets)]);
@@ -144,9 +144,9 @@ fn even_wear_gives_the_thinner_layer() {
             for (a, b) in after.points.iter().zip(&thin.mesh.points) {
                 assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-13), "{name} {side:?}: {a:?} {b:?}");
             }
-            let resources = Resources::default();
-            let moved = FeBody::worn(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
-            let made = FeBody::worn(thin, contact(side), &frame, &resources, None);
+            let resources = CondensationResources::default();
+            let moved = FeBody::with_worn_mesh(spec, contact(side), &frame, &resources, Some(Arc::new(after)));
+            let made = FeBody::with_worn_mesh(thin, contact(side), &frame, &resources, None);
             let apart = difference([moved, made].map(|body| body.expect("a body")), frame.n_cells());
             assert!(apart < 1e-10, "{name} {side:?}: {apart:e}");
         }
@@ -247,7 +247,7 @@ impl Observer for Stops {
         Ok(())
     }
 
-    fn is_outdated(&self, _: &[f64]) -> bool {
+    fn wants_rebuild(&self, _: &[f64]) -> bool {
         self.0.set(self.0.get() + 1);
         self.0.get() == 3
     }
@@ -258,7 +258,7 @@ fn model(mesh: Option<Mesh>, frame: &ContactFrame) -> Model {
     let steel = Stiffness::isotropic(210e3, 0.3).expect("admissible");
     let spec = spec(unworn, steel, HexFormulation::Enhanced, vec![clamp("low2")]);
     let mesh = mesh.map(Arc::new);
-    let body = FeBody::worn(spec, contact(Side::Lower), frame, &Resources::default(), mesh);
+    let body = FeBody::with_worn_mesh(spec, contact(Side::Lower), frame, &CondensationResources::default(), mesh);
     let coupled = couple(
         &mut body.expect("a body"),
         &mut RigidBody,
@@ -301,11 +301,11 @@ fn no_cell_slips_by_a_move() {
     let steps: [Step; 3] = [press(2000.0), shift(1e-3, 20.0), step("hold")];
     let (options, mut stops) = (SolverOptions::default(), Stops(Cell::new(0)));
     let stopped = run_from(&before, &steps, &options, None, &mut stops).expect("a run");
-    let snapshot = *stopped.outdated.expect("a state");
+    let snapshot = *stopped.rebuild_checkpoint.expect("a state");
     assert_eq!((stopped.outcome, snapshot.records().len()), (Outcome::Converged, 2));
     let places: Vec<usize> = (0..n).collect();
     let carried =
-        snapshot.clone().onto(&places, &after, &steps, Some(&Before::of(&before))).expect("a state");
+        snapshot.clone().transfer_to(&places, &after, &steps, Some(&PreviousModel::of(&before))).expect("a state");
     let [was, is] = [&snapshot, &carried].map(|state| serde_json::to_value(state).expect("JSON"));
     let tractions = field(&was, "/state/tractions");
     assert_eq!(tractions, field(&is, "/state/tractions"));
@@ -328,7 +328,7 @@ fn no_cell_slips_by_a_move() {
     assert!(slip < 1e-4 * largest, "{slip} {largest}");
     let place = places.iter().map(|&cell| cell + 1).collect::<Vec<usize>>();
     assert!(
-        snapshot.onto(&place, &after, &steps, Some(&Before::of(&before))).is_err(),
+        snapshot.transfer_to(&place, &after, &steps, Some(&PreviousModel::of(&before))).is_err(),
         "places beyond the frame"
     );
 }

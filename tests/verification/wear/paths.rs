@@ -3,9 +3,9 @@
 use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::{FrameState, IncrementRecord, Observer, Outcome};
-use orthowear::history::step::{Drive, Integrator, Jumps, Normal, Step};
+use orthowear::history::step::{Drive, Integrator, JumpPolicy, Normal, Step};
 use orthowear::material::Stiffness;
-use orthowear::results::plot::loops::Loop;
+use orthowear::results::plot::loops::LoopCurve;
 use orthowear::wear::WearLaw;
 
 use crate::common::{fretting, half_spaces, indent, path_of, press, relative, solve, sphere};
@@ -81,14 +81,14 @@ fn loops_dissipate_what_they_enclose() {
     let run = orthowear::history::run(&model, &[press(force), cycles], &SolverOptions::default(), &mut Loops);
     let run = run.expect("a run without errors");
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
-    assert_eq!(run.loops.len(), 2);
+    assert_eq!(run.fretting_loops.len(), 2);
     let shear = young / (2.0 * (1.0 + nu));
     let k = 3.0 * (2.0 - nu) * mu * force / (8.0 * shear * a);
     let y = 1.0 - x;
     let wanted = 4.8 * k * mu * force * (1.0 - y.powf(5.0 / 3.0) - 5.0 * x / 6.0 * (1.0 + y.powf(2.0 / 3.0)));
-    for found in &run.loops {
+    for found in &run.fretting_loops {
         assert!(relative(found.dissipation, wanted) < 3e-2, "{} {wanted}", found.dissipation);
-        let cycle = Loop::of(found);
+        let cycle = LoopCurve::of(found);
         assert!(relative(cycle.area().abs(), wanted) < 3e-2, "{} {wanted}", cycle.area());
         let half = found.points.len() / 2;
         for (there, back) in found.points.iter().zip(&found.points[half..]) {
@@ -114,7 +114,7 @@ fn limit_of_fretting_under_force() {
     // c / a0 = (1 - Q / (mu P))^(1/3) = 1/2.
     let mut cycles = fretting(2_000_000, 0.875 * 0.5 * force, 1, Integrator::Sdirk2);
     path_of(&mut cycles).drive = Drive::Force;
-    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(1e-2);
+    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-2);
     let run = solve(&model, &[press(force), Step { name: "fretting".into(), ..cycles }]);
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
     let record = run.records.last().expect("records");
@@ -140,7 +140,7 @@ fn stick_zone_that_moves() {
     model.friction = FrictionLaw::Coulomb { mu };
     model.wear = WearLaw::Archard { i: 6e-7 };
     let mut cycles = fretting(20_000, amplitude, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(3e-3);
+    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(3e-3);
     let lifted = Step { name: "fretting".into(), normal: Some(Normal::Approach(0.0061)), ..cycles };
     let run = solve(&model, &[indent(0.01), lifted]);
     assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);

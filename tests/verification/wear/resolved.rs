@@ -4,7 +4,7 @@ use orthowear::contact::SolverOptions;
 use orthowear::friction::FrictionLaw;
 use orthowear::geometry::fibre_axes;
 use orthowear::history::record::{IncrementRecord, Outcome};
-use orthowear::history::step::{Correction, Drive, Integrator, Jumps, ResolvedCycles, Step, Tangential};
+use orthowear::history::step::{Correction, Drive, Integrator, JumpPolicy, ResolvedCycleSettings, Step, Tangential};
 use orthowear::history::{Model, RunResult};
 use orthowear::wear::WearLaw;
 
@@ -14,8 +14,8 @@ use crate::common::{
 };
 
 /// Resolved cycles that correct the wear everywhere.
-fn always(tolerance: f64) -> Option<ResolvedCycles> {
-    Some(ResolvedCycles { tolerance, correction: Correction::Always })
+fn always(tolerance: f64) -> Option<ResolvedCycleSettings> {
+    Some(ResolvedCycleSettings { tolerance, correction: Correction::Always })
 }
 
 /// Cycles of the reference scene on coarser cells: so many increments per stroke, or those and resolved cycles.
@@ -23,10 +23,10 @@ fn reference_scene(
     tilt: f64,
     mut cycles: Step,
     increments: usize,
-    resolve: Option<ResolvedCycles>,
+    resolve: Option<ResolvedCycleSettings>,
 ) -> RunResult {
     let path = path_of(&mut cycles);
-    (path.increments, path.resolve) = (increments, resolve);
+    (path.increments, path.resolved_cycles) = (increments, resolve);
     let mut model = sphere_on_frp(tilt, 1.5, 32);
     model.wear = frp_wear(tilt);
     let run = solve(&model, &[indent(0.02), cycles]);
@@ -40,7 +40,7 @@ fn reference_scene(
 #[ignore = "10 s; usual: controlled_jumps_with_resolved_cycles"]
 fn factors_stand_for_ends_between() {
     for (tilt, least) in [(0.0, 0.0), (90.0, 1.5e-3)] {
-        let volume = |increments: usize, resolve: Option<ResolvedCycles>| {
+        let volume = |increments: usize, resolve: Option<ResolvedCycleSettings>| {
             let cycles = fretting(100_000, 0.08, 4, Integrator::Sdirk2);
             let run = reference_scene(tilt, cycles, increments, resolve);
             let last = run.records.last().expect("records").clone();
@@ -57,7 +57,7 @@ fn factors_stand_for_ends_between() {
 /// Truth: resolved strokes wear 0.4 % less per cycle than single increments at tilt 90, at the start (an independent program).
 #[test]
 fn rate_of_resolved_strokes() {
-    let rate = |resolve: Option<ResolvedCycles>| {
+    let rate = |resolve: Option<ResolvedCycleSettings>| {
         let run = reference_scene(90.0, fretting(1, 0.08, 1, Integrator::BackwardEuler), 1, resolve);
         run.records[1].worn_volume - run.records[0].worn_volume
     };
@@ -71,7 +71,7 @@ fn rate_of_resolved_strokes() {
 fn a_cycle_is_resolved_where_slip_has_changed() {
     let resolved = |first: Step, count: u64| -> Vec<Option<usize>> {
         let mut cycles = fretting(count, 0.08, 4, Integrator::Sdirk2);
-        path_of(&mut cycles).resolve = always(1e-3);
+        path_of(&mut cycles).resolved_cycles = always(1e-3);
         let mut model = sphere_on_frp(90.0, 1.5, 32);
         model.wear = frp_wear(90.0);
         let run = solve(&model, &[first, cycles]);
@@ -101,9 +101,9 @@ fn drift_is_in_the_estimated_error() {
 /// Truth: bits do not depend on a resolved cycle that finds nothing new: without wear there is none.
 #[test]
 fn nothing_is_resolved_without_wear() {
-    let run = |resolve: Option<ResolvedCycles>| {
+    let run = |resolve: Option<ResolvedCycleSettings>| {
         let mut cycles = fretting(1000, 0.08, 2, Integrator::Sdirk2);
-        path_of(&mut cycles).resolve = resolve;
+        path_of(&mut cycles).resolved_cycles = resolve;
         let steps = [indent(0.02), Step { wear: false, ..cycles }];
         let result = solve_with(&sphere_on_frp(30.0, 1.5, 16), &steps, &SolverOptions::default());
         let jumps = result.records.iter().filter_map(|record| record.jump).collect::<Vec<_>>();
@@ -117,7 +117,7 @@ fn nothing_is_resolved_without_wear() {
 #[test]
 fn controlled_jumps_with_resolved_cycles() {
     let mut cycles = fretting(100_000, 0.08, 1, Integrator::Sdirk2);
-    cycles.cycles.as_mut().expect("cycles").jumps = Jumps::Tolerance(1e-3);
+    cycles.cycles.as_mut().expect("cycles").jumps = JumpPolicy::Tolerance(1e-3);
     let found = reference_scene(90.0, cycles, 1, always(1e-3));
     let together = reference_scene(90.0, fretting(100_000, 0.08, 16, Integrator::Sdirk2), 8, None);
     let volume = |run: &RunResult| run.records.last().expect("records").worn_volume;
@@ -183,7 +183,7 @@ impl PartialSlip {
         let mut cycles = fretting(1, self.amplitude, 1, Integrator::Sdirk2);
         let path = path_of(&mut cycles);
         (path.drive, path.angle, path.increments) = (self.drive, self.angle.to_radians(), increments);
-        path.resolve = correction.map(|correction| ResolvedCycles { tolerance: 1e-3, correction });
+        path.resolved_cycles = correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
         let run = solve(&self.model(), &[self.pressed(), cycles]);
         assert_eq!(run.outcome, Outcome::Converged, "{:?}", run.warnings);
         (run.records.last().expect("records").clone(), run)
@@ -219,7 +219,7 @@ fn wear_in_partial_slip_by_default() {
 #[test]
 fn gross_slip_keeps_single_increments() {
     let run = |correction: Option<Correction>| {
-        let resolve = correction.map(|correction| ResolvedCycles { tolerance: 1e-3, correction });
+        let resolve = correction.map(|correction| ResolvedCycleSettings { tolerance: 1e-3, correction });
         reference_scene(0.0, fretting(100_000, 0.08, 4, Integrator::Sdirk2), 1, resolve)
     };
     let (plain, found) = (run(None), run(Some(Correction::WhereNeeded)));
@@ -234,10 +234,10 @@ fn gross_slip_keeps_single_increments() {
 /// 0.64 % less than the circle. By default ellipses are corrected for it.
 #[test]
 fn ellipses_in_gross_slip_are_corrected() {
-    let volume = |resolve: Option<ResolvedCycles>| {
+    let volume = |resolve: Option<ResolvedCycleSettings>| {
         let mut cycles = fretting(1, 0.4, 1, Integrator::BackwardEuler);
         let path = path_of(&mut cycles);
-        (path.amplitude, path.increments, path.resolve) = ([0.4, 0.4], 8, resolve);
+        (path.amplitude, path.increments, path.resolved_cycles) = ([0.4, 0.4], 8, resolve);
         let mut model = half_spaces(&steel(), Some(&steel()), (1.0, 8), sphere(50.0));
         model.friction = FrictionLaw::Coulomb { mu: 0.2 };
         model.wear = WearLaw::Archard { i: 1e-12 };
@@ -245,7 +245,7 @@ fn ellipses_in_gross_slip_are_corrected() {
         assert_eq!(run.outcome, Outcome::Converged);
         run.records.last().expect("records").worn_volume
     };
-    let corrected = Some(ResolvedCycles { tolerance: 1e-3, correction: Correction::WhereNeeded });
+    let corrected = Some(ResolvedCycleSettings { tolerance: 1e-3, correction: Correction::WhereNeeded });
     let sixteenth = std::f64::consts::PI / 16.0;
     let polygon = sixteenth.sin() / sixteenth;
     assert!(

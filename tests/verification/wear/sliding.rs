@@ -5,7 +5,7 @@ use orthowear::error::Result;
 use orthowear::frame::ContactFrame;
 use orthowear::friction::FrictionLaw;
 use orthowear::history::record::Outcome;
-use orthowear::history::step::{CycleMotion, Cycles, Integrator, Jumps, Normal, Step};
+use orthowear::history::step::{CycleMotion, Cycles, Integrator, JumpPolicy, Normal, Step};
 use orthowear::history::{Model, RunResult};
 use orthowear::linalg::PerCell;
 use orthowear::linalg::operator::Flexibility;
@@ -15,14 +15,14 @@ use orthowear::wear::WearLaw;
 use crate::common::{half_spaces, relative, solve, sphere, step};
 
 /// Sliding along a direction (degrees).
-fn slide(distance: f64, angle: f64, jumps: Jumps, integrator: Integrator) -> Step {
+fn slide(distance: f64, angle: f64, jumps: JumpPolicy, integrator: Integrator) -> Step {
     let motion = CycleMotion::Sliding { angle: angle.to_radians() };
     let cycles = Cycles { count: distance, motion, jumps, integrator, beyond_critical: false };
     Step { cycles: Some(cycles), ..step("slide") }
 }
 
 pub(super) fn slide_to(distance: f64, tolerance: f64) -> Step {
-    slide(distance, 0.0, Jumps::Tolerance(tolerance), Integrator::Sdirk2)
+    slide(distance, 0.0, JumpPolicy::Tolerance(tolerance), Integrator::Sdirk2)
 }
 
 /// A half-space of E* under a rigid body.
@@ -76,7 +76,7 @@ fn forces_change_along_the_way() {
     model.wear = WearLaw::Archard { i: 1e-8 };
     let ramp = Step {
         normal: Some(Normal::Force(1000.0)),
-        ..slide(500.0, 30.0, Jumps::Number(3), Integrator::Sdirk2)
+        ..slide(500.0, 30.0, JumpPolicy::Number(3), Integrator::Sdirk2)
     };
     let run = solve(&model, &[press(200.0), ramp, slide_to(100.0, 1e-3)]);
     assert_eq!(run.outcome, Outcome::Converged);
@@ -93,7 +93,7 @@ fn direction_of_sliding() {
     for (angle, k) in [(0.0, 1.0), (30.0, 0.875_f64), (90.0, 0.25)] {
         let mut model = half_space(1e5, (1.0, 8), sphere(20.0));
         model.wear = WearLaw::Orthotropic { i: [1e-8, 0.25e-8], angle: 0.0 };
-        let run = solve(&model, &[press(100.0), slide(1000.0, angle, Jumps::Number(2), Integrator::Sdirk2)]);
+        let run = solve(&model, &[press(100.0), slide(1000.0, angle, JumpPolicy::Number(2), Integrator::Sdirk2)]);
         let wanted = 1e-8 * k * 100.0 * 1000.0;
         assert!(relative(last(&run).worn_volume, wanted) < 1e-9, "{angle}: {}", last(&run).worn_volume);
     }
@@ -118,7 +118,7 @@ fn flat_of_a_sphere() {
     assert!(relative(record.worn_volume, 1.0) < 1e-9);
 }
 
-/// Truth: `wear-sphere-elastic`: contact radius, pressure and depth in the middle and approach at τ = k p0 s / δ0 = 1, 10.
+/// Truth: `wear-sphere-material`: contact radius, pressure and depth in the middle and approach at τ = k p0 s / δ0 = 1, 10.
 #[test]
 fn elastic_sphere() {
     let (radius, a0, e_star) = (100.0, 1.0, 1e5);
@@ -151,7 +151,7 @@ fn flat_punch_runs_in() {
     let pressures = |distance: f64| {
         let mut model = half_space(1.0, (1.05, cells), punch);
         model.wear = WearLaw::Archard { i: 1.0 };
-        let slide = slide(distance, 0.0, Jumps::Number(80), Integrator::Sdirk2);
+        let slide = slide(distance, 0.0, JumpPolicy::Number(80), Integrator::Sdirk2);
         let run = solve(&model, &[press(1.0), slide]);
         let mean = 1.0 / last(&run).contact_area;
         run.state.tractions[2 * cells * cells..].iter().map(|p| p / mean).collect::<Vec<f64>>()
@@ -203,7 +203,7 @@ fn columns(distance: f64, jumps: usize, integrator: Integrator) -> (Model, [Step
         wear: WearLaw::Archard { i: 1.0 },
         wear_share: 1.0,
     };
-    (model, [press(2.5), slide(distance, 0.0, Jumps::Number(jumps), integrator)])
+    (model, [press(2.5), slide(distance, 0.0, JumpPolicy::Number(jumps), integrator)])
 }
 
 /// Truth: `wear-winkler-exponential`: p(t) = p̄ + (p(0) - p̄) exp(-λt), λ = 0.8; orders of the integrators; explicit jumps beyond 2 / λ

@@ -4,26 +4,26 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
-use super::super::super::scales::Hat;
-use super::super::super::{Increment, Iterate, NormalControl, SlipReference};
-use super::local::{clipped, largest, pressures};
+use super::super::super::scales::FrictionScaling;
+use super::super::super::{Increment, ContactState, NormalControl, SlipReference};
+use super::cell_problem::{clipped, largest, solve_pressures};
 use crate::linalg::cell_matrix::CellMatrix;
 
 /// Share of the mean gap of the cells in contact that the bodies move by under a prescribed force after a sweep.
-const MOVE: f64 = 0.5;
+const GAP_CORRECTION_SHARE: f64 = 0.5;
 
 /// One end of the increment on the cells.
-struct Side {
+struct PathPointState {
     /// Hatted tractions (1, 2, n) by cell.
     tractions: Vec<[f64; 3]>,
     /// Hatted gap, `[3, m]` by planes, wear of this increment aside.
     gap: Vec<f64>,
     /// The same without tractions.
-    bare: Vec<f64>,
+    unloaded_gap: Vec<f64>,
     /// Hatted tangential gap that the slip is measured from; `None`: from the end before.
     reference: Vec<Option<[f64; 2]>>,
     /// Normal motion of body 2 since the state was taken.
-    moved: f64,
+    normal_motion: f64,
 }
 
 /// The state of an increment on some cells, with the hatted flexibility between them.
@@ -34,71 +34,71 @@ pub(super) struct Sweeps<'s, 'p> {
     matrix: CellMatrix,
     /// Rows of the gap that are kept.
     rows: Range<usize>,
-    sides: Vec<Side>,
+    sides: Vec<PathPointState>,
     count: usize,
 }
 
 /// D of P = D P̂ in a cell; slips go with its transpose.
-fn hatting(hat: &Option<Hat>) -> Matrix3<f64> {
+fn hatting(hat: &Option<FrictionScaling>) -> Matrix3<f64> {
     let Some(hat) = hat else { return Matrix3::identity() };
-    let (first, second) = (hat.traction([1.0, 0.0]), hat.traction([0.0, 1.0]));
+    let (first, second) = (hat.physical_traction([1.0, 0.0]), hat.physical_traction([0.0, 1.0]));
     Matrix3::new(first[0], second[0], 0.0, first[1], second[1], 0.0, 0.0, 0.0, 1.0)
 }
 
 impl<'s, 'p> Sweeps<'s, 'p> {
     /// From an evaluated state; `matrix`: S between the `cells`, ascending, outside which nothing carries tractions.
-    pub fn new(problem: &'s Increment<'p>, it: &Iterate, cells: Vec<usize>, mut matrix: CellMatrix) -> Self {
-        let hatting = hatting(&problem.hat());
+    pub fn new(problem: &'s Increment<'p>, it: &ContactState, cells: Vec<usize>, mut matrix: CellMatrix) -> Self {
+        let hatting = hatting(&problem.friction_scaling());
         if problem.friction.is_some() {
             matrix.map_blocks(|_, _, block| hatting.transpose() * block * hatting);
         }
         let m = cells.len();
         let rows = if problem.normal_only() { 2 * m..3 * m } else { 0..3 * m };
-        let side = |end: usize| Side {
+        let side = |end: usize| PathPointState {
             tractions: vec![[0.0; 3]; m],
             gap: vec![0.0; 3 * m],
-            bare: vec![0.0; 3 * m],
+            unloaded_gap: vec![0.0; 3 * m],
             reference: cells.iter().map(|&cell| reference(problem, end, cell)).collect(),
-            moved: 0.0,
+            normal_motion: 0.0,
         };
-        let sides = (0..problem.ends.len()).map(side).collect();
+        let sides = (0..problem.path_points.len()).map(side).collect();
         let mut sweeps = Self { problem, cells, matrix, rows, sides, count: 0 };
-        sweeps.take(it);
+        sweeps.load(it);
         sweeps
     }
 
     /// Takes tractions and gaps of an evaluated state.
-    pub fn take(&mut self, it: &Iterate) {
+    pub fn load(&mut self, it: &ContactState) {
         let (problem, m) = (self.problem, self.cells.len());
-        let (n, hat) = (problem.n(), problem.hat());
+        let (n, hat) = (problem.n(), problem.friction_scaling());
         for (end, side) in self.sides.iter_mut().enumerate() {
             for (i, &cell) in self.cells.iter().enumerate() {
                 let at = |plane: usize| end * 3 * n + plane * n + cell;
-                side.tractions[i] = [0, 1, 2].map(|plane| it.hatted[at(plane)]);
+                side.tractions[i] = [0, 1, 2].map(|plane| it.scaled[at(plane)]);
                 let along = [it.gap[at(0)], it.gap[at(1)]];
-                let along = hat.as_ref().map_or(along, |hat| hat.slip(along));
+                let along = hat.as_ref().map_or(along, |hat| hat.scaled_slip(along));
                 (side.gap[i], side.gap[m + i]) = (along[0], along[1]);
-                side.gap[2 * m + i] = it.gap[at(2)] - problem.repeats * it.wear_rate[cell];
+                side.gap[2 * m + i] = it.gap[at(2)] - problem.slip_repeats * it.wear_rate[cell];
                 let elastic = [it.elastic[at(0)], it.elastic[at(1)]];
-                let elastic = hat.as_ref().map_or(elastic, |hat| hat.slip(elastic));
-                side.bare[i] = side.gap[i] - elastic[0];
-                side.bare[m + i] = side.gap[m + i] - elastic[1];
-                side.bare[2 * m + i] = side.gap[2 * m + i] - it.elastic[at(2)];
+                let elastic = hat.as_ref().map_or(elastic, |hat| hat.scaled_slip(elastic));
+                side.unloaded_gap[i] = side.gap[i] - elastic[0];
+                side.unloaded_gap[m + i] = side.gap[m + i] - elastic[1];
+                side.unloaded_gap[2 * m + i] = side.gap[2 * m + i] - it.elastic[at(2)];
             }
-            side.moved = 0.0;
+            side.normal_motion = 0.0;
         }
         self.count = 0;
     }
 
     /// Gives tractions and motions to `it`, and evaluates it.
-    pub fn give(&mut self, it: &mut Iterate) {
+    pub fn store(&mut self, it: &mut ContactState) {
         let n = self.problem.n();
-        it.hatted.fill(0.0);
+        it.scaled.fill(0.0);
         for (end, side) in self.sides.iter_mut().enumerate() {
             for (&cell, p) in self.cells.iter().zip(&side.tractions) {
-                (0..3).for_each(|plane| it.hatted[end * 3 * n + plane * n + cell] = p[plane]);
+                (0..3).for_each(|plane| it.scaled[end * 3 * n + plane * n + cell] = p[plane]);
             }
-            it.rigid[end][2] += std::mem::take(&mut side.moved);
+            it.rigid_motion[end][2] += std::mem::take(&mut side.normal_motion);
         }
         self.problem.evaluate(it);
     }
@@ -116,8 +116,8 @@ impl<'s, 'p> Sweeps<'s, 'p> {
         self.count += 1;
         let mut relative = 0.0;
         for end in 0..self.sides.len() {
-            if let NormalControl::Force(force) = self.problem.ends[end].normal {
-                relative = f64::max(relative, self.carry(end, force));
+            if let NormalControl::Force(force) = self.problem.path_points[end].normal {
+                relative = f64::max(relative, self.enforce_normal_force(end, force));
             }
         }
         let pressures = self.sides.iter().flat_map(|side| &side.tractions).map(|p| p[2]);
@@ -127,19 +127,19 @@ impl<'s, 'p> Sweeps<'s, 'p> {
 
     /// Scales the tractions of an end to its normal force, and moves the bodies by a share of the mean gap in contact, which
     /// would vanish; the relative change. Where nothing touches, they move by what the force would press them in if all cells did.
-    fn carry(&mut self, end: usize, force: f64) -> f64 {
-        let (m, areas, repeats) = (self.cells.len(), self.problem.areas, self.problem.repeats);
+    fn enforce_normal_force(&mut self, end: usize, force: f64) -> f64 {
+        let (m, areas, repeats) = (self.cells.len(), self.problem.areas, self.problem.slip_repeats);
         let area = |i: usize| areas[self.cells[i]];
         let carried: f64 = (0..m).map(|i| area(i) * self.sides[end].tractions[i][2]).sum();
         if carried <= 0.0 {
             let (size, energy) = self.compliance();
-            self.lift(end, -force * energy / (size * size));
+            self.move_normal(end, -force * energy / (size * size));
             return 1.0;
         }
         let factor = force / carried;
         let side = &mut self.sides[end];
         side.tractions.iter_mut().flatten().for_each(|t| *t *= factor);
-        let gaps = side.gap[self.rows.clone()].iter_mut().zip(&side.bare[self.rows.clone()]);
+        let gaps = side.gap[self.rows.clone()].iter_mut().zip(&side.unloaded_gap[self.rows.clone()]);
         gaps.for_each(|(gap, bare)| *gap = bare + factor * (*gap - bare));
         let (mut size, mut sum) = (0.0, 0.0);
         for i in (0..m).filter(|&i| self.sides[end].tractions[i][2] > 0.0) {
@@ -149,16 +149,16 @@ impl<'s, 'p> Sweeps<'s, 'p> {
             size += area(i);
             sum += area(i) * (self.sides[end].gap[2 * m + i] + repeats * worn);
         }
-        self.lift(end, -MOVE * sum / size);
+        self.move_normal(end, -GAP_CORRECTION_SHARE * sum / size);
         (factor - 1.0).abs()
     }
 
     /// Moves body 2 of an end along the normal.
-    fn lift(&mut self, end: usize, by: f64) {
+    fn move_normal(&mut self, end: usize, by: f64) {
         let m = self.cells.len();
         let side = &mut self.sides[end];
-        side.moved += by;
-        side.gap[2 * m..].iter_mut().chain(&mut side.bare[2 * m..]).for_each(|gap| *gap += by);
+        side.normal_motion += by;
+        side.gap[2 * m..].iter_mut().chain(&mut side.unloaded_gap[2 * m..]).for_each(|gap| *gap += by);
     }
 
     /// Area of the cells, and energy of a unit pressure on all: Σ A, Σ A S_nn 1.
@@ -181,8 +181,8 @@ impl<'s, 'p> Sweeps<'s, 'p> {
         if old.iter().all(|p| *p == 0.0) && gaps.iter().all(|gap| *gap >= 0.0) {
             return 0.0;
         }
-        let path = std::array::from_fn(|end| self.problem.repeats * self.wear_path(end, i));
-        let new = pressures(old, gaps, stiffness, path);
+        let path = std::array::from_fn(|end| self.problem.slip_repeats * self.wear_path(end, i));
+        let new = solve_pressures(old, gaps, stiffness, path);
         let mut largest: f64 = 0.0;
         for end in 0..E {
             let mut change = [0.0, 0.0, new[end] - old[end]];
@@ -216,7 +216,7 @@ impl<'s, 'p> Sweeps<'s, 'p> {
     fn slip(&self, end: usize, i: usize) -> [f64; 2] {
         let m = self.cells.len();
         let at = |end: usize| [self.sides[end].gap[i], self.sides[end].gap[m + i]];
-        let from = self.sides[end].reference[i].unwrap_or_else(|| at(self.problem.end_before(end)));
+        let from = self.sides[end].reference[i].unwrap_or_else(|| at(self.problem.previous_path_point(end)));
         let here = at(end);
         [here[0] - from[0], here[1] - from[1]]
     }
@@ -225,8 +225,8 @@ impl<'s, 'p> Sweeps<'s, 'p> {
     fn wear_path(&self, end: usize, i: usize) -> f64 {
         let Some(wear) = &self.problem.wear else { return 0.0 };
         let slip = self.slip(end, i);
-        let v = self.problem.hat().map_or(slip, |hat| hat.unslip(slip));
-        self.problem.path_factor(self.cells[i]) * wear.path()(v)
+        let v = self.problem.friction_scaling().map_or(slip, |hat| hat.physical_slip(slip));
+        self.problem.path_factor(self.cells[i]) * wear.path_per_slip()(v)
     }
 
     /// Adds the gaps of a change of the tractions at an end of cell `i`.
@@ -246,14 +246,14 @@ impl<'s, 'p> Sweeps<'s, 'p> {
 /// Hatted tangential gap that the slip of a cell is measured from; `None`: from the end before.
 fn reference(problem: &Increment, end: usize, cell: usize) -> Option<[f64; 2]> {
     let n = problem.n();
-    let at = match &problem.ends[end].reference {
+    let at = match &problem.path_points[end].reference {
         SlipReference::Previous(at) => at,
-        SlipReference::EndBefore { stuck, at } if stuck[cell] => at,
+        SlipReference::PreviousPoint { stuck, at } if stuck[cell] => at,
         // Steady rolling and sliding are refused before.
-        SlipReference::EndBefore { .. } | SlipReference::Upstream(_) | SlipReference::Given(_) => {
+        SlipReference::PreviousPoint { .. } | SlipReference::Upstream(_) | SlipReference::Prescribed(_) => {
             return None;
         }
     };
     let at = [at[cell], at[n + cell]];
-    Some(problem.hat().map_or(at, |hat| hat.slip(at)))
+    Some(problem.friction_scaling().map_or(at, |hat| hat.scaled_slip(at)))
 }

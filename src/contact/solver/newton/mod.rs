@@ -14,61 +14,61 @@ mod rolling;
 mod tangent;
 mod unknowns;
 
-use super::super::{Increment, Iterate, SlipReference, Unknowns};
+use super::super::{Increment, ContactState, SlipReference, Unknowns};
 use super::barzilai_borwein::BarzilaiBorwein;
-use super::{SolveReport, Solver, SolverOptions, Stop, Watch};
+use super::{SolveReport, IncrementSolver, SolverOptions, StopReason, IterationCallback};
 use crate::linalg::gmres::{Gmres, KrylovOptions};
 use crate::linalg::precision::WithPrecision;
-use tangent::{Given, Tangent, Workspace};
+use tangent::{LinearModel, NewtonSystem, Workspace};
 
 /// Natural residual from which Newton steps begin: at once, and after one that failed.
-const WARM: f64 = 0.5;
-const NEAR: f64 = 2e-2;
+const FIRST_STEP_START_RESIDUAL: f64 = 0.5;
+const RESTART_RESIDUAL: f64 = 2e-2;
 
 /// Barzilai-Borwein steps after the first Newton step that fails; twice as many after each further one.
-const REPAIR: usize = 15;
+const FALLBACK_STEPS: usize = 15;
 
 /// Krylov vectors kept; products of one linear system.
-const RESTART: usize = 40;
-const PRODUCTS: usize = 120;
+const GMRES_RESTART: usize = 40;
+const MAX_GMRES_PRODUCTS: usize = 120;
 
 /// Bounds of the relative residual of a linear system, and its share of the natural residual.
-const LOOSEST: f64 = 0.05;
-const TIGHTEST: f64 = 1e-3;
-const SHARE: f64 = 0.1;
+const MAX_LINEAR_TOLERANCE: f64 = 0.05;
+const MIN_LINEAR_TOLERANCE: f64 = 1e-3;
+const LINEAR_TOLERANCE_SHARE: f64 = 0.1;
 
 /// A linear residual this much below the tolerance ends the last step, if it is not below what single precision gives.
-const ENOUGH: f64 = 0.3;
-const LAST: f64 = 1e-6;
+const FINAL_STEP_TOLERANCE_SHARE: f64 = 0.3;
+const SINGLE_PRECISION_LIMIT: f64 = 1e-6;
 
 /// Natural residual below which the states of most cells are the last ones.
-const NEARLY: f64 = 1e-3;
+const TIGHT_SOLVE_RESIDUAL: f64 = 1e-3;
 
 /// Steps in a row that may end above the best residual, by this factor at most: cells change sides.
-const EXCUSED: usize = 1;
-const EXCUSE: f64 = 3.0;
+const NONMONOTONE_STEPS: usize = 1;
+const NONMONOTONE_FACTOR: f64 = 3.0;
 
 /// The first step of a solve may end below this residual, and a failed one is kept as a start for the repair.
-const FAR: f64 = 1.0;
+const FIRST_STEP_LIMIT: f64 = 1.0;
 
 /// Newton steps that fail before the method gives up.
-const FAILURES: usize = 8;
+const MAX_NEWTON_FAILURES: usize = 8;
 
 /// Relative residual of the linear system of a step from a natural residual: in proportion to it, but all that is left if that is
 /// within reach of single precision.
 fn linear_tolerance(residual: f64, wanted: f64) -> f64 {
-    let enough = ENOUGH * wanted / residual;
-    let usual = (SHARE * residual).clamp(TIGHTEST, LOOSEST);
-    if enough > LAST && residual < NEARLY { enough } else { usual }
+    let enough = FINAL_STEP_TOLERANCE_SHARE * wanted / residual;
+    let usual = (LINEAR_TOLERANCE_SHARE * residual).clamp(MIN_LINEAR_TOLERANCE, MAX_LINEAR_TOLERANCE);
+    if enough > SINGLE_PRECISION_LIMIT && residual < TIGHT_SOLVE_RESIDUAL { enough } else { usual }
 }
 
 /// A solve in progress.
-struct Solve<'s, 'p> {
+struct NewtonSolve<'s, 'p> {
     problem: &'s Increment<'p>,
     options: &'s SolverOptions,
     report: SolveReport,
     krylov: Gmres,
-    given: Given<'p>,
+    linear: LinearModel<'p>,
     workspace: Workspace,
     /// What the solve started from.
     start: Unknowns,
@@ -77,55 +77,55 @@ struct Solve<'s, 'p> {
 /// The method.
 pub(super) struct Newton;
 
-impl Solver for Newton {
+impl IncrementSolver for Newton {
     fn name(&self) -> &'static str {
         "newton"
     }
 
-    fn suits(&self, _: &Increment) -> bool {
+    fn is_applicable(&self, _: &Increment) -> bool {
         true
     }
 
     fn solve(
         &self,
         problem: &Increment,
-        it: &mut Iterate,
+        it: &mut ContactState,
         options: &SolverOptions,
-        watch: &mut Watch,
+        watch: &mut IterationCallback,
     ) -> SolveReport {
         let report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
         problem.evaluate(it);
-        let flexibility = WithPrecision { of: problem.flexibility, precision: options.precision };
-        let given = Given { flexibility, nothing: vec![0.0; 3 * problem.n()] };
-        let rolls = problem.ends.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
+        let flexibility = WithPrecision { operator: problem.flexibility, precision: options.precision };
+        let given = LinearModel { flexibility, zeros: vec![0.0; 3 * problem.n()] };
+        let rolls = problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)));
         let workspace = Workspace::new(problem);
         let krylov = Gmres::default();
-        let solve = Solve { problem, options, report, krylov, given, workspace, start: Unknowns::of(it) };
-        if rolls { solve.roll(it, watch) } else { solve.run(it, watch) }
+        let solve = NewtonSolve { problem, options, report, krylov, linear: given, workspace, start: Unknowns::from_state(it) };
+        if rolls { solve.run_rolling(it, watch) } else { solve.run(it, watch) }
     }
 }
 
-impl Solve<'_, '_> {
-    fn run(mut self, it: &mut Iterate, watch: &mut Watch) -> SolveReport {
+impl NewtonSolve<'_, '_> {
+    fn run(mut self, it: &mut ContactState, watch: &mut IterationCallback) -> SolveReport {
         let mut trial = it.clone();
-        let (mut failures, mut repair, mut near) = (0, REPAIR, WARM);
+        let (mut failures, mut repair, mut near) = (0, FALLBACK_STEPS, FIRST_STEP_START_RESIDUAL);
         let (mut first, mut best, mut worse) = (true, f64::INFINITY, 0);
         loop {
             let residual = self.problem.natural_residual(it);
             self.report.residual = residual;
             if residual.is_nan() || residual <= self.options.tolerance {
-                self.report.stop = if residual.is_nan() { Stop::NotFinite } else { Stop::Converged };
+                self.report.stop = if residual.is_nan() { StopReason::NotFinite } else { StopReason::Converged };
                 return self.report;
             }
-            if self.report.iterations >= self.options.max_iterations || failures >= FAILURES {
+            if self.report.iterations >= self.options.max_iterations || failures >= MAX_NEWTON_FAILURES {
                 return self.report;
             }
             if watch(self.report.iterations, residual) {
-                self.report.stop = Stop::Interrupted;
+                self.report.stop = StopReason::Interrupted;
                 return self.report;
             }
             if residual > near && (first || failures > 0) {
-                if self.approach(it, NEAR, usize::MAX, watch) {
+                if self.fall_back_to_gradient(it, RESTART_RESIDUAL, usize::MAX, watch) {
                     return self.report;
                 }
                 continue;
@@ -133,21 +133,21 @@ impl Solve<'_, '_> {
             self.step(it, &mut trial);
             let after = self.problem.natural_residual(&trial);
             // What the first step starts from says little: a warm start is in equilibrium but for the load.
-            let bound = if first { FAR } else { EXCUSE * best };
+            let bound = if first { FIRST_STEP_LIMIT } else { NONMONOTONE_FACTOR * best };
             worse = if after < best { 0 } else { worse + 1 };
             best = best.min(after);
             first = false;
-            if worse <= EXCUSED && after < bound {
+            if worse <= NONMONOTONE_STEPS && after < bound {
                 std::mem::swap(it, &mut trial);
                 continue;
             }
             worse = 0;
             failures += 1;
-            near = NEAR;
-            if after < FAR {
+            near = RESTART_RESIDUAL;
+            if after < FIRST_STEP_LIMIT {
                 std::mem::swap(it, &mut trial);
             }
-            if self.approach(it, self.options.tolerance, repair, watch) {
+            if self.fall_back_to_gradient(it, self.options.tolerance, repair, watch) {
                 return self.report;
             }
             repair *= 2;
@@ -155,7 +155,7 @@ impl Solve<'_, '_> {
     }
 
     /// Barzilai-Borwein steps until the residual is below `tolerance`; whether that ended the solve.
-    fn approach(&mut self, it: &mut Iterate, tolerance: f64, most: usize, watch: &mut Watch) -> bool {
+    fn fall_back_to_gradient(&mut self, it: &mut ContactState, tolerance: f64, most: usize, watch: &mut IterationCallback) -> bool {
         let left = self.options.max_iterations - self.report.iterations;
         let options = SolverOptions { tolerance, max_iterations: most.min(left), ..*self.options };
         let before = self.report.iterations;
@@ -165,38 +165,38 @@ impl Solve<'_, '_> {
         self.report.applications += report.applications;
         self.report.residual = report.residual;
         match report.stop {
-            Stop::Converged => false,
+            StopReason::Converged => false,
             // Not in so few steps, but more may be left.
-            Stop::Iterations if report.iterations < left => false,
+            StopReason::Iterations if report.iterations < left => false,
             // A loose tolerance is not enough to say that there is no equilibrium, and the way there may matter.
-            Stop::GrossSliding | Stop::ContactLost if tolerance > self.options.tolerance => {
-                self.start.put(it);
-                self.approach(it, self.options.tolerance, usize::MAX, watch)
+            StopReason::GrossSliding | StopReason::ContactLost if tolerance > self.options.tolerance => {
+                self.start.restore_into(it);
+                self.fall_back_to_gradient(it, self.options.tolerance, usize::MAX, watch)
             }
             stop => {
-                (self.report.stop, self.report.sliding) = (stop, report.sliding);
+                (self.report.stop, self.report.loss_of_equilibrium) = (stop, report.loss_of_equilibrium);
                 true
             }
         }
     }
 
     /// A Newton step from `it` to `trial`.
-    fn step(&mut self, it: &Iterate, trial: &mut Iterate) {
-        trial.follow(it);
-        let mut tangent = Tangent::new(self.problem, it, &self.given, &mut self.workspace);
+    fn step(&mut self, it: &ContactState, trial: &mut ContactState) {
+        trial.copy_unknowns(it);
+        let mut tangent = NewtonSystem::new(self.problem, it, &self.linear, &mut self.workspace);
         let rhs = tangent.rhs(it);
         let mut x = vec![0.0; rhs.len()];
         let residual = self.report.residual;
         let options = KrylovOptions {
             tolerance: linear_tolerance(residual, self.options.tolerance),
-            products: PRODUCTS,
-            restart: RESTART,
+            max_products: MAX_GMRES_PRODUCTS,
+            restart: GMRES_RESTART,
         };
         let report = self.krylov.solve(&mut tangent, &rhs, &mut x, options);
-        tangent.carry_forces(&rhs, &mut x);
+        tangent.restore_prescribed_forces(&rhs, &mut x);
         tangent.advance(&x, trial);
         self.problem.evaluate(trial);
         self.report.iterations += 1;
-        self.report.applications += (report.products + 2) * self.problem.applications();
+        self.report.applications += (report.n_products + 2) * self.problem.applications();
     }
 }

@@ -4,11 +4,11 @@
 use nalgebra::{DMatrix, DVector, LU};
 
 use super::super::super::{Increment, SlipReference, Upstream};
-use super::tangent::across;
-use super::unknowns::{Active, State};
+use super::tangent::perpendicular;
+use super::unknowns::{ActiveCell, CellStatus};
 
 /// Buffers of the inverse on the cells in contact.
-pub(super) struct Inverse {
+pub(super) struct ActiveSetInverse {
     /// Physical gap, `[3, N]`.
     gap: Vec<f64>,
     /// Physical tractions, `[3, N]`.
@@ -17,17 +17,17 @@ pub(super) struct Inverse {
     stuck: Vec<bool>,
 }
 
-impl Inverse {
+impl ActiveSetInverse {
     pub fn new(n: usize) -> Self {
         Self { gap: vec![0.0; 3 * n], tractions: vec![0.0; 3 * n], stuck: vec![false; n] }
     }
 
     /// Unknown tractions `x` that cause about the gradients in `rows`.
-    pub fn apply(&mut self, problem: &Increment, active: &[Active], rows: &[f64], x: &mut [f64]) {
-        for end in 0..problem.ends.len() {
+    pub fn apply(&mut self, problem: &Increment, active: &[ActiveCell], rows: &[f64], x: &mut [f64]) {
+        for end in 0..problem.path_points.len() {
             self.spread(problem, active, rows, end);
-            if let SlipReference::Upstream(upstream) = &problem.ends[end].reference {
-                self.sum_from_ahead(upstream);
+            if let SlipReference::Upstream(upstream) = &problem.path_points[end].reference {
+                self.sum_upstream(upstream);
             }
             if !self.invert(problem) {
                 // By the diagonal, which the rows are scaled with.
@@ -44,7 +44,7 @@ impl Inverse {
             let n = problem.n();
             return problem.flexibility.precondition_normal(&self.gap[2 * n..], &mut self.tractions[2 * n..]);
         }
-        let Some(part) = problem.tangential() else {
+        let Some(part) = problem.tangential_operator() else {
             return problem.flexibility.precondition(&self.gap, &mut self.tractions);
         };
         let n = problem.n();
@@ -53,12 +53,12 @@ impl Inverse {
     }
 
     /// Displacements of the cells that stick from their differences to the cells ahead, none moving in front of them.
-    fn sum_from_ahead(&mut self, upstream: &Upstream) {
+    fn sum_upstream(&mut self, upstream: &Upstream) {
         let n = self.stuck.len();
-        let steps = upstream.from.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
+        let steps = upstream.source_cell.iter().enumerate().map(|(cell, from)| from.cmp(&cell) as isize);
         let ahead_is_later = steps.sum::<isize>() > 0;
         let mut add = |cell: usize| {
-            let from = upstream.from[cell];
+            let from = upstream.source_cell[cell];
             let known = if ahead_is_later { from > cell } else { from < cell };
             if known && self.stuck[cell] && self.stuck[from] {
                 self.gap[cell] += self.gap[from];
@@ -68,48 +68,48 @@ impl Inverse {
         if ahead_is_later { (0..n).rev().for_each(&mut add) } else { (0..n).for_each(&mut add) }
     }
 
-    fn spread(&mut self, problem: &Increment, active: &[Active], rows: &[f64], end: usize) {
+    fn spread(&mut self, problem: &Increment, active: &[ActiveCell], rows: &[f64], end: usize) {
         let n = problem.n();
-        let hat = problem.hat();
+        let hat = problem.friction_scaling();
         self.gap.fill(0.0);
         self.stuck.fill(false);
         let rolls = rolls(problem, end);
         for active in active.iter().filter(|active| active.end == end) {
-            let (cell, first) = (active.cell, active.first);
-            if let Some(k) = active.pressure {
+            let (cell, first) = (active.cell, active.tangential_row);
+            if let Some(k) = active.pressure_row {
                 self.gap[2 * n + cell] = rows[k] / problem.scales.c_normal[cell];
             }
             let hatted = match active.state {
-                State::Bare => continue,
-                State::Stick => {
+                CellStatus::PressureOnly => continue,
+                CellStatus::Stick => {
                     self.stuck[cell] = true;
                     [rows[first], rows[first + 1]]
                 }
-                State::Slip { .. } if rolls => continue,
-                State::Slip { along, turning } => across(along).map(|e| e * rows[first] * share(turning)),
+                CellStatus::Slip { .. } if rolls => continue,
+                CellStatus::Slip { along, turning } => perpendicular(along).map(|e| e * rows[first] * share(turning)),
             };
             if let Some(hat) = &hat {
-                let gap = hat.unslip(hatted.map(|row| row / problem.scales.c_tangential[cell]));
+                let gap = hat.physical_slip(hatted.map(|row| row / problem.scales.c_tangential[cell]));
                 (self.gap[cell], self.gap[n + cell]) = (gap[0], gap[1]);
             }
         }
     }
 
-    fn gather(&self, problem: &Increment, active: &[Active], (rows, x): (&[f64], &mut [f64]), end: usize) {
+    fn gather(&self, problem: &Increment, active: &[ActiveCell], (rows, x): (&[f64], &mut [f64]), end: usize) {
         let n = problem.n();
-        let (hat, rolls) = (problem.hat(), rolls(problem, end));
+        let (hat, rolls) = (problem.friction_scaling(), rolls(problem, end));
         for active in active.iter().filter(|active| active.end == end) {
-            let (cell, first) = (active.cell, active.first);
-            if let Some(k) = active.pressure {
+            let (cell, first) = (active.cell, active.tangential_row);
+            if let Some(k) = active.pressure_row {
                 x[k] = self.tractions[2 * n + cell];
             }
             let Some(hat) = &hat else { continue };
-            let q = hat.untraction([self.tractions[cell], self.tractions[n + cell]]);
+            let q = hat.scaled_traction([self.tractions[cell], self.tractions[n + cell]]);
             match active.state {
-                State::Bare => {}
-                State::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
-                State::Slip { along, turning } => {
-                    let left = across(along);
+                CellStatus::PressureOnly => {}
+                CellStatus::Stick => (x[first], x[first + 1]) = (q[0], q[1]),
+                CellStatus::Slip { along, turning } => {
+                    let left = perpendicular(along);
                     let elastic = left[0] * q[0] + left[1] * q[1];
                     let alone = rows[first] / (1.0 + turning);
                     let share = if rolls { 0.0 } else { share(turning) };
@@ -122,7 +122,7 @@ impl Inverse {
 
 /// Whether slip is measured from cell to cell.
 fn rolls(problem: &Increment, end: usize) -> bool {
-    matches!(problem.ends[end].reference, SlipReference::Upstream(_))
+    matches!(problem.path_points[end].reference, SlipReference::Upstream(_))
 }
 
 /// Share of the elastic answer in that of a slipping cell, the rest being the turning of its traction.
@@ -131,7 +131,7 @@ fn share(turning: f64) -> f64 {
 }
 
 /// The rigid motions besides the inverse of the rest.
-pub(super) struct Bordered {
+pub(super) struct MotionSchurComplement {
     /// Inverse of the gradient per motion, by motion.
     columns: Vec<Vec<f64>>,
     /// Work on each motion per traction.
@@ -144,7 +144,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-impl Bordered {
+impl MotionSchurComplement {
     pub fn new(columns: Vec<Vec<f64>>, constraints: Vec<Vec<f64>>) -> Self {
         let m = columns.len();
         let schur = (m > 0).then(|| DMatrix::from_fn(m, m, |i, j| dot(&constraints[i], &columns[j])).lu());
@@ -158,7 +158,7 @@ impl Bordered {
     }
 
     /// Changes `tractions` by the least sum of squares that makes them do the `works`.
-    pub fn satisfy(&self, works: &[f64], tractions: &mut [f64]) {
+    pub fn restore_work(&self, works: &[f64], tractions: &mut [f64]) {
         if self.schur.is_none() {
             return;
         }
@@ -172,7 +172,7 @@ impl Bordered {
     }
 
     /// `tractions` (found with the motions held) and the motions' `amounts` such that the tractions do the works.
-    pub fn correct(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
+    pub fn eliminate_motions(&self, works: &[f64], tractions: &mut [f64], amounts: &mut [f64]) {
         let Some(schur) = &self.schur else {
             amounts.copy_from_slice(works);
             return;

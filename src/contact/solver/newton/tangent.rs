@@ -3,55 +3,55 @@
 //!
 //! Rows are multiplied by the local stiffness c, so that all are tractions.
 
-use super::super::super::balance::{COMPONENTS, Motion};
-use super::super::super::scales::Hat;
-use super::super::super::{Increment, Iterate, Pressures};
-use super::preconditioner::{Bordered, Inverse};
-use super::unknowns::{Active, Free, State, free_motions, in_contact};
+use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
+use super::super::super::scales::FrictionScaling;
+use super::super::super::{Increment, ContactState, Pressures};
+use super::preconditioner::{MotionSchurComplement, ActiveSetInverse};
+use super::unknowns::{ActiveCell, FreeMotion, CellStatus, free_motions, active_cells};
 use crate::linalg::gmres::LinearSystem;
 use crate::linalg::precision::WithPrecision;
 
 /// The linear system of a Newton step.
-pub(super) struct Tangent<'s, 'p> {
+pub(super) struct NewtonSystem<'s, 'p> {
     problem: &'s Increment<'p>,
-    hat: Option<Hat>,
-    active: Vec<Active>,
-    free: Vec<Free>,
+    hat: Option<FrictionScaling>,
+    active: Vec<ActiveCell>,
+    free: Vec<FreeMotion>,
     /// Number of unknown tractions; those of the motions follow.
     tractions: usize,
     /// Unit of the motions by that of the tractions.
     motion_unit: f64,
     /// A change of state with its tractions and, by the homogeneous equations, its gradient.
-    change: &'s mut Iterate,
+    change: &'s mut ContactState,
     /// The equations without gap, wear and reference.
     linear: Increment<'s>,
-    inverse: &'s mut Inverse,
-    bordered: Bordered,
+    inverse: &'s mut ActiveSetInverse,
+    bordered: MotionSchurComplement,
 }
 
 /// What the linear equations are made of besides the increment.
-pub(super) struct Given<'p> {
+pub(super) struct LinearModel<'p> {
     /// The linear residual is corrected by the next step.
     pub flexibility: WithPrecision<'p>,
     /// Zeros, `[3, N]`.
-    pub nothing: Vec<f64>,
+    pub zeros: Vec<f64>,
 }
 
 /// Work space of all steps of a solve.
 pub(super) struct Workspace {
-    change: Iterate,
-    inverse: Inverse,
+    change: ContactState,
+    inverse: ActiveSetInverse,
 }
 
 impl Workspace {
     pub fn new(problem: &Increment) -> Self {
-        let (n, ends) = (problem.n(), problem.ends.len());
-        Self { change: Iterate::new(n, vec![[0.0; 3]; ends]), inverse: Inverse::new(n) }
+        let (n, ends) = (problem.n(), problem.path_points.len());
+        Self { change: ContactState::new(n, vec![[0.0; 3]; ends]), inverse: ActiveSetInverse::new(n) }
     }
 }
 
 /// Across a direction in the plane, 90 degrees to its left.
-pub(super) fn across(e: [f64; 2]) -> [f64; 2] {
+pub(super) fn perpendicular(e: [f64; 2]) -> [f64; 2] {
     [-e[1], e[0]]
 }
 
@@ -59,36 +59,36 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-impl<'s, 'p> Tangent<'s, 'p> {
+impl<'s, 'p> NewtonSystem<'s, 'p> {
     /// The system at an evaluated state.
     pub fn new(
         problem: &'s Increment<'p>,
-        it: &Iterate,
-        given: &'s Given<'p>,
+        it: &ContactState,
+        given: &'s LinearModel<'p>,
         workspace: &'s mut Workspace,
     ) -> Self {
-        let (n, ends) = (problem.n(), problem.ends.len());
-        let (active, tractions) = in_contact(problem, it);
-        let free: Vec<Free> = (0..ends).flat_map(|end| free_motions(problem, end)).collect();
+        let (n, ends) = (problem.n(), problem.path_points.len());
+        let (active, tractions) = active_cells(problem, it);
+        let free: Vec<FreeMotion> = (0..ends).flat_map(|end| free_motions(problem, end)).collect();
         let stiffness = problem.scales.c_normal.iter().sum::<f64>() / n as f64;
         let mut tangent = Self {
             problem,
-            hat: problem.hat(),
+            hat: problem.friction_scaling(),
             active,
             free,
             tractions,
             motion_unit: 1.0 / stiffness,
             change: &mut workspace.change,
-            linear: problem.homogeneous(&given.flexibility, &given.nothing),
+            linear: problem.linearised(&given.flexibility, &given.zeros),
             inverse: &mut workspace.inverse,
-            bordered: Bordered::new(Vec::new(), Vec::new()),
+            bordered: MotionSchurComplement::new(Vec::new(), Vec::new()),
         };
         tangent.bordered = tangent.border();
         tangent.keep_wear(it);
         tangent
     }
 
-    fn keep_wear(&mut self, it: &Iterate) {
+    fn keep_wear(&mut self, it: &ContactState) {
         self.change.wear_path.copy_from_slice(&it.wear_path);
     }
 
@@ -98,12 +98,12 @@ impl<'s, 'p> Tangent<'s, 'p> {
     }
 
     /// Gap per unit of a free motion in a cell, hatted.
-    fn column(&self, free: &Free, cell: usize) -> [f64; 3] {
+    fn column(&self, free: &FreeMotion, cell: usize) -> [f64; 3] {
         let rigid = [free.motion[0], free.motion[1], free.motion[2]];
-        let mut floating = [0.0; COMPONENTS - 3];
+        let mut floating = [0.0; MOTION_COMPONENTS - 3];
         floating.copy_from_slice(&free.motion[3..]);
         let gap = self.problem.rigid_gap(cell, rigid, &floating);
-        let tangential = self.hat.map_or([0.0; 2], |hat| hat.slip([gap[0], gap[1]]));
+        let tangential = self.hat.map_or([0.0; 2], |hat| hat.scaled_slip([gap[0], gap[1]]));
         [tangential[0], tangential[1], gap[2]]
     }
 
@@ -115,13 +115,13 @@ impl<'s, 'p> Tangent<'s, 'p> {
         if problem.wear.is_some() {
             // Depth worn by the change of pressure at the slip as it is.
             for cell in 0..n {
-                let worn: f64 = (0..problem.ends.len())
+                let worn: f64 = (0..problem.path_points.len())
                     .map(|end| {
-                        self.change.wear_path[end * n + cell] * self.change.hatted[end * 3 * n + 2 * n + cell]
+                        self.change.wear_path[end * n + cell] * self.change.scaled[end * 3 * n + 2 * n + cell]
                     })
                     .sum();
-                for end in 0..problem.ends.len() {
-                    self.change.gradient[end * 3 * n + 2 * n + cell] += problem.repeats * worn;
+                for end in 0..problem.path_points.len() {
+                    self.change.gradient[end * 3 * n + 2 * n + cell] += problem.slip_repeats * worn;
                 }
             }
         }
@@ -130,24 +130,24 @@ impl<'s, 'p> Tangent<'s, 'p> {
     /// Puts unknowns into `self.change`.
     fn spread(&mut self, x: &[f64]) {
         let n = self.problem.n();
-        self.change.hatted.fill(0.0);
+        self.change.scaled.fill(0.0);
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            let p = active.pressure.map_or(0.0, |k| x[k]);
-            self.change.hatted[base + 2 * n] = p;
+            let p = active.pressure_row.map_or(0.0, |k| x[k]);
+            self.change.scaled[base + 2 * n] = p;
             let q = match active.state {
-                State::Bare => [0.0; 2],
-                State::Stick => [x[active.first], x[active.first + 1]],
-                State::Slip { along, .. } => {
-                    let (e, s) = (along, x[active.first]);
-                    let left = across(e);
+                CellStatus::PressureOnly => [0.0; 2],
+                CellStatus::Stick => [x[active.tangential_row], x[active.tangential_row + 1]],
+                CellStatus::Slip { along, .. } => {
+                    let (e, s) = (along, x[active.tangential_row]);
+                    let left = perpendicular(e);
                     [p * e[0] + s * left[0], p * e[1] + s * left[1]]
                 }
             };
-            (self.change.hatted[base], self.change.hatted[base + n]) = (q[0], q[1]);
+            (self.change.scaled[base], self.change.scaled[base + n]) = (q[0], q[1]);
         }
-        self.change.rigid.fill([0.0; 3]);
-        self.change.floating.iter_mut().for_each(|floating| floating.fill(0.0));
+        self.change.rigid_motion.fill([0.0; 3]);
+        self.change.mode_amplitudes.iter_mut().for_each(|floating| floating.fill(0.0));
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
             add_motion(self.change, free.end, &free.motion, amount * self.motion_unit);
         }
@@ -159,20 +159,20 @@ impl<'s, 'p> Tangent<'s, 'p> {
         let gradient = &self.change.gradient;
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            if let Some(k) = active.pressure {
+            if let Some(k) = active.pressure_row {
                 rows[k] = self.problem.scales.c_normal[active.cell] * gradient[base + 2 * n];
             }
             let slip = [gradient[base], gradient[base + n]];
             match active.state {
-                State::Bare => {}
-                State::Stick => {
+                CellStatus::PressureOnly => {}
+                CellStatus::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    (rows[active.first], rows[active.first + 1]) = (c * slip[0], c * slip[1]);
+                    (rows[active.tangential_row], rows[active.tangential_row + 1]) = (c * slip[0], c * slip[1]);
                 }
-                State::Slip { along, turning } => {
+                CellStatus::Slip { along, turning } => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    let sideways = x.get(active.first).copied().unwrap_or(0.0);
-                    rows[active.first] = turning * sideways + c * product(across(along), slip);
+                    let sideways = x.get(active.tangential_row).copied().unwrap_or(0.0);
+                    rows[active.tangential_row] = turning * sideways + c * product(perpendicular(along), slip);
                 }
             }
         }
@@ -180,10 +180,10 @@ impl<'s, 'p> Tangent<'s, 'p> {
 
     /// Right-hand side of the step from the evaluated state `it`; the part of the step that is known beforehand stays in
     /// the equations: open cells lose their tractions, slipping ones go to their limit.
-    pub fn rhs(&mut self, it: &Iterate) -> Vec<f64> {
-        self.change.rigid.fill([0.0; 3]);
-        self.change.floating.iter_mut().for_each(|floating| floating.fill(0.0));
-        self.known(it);
+    pub fn rhs(&mut self, it: &ContactState) -> Vec<f64> {
+        self.change.rigid_motion.fill([0.0; 3]);
+        self.change.mode_amplitudes.iter_mut().for_each(|floating| floating.fill(0.0));
+        self.apply_known_part(it);
         self.evaluate();
         let n = self.problem.n();
         let total: f64 = self.problem.areas.iter().sum();
@@ -192,34 +192,34 @@ impl<'s, 'p> Tangent<'s, 'p> {
         rhs.iter_mut().for_each(|row| *row = -*row);
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            if let Some(k) = active.pressure {
+            if let Some(k) = active.pressure_row {
                 rhs[k] -= self.problem.scales.c_normal[active.cell] * it.gradient[base + 2 * n];
             }
             match active.state {
-                State::Bare => {}
-                State::Stick => {
+                CellStatus::PressureOnly => {}
+                CellStatus::Stick => {
                     let c = self.problem.scales.c_tangential[active.cell];
-                    rhs[active.first] -= c * it.gradient[base];
-                    rhs[active.first + 1] -= c * it.gradient[base + n];
+                    rhs[active.tangential_row] -= c * it.gradient[base];
+                    rhs[active.tangential_row + 1] -= c * it.gradient[base + n];
                 }
-                State::Slip { along, turning } => {
+                CellStatus::Slip { along, turning } => {
                     // -e⊥·q̂ / β, and nothing of the gradient: it is in the direction of slip.
-                    let q = [it.hatted[base], it.hatted[base + n]];
-                    rhs[active.first] -= (1.0 + turning) * product(across(along), q);
+                    let q = [it.scaled[base], it.scaled[base + n]];
+                    rhs[active.tangential_row] -= (1.0 + turning) * product(perpendicular(along), q);
                 }
             }
         }
         for (k, free) in self.free.iter().enumerate() {
-            rhs[self.tractions + k] = free.work / total - self.work_everywhere(free, &it.hatted);
+            rhs[self.tractions + k] = free.work / total - self.work_everywhere(free, &it.scaled);
         }
         rhs
     }
 
-    fn work_everywhere(&self, free: &Free, hatted: &[f64]) -> f64 {
+    fn work_everywhere(&self, free: &FreeMotion, hatted: &[f64]) -> f64 {
         let n = self.problem.n();
         let total: f64 = self.problem.areas.iter().sum();
         let base = free.end * 3 * n;
-        let after = |k: usize| hatted[k] + self.change.hatted[k];
+        let after = |k: usize| hatted[k] + self.change.scaled[k];
         let sum: f64 = (0..n)
             .map(|cell| {
                 let column = self.column(free, cell);
@@ -231,44 +231,44 @@ impl<'s, 'p> Tangent<'s, 'p> {
     }
 
     /// The part of the step that is known beforehand, into the tractions of `self.change`.
-    fn known(&mut self, it: &Iterate) {
+    fn apply_known_part(&mut self, it: &ContactState) {
         let n = self.problem.n();
-        self.change.hatted.iter_mut().zip(&it.hatted).for_each(|(change, traction)| *change = -traction);
+        self.change.scaled.iter_mut().zip(&it.scaled).for_each(|(change, traction)| *change = -traction);
         if self.problem.pressures == Pressures::Given {
-            self.change.hatted.chunks_exact_mut(3 * n).for_each(|planes| planes[2 * n..].fill(0.0));
+            self.change.scaled.chunks_exact_mut(3 * n).for_each(|planes| planes[2 * n..].fill(0.0));
         }
         for active in &self.active {
             let base = active.end * 3 * n + active.cell;
-            let p = it.hatted[base + 2 * n];
+            let p = it.scaled[base + 2 * n];
             let mut tangential = [0.0; 2];
-            if let State::Slip { along, .. } = active.state {
-                let missing = p - product(along, [it.hatted[base], it.hatted[base + n]]);
+            if let CellStatus::Slip { along, .. } = active.state {
+                let missing = p - product(along, [it.scaled[base], it.scaled[base + n]]);
                 tangential = along.map(|e| missing * e);
             }
-            self.change.hatted[base + 2 * n] = 0.0;
-            (self.change.hatted[base], self.change.hatted[base + n]) = (tangential[0], tangential[1]);
+            self.change.scaled[base + 2 * n] = 0.0;
+            (self.change.scaled[base], self.change.scaled[base + n]) = (tangential[0], tangential[1]);
         }
     }
 
     /// Changes the unknown tractions `x` by as little as makes them do the prescribed works to the last digit.
-    pub fn carry_forces(&self, rhs: &[f64], x: &mut [f64]) {
-        self.bordered.satisfy(&rhs[self.tractions..], &mut x[..self.tractions]);
+    pub fn restore_prescribed_forces(&self, rhs: &[f64], x: &mut [f64]) {
+        self.bordered.restore_work(&rhs[self.tractions..], &mut x[..self.tractions]);
     }
 
     /// Adds the step with the unknowns `x` to the state `it`, and cuts what is not admissible.
-    pub fn advance(&mut self, x: &[f64], it: &mut Iterate) {
-        self.known(it);
-        it.hatted.iter_mut().zip(&self.change.hatted).for_each(|(traction, change)| *traction += change);
+    pub fn advance(&mut self, x: &[f64], it: &mut ContactState) {
+        self.apply_known_part(it);
+        it.scaled.iter_mut().zip(&self.change.scaled).for_each(|(traction, change)| *traction += change);
         self.spread(x);
-        it.hatted.iter_mut().zip(&self.change.hatted).for_each(|(traction, change)| *traction += change);
+        it.scaled.iter_mut().zip(&self.change.scaled).for_each(|(traction, change)| *traction += change);
         for (free, amount) in self.free.iter().zip(&x[self.tractions..]) {
             add_motion(it, free.end, &free.motion, amount * self.motion_unit);
         }
-        it.cut();
+        it.project_to_cone();
     }
 
     /// What the preconditioner needs of the free motions.
-    fn border(&mut self) -> Bordered {
+    fn border(&mut self) -> MotionSchurComplement {
         let m = self.free.len();
         let total: f64 = self.problem.areas.iter().sum();
         let (mut columns, mut constraints) = (Vec::with_capacity(m), Vec::with_capacity(m));
@@ -279,23 +279,23 @@ impl<'s, 'p> Tangent<'s, 'p> {
                 let [x, y, normal] = self.column(&free, active.cell);
                 let (c, share) =
                     (self.problem.scales.c_normal[active.cell], self.problem.areas[active.cell] / total);
-                if let Some(k) = active.pressure {
+                if let Some(k) = active.pressure_row {
                     (rows[k], work[k]) = (c * normal * self.motion_unit, share * normal);
                 }
-                let (first, tangential) = (active.first, [x, y]);
+                let (first, tangential) = (active.tangential_row, [x, y]);
                 match active.state {
-                    State::Bare => {}
-                    State::Stick => {
+                    CellStatus::PressureOnly => {}
+                    CellStatus::Stick => {
                         let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
                         (rows[first], rows[first + 1]) = (c * x, c * y);
                         (work[first], work[first + 1]) = (share * x, share * y);
                     }
-                    State::Slip { along, .. } => {
+                    CellStatus::Slip { along, .. } => {
                         let c = self.problem.scales.c_tangential[active.cell] * self.motion_unit;
-                        let left = across(along);
+                        let left = perpendicular(along);
                         rows[first] = c * product(left, tangential);
                         work[first] = share * product(left, tangential);
-                        if let Some(k) = active.pressure {
+                        if let Some(k) = active.pressure_row {
                             work[k] += share * product(along, tangential);
                         }
                     }
@@ -306,11 +306,11 @@ impl<'s, 'p> Tangent<'s, 'p> {
             columns.push(solved);
             constraints.push(work);
         }
-        Bordered::new(columns, constraints)
+        MotionSchurComplement::new(columns, constraints)
     }
 }
 
-impl LinearSystem for Tangent<'_, '_> {
+impl LinearSystem for NewtonSystem<'_, '_> {
     fn apply(&mut self, x: &[f64], image: &mut [f64]) {
         self.spread(x);
         self.evaluate();
@@ -323,11 +323,11 @@ impl LinearSystem for Tangent<'_, '_> {
         let (rows, motions) = image.split_at(self.tractions);
         let (tractions, amounts) = x.split_at_mut(self.tractions);
         self.inverse.apply(self.problem, &self.active, rows, tractions);
-        self.bordered.correct(motions, tractions, amounts);
+        self.bordered.eliminate_motions(motions, tractions, amounts);
     }
 }
 
-fn add_motion(it: &mut Iterate, end: usize, motion: &Motion, amount: f64) {
-    it.rigid[end].iter_mut().zip(motion).for_each(|(r, m)| *r += amount * m);
-    it.floating[end].iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += amount * m);
+fn add_motion(it: &mut ContactState, end: usize, motion: &RigidMotion, amount: f64) {
+    it.rigid_motion[end].iter_mut().zip(motion).for_each(|(r, m)| *r += amount * m);
+    it.mode_amplitudes[end].iter_mut().zip(&motion[3..]).for_each(|(f, m)| *f += amount * m);
 }

@@ -1,16 +1,16 @@
 //! What is unknown in a Newton step: the states of the cells in contact, and the rigid motions that prescribed forces leave free.
 
-use super::super::super::balance::{COMPONENTS, Motion};
-use super::super::super::{Increment, Iterate, NormalControl, Pressures, TangentialControl};
+use super::super::super::balance::{MOTION_COMPONENTS, RigidMotion};
+use super::super::super::{Increment, ContactState, NormalControl, Pressures, TangentialControl};
 
 /// Least β of a slipping cell.
-const LEAST_BETA: f64 = 1e-3;
+const MIN_BETA: f64 = 1e-3;
 
 /// State of a cell in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum State {
+pub(super) enum CellStatus {
     /// Only its pressure is unknown.
-    Bare,
+    PressureOnly,
     /// Pressure and both tangential tractions.
     Stick,
     /// Pressure, and the traction across the direction of slip.
@@ -24,52 +24,52 @@ pub(super) enum State {
 
 /// A cell in contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Active {
+pub(super) struct ActiveCell {
     pub end: usize,
     pub cell: usize,
     /// Where its tangential unknowns begin.
-    pub first: usize,
+    pub tangential_row: usize,
     /// Where its pressure is, if it is unknown.
-    pub pressure: Option<usize>,
-    pub state: State,
+    pub pressure_row: Option<usize>,
+    pub state: CellStatus,
 }
 
 /// A rigid motion to be found.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Free {
+pub(super) struct FreeMotion {
     pub end: usize,
-    pub motion: Motion,
+    pub motion: RigidMotion,
     /// What the tractions have to do on it.
     pub work: f64,
 }
 
 /// The cells in contact by their augmented variables, and the number of their unknown tractions.
-pub(super) fn in_contact(problem: &Increment, it: &Iterate) -> (Vec<Active>, usize) {
+pub(super) fn active_cells(problem: &Increment, it: &ContactState) -> (Vec<ActiveCell>, usize) {
     let mut active = Vec::new();
     let mut tractions = 0;
-    for end in 0..problem.ends.len() {
+    for end in 0..problem.path_points.len() {
         for cell in 0..problem.n() {
             let Some(state) = state(problem, it, end, cell) else { continue };
             let first = tractions;
             tractions += match state {
-                State::Bare => 0,
-                State::Slip { .. } => 1,
-                State::Stick => 2,
+                CellStatus::PressureOnly => 0,
+                CellStatus::Slip { .. } => 1,
+                CellStatus::Stick => 2,
             };
             let pressure = (problem.pressures == Pressures::Unknown).then_some(tractions);
             tractions += usize::from(pressure.is_some());
-            active.push(Active { end, cell, first, pressure, state });
+            active.push(ActiveCell { end, cell, tangential_row: first, pressure_row: pressure, state });
         }
     }
     (active, tractions)
 }
 
 /// State of a cell by its augmented variables; `None` if it is open.
-fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<State> {
+fn state(problem: &Increment, it: &ContactState, end: usize, cell: usize) -> Option<CellStatus> {
     let n = problem.n();
     let base = end * 3 * n + cell;
-    let p = it.hatted[base + 2 * n];
-    let wear = problem.repeats * it.wear_path[end * n + cell];
+    let p = it.scaled[base + 2 * n];
+    let wear = problem.slip_repeats * it.wear_path[end * n + cell];
     let radius = match problem.pressures {
         Pressures::Given => p,
         Pressures::Unknown => p - it.gap[base + 2 * n] / (1.0 / problem.scales.c_normal[cell] + wear),
@@ -78,38 +78,38 @@ fn state(problem: &Increment, it: &Iterate, end: usize, cell: usize) -> Option<S
         return None;
     }
     if problem.friction.is_none() {
-        return Some(State::Bare);
+        return Some(CellStatus::PressureOnly);
     }
     let c = problem.scales.c_tangential[cell];
-    let y = [it.hatted[base] - c * it.gradient[base], it.hatted[base + n] - c * it.gradient[base + n]];
+    let y = [it.scaled[base] - c * it.gradient[base], it.scaled[base + n] - c * it.gradient[base + n]];
     let size = (y[0] * y[0] + y[1] * y[1]).sqrt();
     if size <= radius {
-        return Some(State::Stick);
+        return Some(CellStatus::Stick);
     }
-    let beta = (p / size).clamp(LEAST_BETA, 1.0);
-    Some(State::Slip { along: [y[0] / size, y[1] / size], turning: (1.0 - beta) / beta })
+    let beta = (p / size).clamp(MIN_BETA, 1.0);
+    Some(CellStatus::Slip { along: [y[0] / size, y[1] / size], turning: (1.0 - beta) / beta })
 }
 
 /// The motions that the controls of an end leave free.
-pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<Free> {
-    let end = &problem.ends[index];
+pub(super) fn free_motions(problem: &Increment, index: usize) -> Vec<FreeMotion> {
+    let end = &problem.path_points[index];
     let unit = |component: usize| {
-        let mut motion = [0.0; COMPONENTS];
+        let mut motion = [0.0; MOTION_COMPONENTS];
         motion[component] = 1.0;
         motion
     };
     if let Some(balance) = &end.balance {
-        return balance.wanted().map(|(motion, work)| Free { end: index, motion, work }).collect();
+        return balance.constraints().map(|(motion, work)| FreeMotion { end: index, motion, work }).collect();
     }
     let mut free = Vec::new();
     if let TangentialControl::Force(force) = end.tangential {
-        free.extend([0, 1].map(|axis| Free { end: index, motion: unit(axis), work: force[axis] }));
+        free.extend([0, 1].map(|axis| FreeMotion { end: index, motion: unit(axis), work: force[axis] }));
     }
-    if let TangentialControl::Along { axis, force } = end.tangential {
-        free.push(Free { end: index, motion: unit(axis), work: force });
+    if let TangentialControl::ForceAlong { axis, force } = end.tangential {
+        free.push(FreeMotion { end: index, motion: unit(axis), work: force });
     }
     if let (NormalControl::Force(force), Pressures::Unknown) = (end.normal, problem.pressures) {
-        free.push(Free { end: index, motion: unit(2), work: force });
+        free.push(FreeMotion { end: index, motion: unit(2), work: force });
     }
     free
 }

@@ -1,0 +1,85 @@
+//! A force per volume of a body, carried by a displacement that is known everywhere: what is left acts on the surface.
+
+use nalgebra::Matrix3;
+
+use crate::geometry::Point;
+use crate::material::Stiffness;
+
+/// u_p = -½ ((x - x0)·n)² T⁻¹ b with T_ik = C_ijkl n_j n_l: div σ_p + b = 0 for the uniform force b.
+///
+/// # Source
+/// By substitution: σ_ij = -C_ijkl n_l (x·n) (T⁻¹ b)_k, and ∂_j σ_ij = -b_i.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyForceSolution {
+    origin: Point,
+    direction: Point,
+    /// T⁻¹ b.
+    curvature: Point,
+    /// σ_p per (x - x0)·n.
+    stress: Matrix3<f64>,
+}
+
+/// The inverse of T_ik = C_ijkl n_j n_l.
+pub(super) fn inverse_acoustic_tensor(stiffness: &Stiffness, n: &Point) -> Matrix3<f64> {
+    let acoustic: Matrix3<f64> = Matrix3::from_fn(|i, k| {
+        let pairs = (0..3).flat_map(|j| (0..3).map(move |l| (j, l)));
+        pairs.map(|(j, l)| stiffness.component(i, j, k, l) * n[j] * n[l]).sum()
+    });
+    // The determinant of very large or small numbers is none.
+    let size = acoustic.amax();
+    Matrix3::try_inverse(acoustic / size).expect("a stiffness is positive definite") / size
+}
+
+impl BodyForceSolution {
+    /// Of the force per volume `force` (N/mm³), about the point `origin`.
+    pub fn new(stiffness: &Stiffness, force: &Point, origin: Point) -> Self {
+        // The square of a very large or small force is none.
+        let direction =
+            (force / force.amax().max(f64::MIN_POSITIVE)).try_normalize(0.0).unwrap_or_else(Point::z);
+        let curvature = inverse_acoustic_tensor(stiffness, &direction) * force;
+        let stress = Matrix3::from_fn(|i, j| {
+            let pairs = (0..3).flat_map(|k| (0..3).map(move |l| (k, l)));
+            -pairs.map(|(k, l)| stiffness.component(i, j, k, l) * curvature[k] * direction[l]).sum::<f64>()
+        });
+        Self { origin, direction, curvature, stress }
+    }
+
+    fn height(&self, x: &Point) -> f64 {
+        (x - self.origin).dot(&self.direction)
+    }
+
+    /// u_p, mm.
+    pub fn displacement(&self, x: &Point) -> Point {
+        -0.5 * self.height(x).powi(2) * self.curvature
+    }
+
+    /// Gradient of u_p: rows the components, columns the directions.
+    pub fn gradient(&self, x: &Point) -> Matrix3<f64> {
+        -self.height(x) * self.curvature * self.direction.transpose()
+    }
+
+    /// σ_p, MPa.
+    pub fn stress(&self, x: &Point) -> Matrix3<f64> {
+        self.stress * self.height(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: a column under its weight b along z, held in its plane: u_z = -z² b / (2 C33), σ_zz = -b z, for any size of b.
+    #[test]
+    fn columns_under_their_weight() {
+        let stiffness = Stiffness::isotropic(210e3, 0.3).unwrap();
+        let c33 = stiffness.voigt()[(2, 2)];
+        for b in [-2.0, 1e-300, 1e300] {
+            let weight = BodyForceSolution::new(&stiffness, &Point::new(0.0, 0.0, b), Point::zeros());
+            let x = Point::new(0.3, -0.2, 1.5);
+            let (u, stress) = (weight.displacement(&x), weight.stress(&x));
+            assert!((u.z / (-1.5 * 1.5 * b / (2.0 * c33)) - 1.0).abs() < 1e-12, "{b:e}: {u}");
+            assert!((stress[(2, 2)] / (-1.5 * b) - 1.0).abs() < 1e-12, "{b:e}: {stress}");
+            assert!(u.x.abs().max(u.y.abs()) < 1e-12 * u.z.abs());
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Flexibility on the frame of a body that is condensed to its contact nodes.
+
+use std::sync::Mutex;
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::frame::FaceMap;
+use crate::geometry::Point;
+use crate::linalg::PerCell;
+use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::operator::{EntryAccess, Flexibility};
+use crate::linalg::packed::PackedSymmetric;
+
+/// S = I F I^T A: F gives the displacement of the contact nodes for nodal forces, I the cell averages.
+///
+/// Symmetric in the area-weighted sense because F is and the same I serves forces and displacements.
+///
+/// # Source
+/// docs/theory-coupling.md.
+pub struct CondensedFlexibility {
+    map: FaceMap,
+    nodal: PackedSymmetric,
+    normal: NormalOperator,
+    scratch: Mutex<Scratch>,
+    /// Tractions and gaps of the full normal path, `[3, N]`.
+    planes: Mutex<[Vec<f64>; 2]>,
+}
+
+/// How normal gaps follow from pressures.
+enum NormalOperator {
+    /// All cells have the normal of the first one: n^T F n, `[n_c, n_c]`.
+    SharedNormal(PackedSymmetric),
+    /// By the full operator.
+    Full,
+}
+
+struct Scratch {
+    forces: Vec<f64>,
+    displacements: Vec<f64>,
+}
+
+impl CondensedFlexibility {
+    /// Operator from `entry(i, j)`, i >= j, the symmetric flexibility of the contact nodes of `map` (dof
+    /// 3 node + component, global axes, mm/N).
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(map: FaceMap, entry: impl Fn(usize, usize) -> f64) -> Result<Self> {
+        let n_nodes = map.nodes().len();
+        let nodal = PackedSymmetric::from_lower(3 * n_nodes, entry)?;
+        let first = map.triads()[0].normal();
+        let common = map.triads().distinct().iter().all(|triad| triad.normal() == first);
+        let normal = if common { NormalOperator::SharedNormal(normal_flexibility(&nodal, first)?) } else { NormalOperator::Full };
+        let n_cells = if common { 0 } else { 3 * map.n_cells() };
+        let scratch = Scratch { forces: vec![0.0; 3 * n_nodes], displacements: vec![0.0; 3 * n_nodes] };
+        let planes = Mutex::new([vec![0.0; n_cells], vec![0.0; n_cells]]);
+        Ok(Self { map, nodal, normal, scratch: Mutex::new(scratch), planes })
+    }
+
+    /// The map between the contact nodes and the cells.
+    pub(super) fn map(&self) -> &FaceMap {
+        &self.map
+    }
+
+    /// Displacement of dof `i` by a force on dof `j` of the contact nodes, global axes, mm/N.
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.nodal.at(i, j)
+    }
+
+    /// Contact nodes that `cells` touch, ascending.
+    fn touched_nodes(&self, cells: &[usize]) -> Vec<usize> {
+        let mut nodes: Vec<usize> =
+            cells.iter().flat_map(|&cell| self.map.row(cell).map(|entry| entry.0)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// Adds `weight` times the displacements of `nodes` by unit forces (x, y, z) on node `j` to `columns`, `[3][3 n_c]`.
+    fn add_columns(&self, nodes: &[usize], (j, weight): (usize, f64), columns: &mut [f64]) {
+        for (b, column) in columns.chunks_exact_mut(self.nodal.n()).enumerate() {
+            for &node in nodes {
+                for (a, value) in column[3 * node..3 * node + 3].iter_mut().enumerate() {
+                    *value += weight * self.nodal.at(3 * node + a, 3 * j + b);
+                }
+            }
+        }
+    }
+
+    fn diagonal_block(&self, cell: usize) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        for (i, weight_i) in self.map.row(cell) {
+            for (j, weight_j) in self.map.row(cell) {
+                let weight = weight_i * weight_j;
+                block += Matrix3::from_fn(|a, b| weight * self.nodal.at(3 * i + a, 3 * j + b));
+            }
+        }
+        let axes = self.map.triads()[cell].0;
+        axes.transpose() * block * axes * self.map.areas()[cell]
+    }
+}
+
+/// n^T F n for every pair of nodes.
+fn normal_flexibility(nodal: &PackedSymmetric, normal: Point) -> Result<PackedSymmetric> {
+    PackedSymmetric::from_lower(nodal.n() / 3, |i, j| {
+        let block = Matrix3::from_fn(|a, b| nodal.at(3 * i + a, 3 * j + b));
+        normal.dot(&(block * normal))
+    })
+}
+
+impl Flexibility for CondensedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.map.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let Scratch { forces, displacements, .. } = &mut *scratch;
+        self.map.apply_transpose(tractions, forces);
+        self.nodal.multiply(forces, displacements);
+        self.map.apply(displacements, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        let n = self.n_cells();
+        let NormalOperator::SharedNormal(reduced) = &self.normal else {
+            let mut planes = self.planes.lock().expect("no panic while the planes are held");
+            let [tractions, gap] = &mut *planes;
+            tractions[2 * n..].copy_from_slice(pressure);
+            self.apply(tractions, gap);
+            normal_gap.copy_from_slice(&gap[2 * n..]);
+            return;
+        };
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let Scratch { forces, displacements, .. } = &mut *scratch;
+        let n_nodes = reduced.n();
+        self.map.integrate_to_nodes(pressure, &mut forces[..n_nodes]);
+        reduced.multiply(&forces[..n_nodes], &mut displacements[..n_nodes]);
+        self.map.average(&displacements[..n_nodes], normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        (0..self.n_cells()).map(|cell| self.diagonal_block(cell)).collect()
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        let weights: Vec<Vec<(usize, f64)>> =
+            cells.iter().map(|&cell| self.map.row(cell).collect()).collect();
+        // Columns of F I^T: the displacement of all nodes by unit tractions on a cell, over its area.
+        let width = 3 * self.nodal.n();
+        let mut spread = vec![0.0; width * cells.len()];
+        let places = self.touched_nodes(cells);
+        spread.par_chunks_exact_mut(width.max(1)).zip(&weights).for_each(|(columns, row)| {
+            row.iter().for_each(|&(j, weight)| self.add_columns(&places, (j, weight), columns));
+        });
+        let (map, n) = (&self.map, self.nodal.n());
+        matrix.add_blocks(|i, k| {
+            let columns = &spread[k * width..(k + 1) * width];
+            let mut block = Matrix3::zeros();
+            for &(node, weight) in &weights[i] {
+                block += Matrix3::from_fn(|a, b| weight * columns[b * n + 3 * node + a]);
+            }
+            let (to, from) = (map.triads()[cells[i]].0, map.triads()[cells[k]].0);
+            to.transpose() * block * from * map.areas()[cells[k]]
+        });
+    }
+}

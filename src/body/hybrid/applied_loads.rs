@@ -1,0 +1,398 @@
+//! How loads, prescribed displacements and weight of a body move its own surface under the frame.
+//!
+//! Betti's theorem with the body's response g = G + u_c to a force at x on the patch, which vanishes where the body is held,
+//!
+//! w(x) = ∫ t·g dS + ∫ b·g dV - ū·R(g),
+//!
+//! R being the forces of the supports under g, needs no displacement of the mesh at the surface: it is as smooth as the loads are
+//! far, and its error is the product of two errors of the mesh. The parts with u_c are sums over nodes. Those with G are integrals over
+//! faces, also that of the weight: with u_p = -z²/2 T⁻¹ b, which carries b in the half-space and leaves its surface free,
+//! ∫ b·G dV = ∫ (t_G·u_p - t_p·G) dS over what does not lie in the plane of the patch.
+//!
+//! Where the body is held u_c is -G at the nodes only: what is left of g between them works with the tractions of the supports,
+//! ∫ (σ n)·g dS, σ being the recovered stress of the body's own loads.
+//!
+//! Loads in that plane near the patch, or on it, are pads on the half-space, whose displacement is integrated exactly for each cell.
+
+use std::collections::{BTreeMap, HashMap};
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use rayon::prelude::*;
+
+use super::correction::AppliedLoadResponse;
+use super::face_quadrature::{FacePoint, FaceRules};
+use super::far_field::FarField;
+use super::field::HalfSpaceField;
+use super::forces::{FaceId, PatchForces};
+use super::face_outline::outline_loops;
+use super::patch::ContactPatch;
+use crate::bem::half_space::{GreenTensor, SurfaceGreen, TractionOperator, polygon};
+use crate::error::Result;
+use crate::fem::{FeModel, RecoveryPoints};
+use crate::frame::Grid;
+use crate::geometry::{Point, Side};
+use crate::interrupt;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+
+/// Parts of faces against their distance from the patch.
+const MAX_SIZE_TO_DISTANCE: f64 = 0.35;
+
+/// Loaded faces in the plane of the patch are pads nearer to it than the longer of half its sides.
+const NEAR_LOAD_DISTANCE: f64 = 1.0;
+
+/// Faces computed side by side before they are added up.
+const FACES_PER_BATCH: usize = 64;
+
+/// Cells whose displacement by pads is computed between two looks for a stop.
+const CELLS_PER_CANCEL_CHECK: usize = 4096;
+
+/// Singular values of the fit of a rigid motion below this share of the largest are none.
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
+
+/// Displacements that a body prescribes, less a rigid motion of all of it.
+pub(super) struct PrescribedMotion {
+    origin: Point,
+    translation: Point,
+    rotation: Point,
+    /// By prescribed dofs, mm.
+    pub deformation: Vec<f64>,
+}
+
+/// Loaded faces in the plane of a patch.
+struct PatchLoad {
+    /// Closed lines about them, in the patch, mm.
+    outline: Vec<Vec<[f64; 2]>>,
+    /// Axes of the patch, MPa.
+    traction: Point,
+}
+
+/// Displacement of the surface under the frame by what acts on the body besides the contact.
+pub(super) struct AppliedLoadDisplacement {
+    /// At the nodes of the polynomials, axes of the patch, mm; component j at node i at 3 i + j.
+    at_nodes: Vec<f64>,
+    /// Of that the work of the supports between the nodes.
+    support_work: Vec<f64>,
+    near_loads: Vec<PatchLoad>,
+}
+
+impl PrescribedMotion {
+    /// Of a model with the prescribed dofs `prescribed`. The rigid motion is the one that is nearest to what is prescribed; foundations
+    /// would resist it, so that beside them there is none.
+    pub fn new(model: &FeModel, prescribed: &[usize]) -> Self {
+        let mesh = model.mesh();
+        let value = |&dof: &usize| model.prescribed_displacement(dof / 3, dof % 3).unwrap_or(0.0);
+        let mut supports = Self {
+            origin: Point::zeros(),
+            translation: Point::zeros(),
+            rotation: Point::zeros(),
+            deformation: prescribed.iter().map(value).collect(),
+        };
+        let moved = supports.deformation.iter().any(|u| *u != 0.0);
+        if !moved || model.faces_on_foundations().next().is_some() {
+            return supports;
+        }
+        let at = |dof: usize| Point::from(mesh.points[dof / 3]);
+        supports.origin = prescribed.iter().map(|&dof| at(dof)).sum::<Point>() / prescribed.len() as f64;
+        let size = prescribed.iter().map(|&dof| (at(dof) - supports.origin).norm()).fold(0.0, f64::max);
+        let size = if size > 0.0 { size } else { 1.0 };
+        let (mut matrix, mut rhs) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
+        for (&dof, u) in prescribed.iter().zip(&supports.deformation) {
+            let arm = (at(dof) - supports.origin) / size;
+            let along = Vector3::ith(dof % 3, 1.0);
+            // (ω x r)·e = ω·(r x e)
+            let turn = arm.cross(&along);
+            let row = SVector::<f64, 6>::from_fn(|k, _| if k < 3 { along[k] } else { turn[k - 3] });
+            matrix += row * row.transpose();
+            rhs += row * *u;
+        }
+        let fit = matrix.svd(true, true);
+        let most = fit.singular_values.amax();
+        let Ok(motion) = fit.solve(&rhs, SINGULAR_VALUE_TOLERANCE * most) else { return supports };
+        supports.translation = Point::new(motion[0], motion[1], motion[2]);
+        supports.rotation = Point::new(motion[3], motion[4], motion[5]) / size;
+        let rigid: Vec<f64> = prescribed.iter().map(|&dof| supports.rigid(&at(dof))[dof % 3]).collect();
+        supports.deformation.iter_mut().zip(rigid).for_each(|(u, rigid)| *u -= rigid);
+        supports
+    }
+
+    /// The rigid motion of a point, global axes, mm.
+    fn rigid(&self, x: &Point) -> Point {
+        self.translation + self.rotation.cross(&(x - self.origin))
+    }
+}
+
+/// What acts on a face off the plane of the patch, at one of its points, axes of the patch.
+struct FaceAction {
+    /// Traction, MPa.
+    traction: Point,
+    /// Displacement that the tractions of G work on, mm.
+    displacement: Point,
+}
+
+/// What acts on the faces of a body.
+struct FaceLoads<'a> {
+    model: &'a FeModel,
+    forces: &'a PatchForces<'a>,
+    /// Tractions on faces, global axes, by the outward normal: pressures, and the rest.
+    loads: HashMap<FaceId, (f64, Point)>,
+    /// Of [`PrescribedMotion::rest`], by dofs.
+    supports: HashMap<usize, f64>,
+    /// Of the weight, axes of the patch: T⁻¹ b.
+    weight: Point,
+    /// By the body's own loads, recovered, global axes, MPa.
+    stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+}
+
+impl AppliedLoadDisplacement {
+    /// Of the response `own` of a body with one patch and its recovered `stress`, for `forces` on the patch; `field` that of their
+    /// half-space.
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub fn new(
+        model: &FeModel,
+        (forces, field): (&PatchForces, &HalfSpaceField),
+        own: &AppliedLoadResponse,
+        stress: (&RecoveryPoints, &[[f64; 6]]),
+    ) -> Result<Self> {
+        let on_faces = FaceLoads::new(model, (forces, field), &own.prescribed_motion, stress);
+        let own_faces = forces.own_faces(model.mesh());
+        let (mut loaded, mut others) = (Vec::new(), Vec::new());
+        for face in outer_faces(model.mesh()) {
+            let in_plane = own_faces(&face);
+            if let Some(load) = on_faces.loads.get(&(face.owner, face.local_face)).filter(|_| in_plane) {
+                let traction = forces.patch.axes.to_local(&load.1) - Point::z() * load.0;
+                // Not minus zero, which would be another traction.
+                loaded.push((face.clone(), traction + Point::zeros()));
+            }
+            others.push((face, in_plane));
+        }
+        let pads = PatchLoad::all(model.mesh(), &loaded, &forces.patch);
+        let (near, far): (Vec<PatchLoad>, Vec<PatchLoad>) = pads.into_iter().partition(|pad| pad.is_near(&forces.patch));
+        let mut at_nodes = own.work.clone();
+        let mut remainder = vec![0.0; at_nodes.len()];
+        for batch in others.chunks(FACES_PER_BATCH) {
+            interrupt::check()?;
+            let shares: Vec<[Vec<Point>; 2]> = batch.par_iter().map(|face| on_faces.work(face)).collect();
+            for [work, rest] in shares {
+                at_nodes.chunks_exact_mut(3).zip(&work).for_each(|(sum, part)| add(sum, part));
+                remainder.chunks_exact_mut(3).zip(&rest).for_each(|(sum, part)| add(sum, part));
+            }
+        }
+        let by_far: Vec<Point> =
+            forces.points.par_iter().map(|&point| displacement(&far, field, point)).collect();
+        for (i, sum) in at_nodes.chunks_exact_mut(3).enumerate() {
+            let rigid = forces.patch.axes.to_local(&own.prescribed_motion.rigid(&forces.position(i)));
+            add(sum, &(by_far[i] + rigid + Point::from_row_slice(&remainder[3 * i..3 * i + 3])));
+        }
+        Ok(Self { at_nodes, support_work: remainder, near_loads: near })
+    }
+
+    /// The part of it that the stress at the supports has, at the nodes of the polynomials, mm.
+    pub fn support_work(&self) -> &[f64] {
+        &self.support_work
+    }
+
+    /// What it adds to the gap of the cells of a frame, axes of the frame by planes, mm.
+    ///
+    /// # Errors
+    /// If a stop is wished.
+    pub fn gap(
+        &self,
+        far: &FarField,
+        (grid, places): (&Grid, Option<&[usize]>),
+        (field, side): (&HalfSpaceField, Side),
+    ) -> Result<Vec<f64>> {
+        let mut gap = far.cell_means(grid, places, &self.at_nodes);
+        let n = gap.len() / 3;
+        let turn = if side == Side::Upper { -1.0 } else { 1.0 };
+        let at = |cell: usize| {
+            let place = places.map_or(cell, |places| places[cell]);
+            let index = [place / grid.cells[1], place % grid.cells[1]];
+            let [x, y] =
+                [0, 1].map(|axis| (index[axis] as f64 + 0.5) * grid.spacing[axis] - grid.half_width()[axis]);
+            displacement(&self.near_loads, field, [x, turn * y])
+        };
+        for first in (0..if self.near_loads.is_empty() { 0 } else { n }).step_by(CELLS_PER_CANCEL_CHECK) {
+            interrupt::check()?;
+            let cells = first..(first + CELLS_PER_CANCEL_CHECK).min(n);
+            let by_pads: Vec<Point> = cells.into_par_iter().map(at).collect();
+            for (cell, u) in (first..).zip(&by_pads) {
+                (0..3).for_each(|c| gap[c * n + cell] += if c > 0 { turn * u[c] } else { u[c] });
+            }
+        }
+        gap.iter_mut().for_each(|value| *value *= side.gap_sign());
+        Ok(gap)
+    }
+}
+
+fn add(sum: &mut [f64], part: &Point) {
+    (0..3).for_each(|c| sum[c] += part[c]);
+}
+
+/// Displacement at a point of the plane by tractions on it, axes of the patch, mm.
+fn displacement(pads: &[PatchLoad], field: &HalfSpaceField, at: [f64; 2]) -> Point {
+    pads.iter().map(|pad| pad.displacement(field.patch_integrals.green(), at)).sum()
+}
+
+impl PatchLoad {
+    /// One for each traction on `faces` in the plane, or that stand for it.
+    fn all(mesh: &Mesh, faces: &[(SurfaceFace, Point)], patch: &ContactPatch) -> Vec<Self> {
+        let mut by_traction: BTreeMap<[u64; 3], Vec<&(SurfaceFace, Point)>> = BTreeMap::new();
+        for loaded in faces {
+            let bits = [loaded.1.x, loaded.1.y, loaded.1.z].map(f64::to_bits);
+            by_traction.entry(bits).or_default().push(loaded);
+        }
+        let pad = |faces: Vec<&(SurfaceFace, Point)>| Self {
+            outline: outline_loops(mesh, faces.iter().map(|loaded| &loaded.0), patch),
+            traction: faces[0].1,
+        };
+        by_traction.into_values().map(pad).collect()
+    }
+
+    /// Displacement of a point of the plane, axes of the patch, mm.
+    fn displacement(&self, green: &SurfaceGreen, at: [f64; 2]) -> Point {
+        let lines = self.outline.iter().map(|line| polygon::integrate(green, line, at));
+        lines.sum::<Matrix3<f64>>() * self.traction
+    }
+
+    /// Whether it is so near to the patch that its displacement is no polynomial there.
+    fn is_near(&self, patch: &ContactPatch) -> bool {
+        let reach = patch.half_width.map(|half| half + NEAR_LOAD_DISTANCE * patch.size());
+        let bounds = |axis: usize| {
+            let along = self.outline.iter().flatten().map(|corner| corner[axis]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        (0..2).all(|axis| bounds(axis).0 < reach[axis] && bounds(axis).1 > -reach[axis])
+    }
+}
+
+impl<'a> FaceLoads<'a> {
+    fn new(
+        model: &'a FeModel,
+        (forces, field): (&'a PatchForces, &HalfSpaceField),
+        supports: &PrescribedMotion,
+        stress: (&'a RecoveryPoints, &'a [[f64; 6]]),
+    ) -> Self {
+        let mut loads: HashMap<FaceId, (f64, Point)> = HashMap::new();
+        for (face, pressure, traction) in model.face_loads() {
+            let sum = loads.entry(face).or_insert((0.0, Point::zeros()));
+            sum.0 += pressure;
+            sum.1 += traction;
+        }
+        let moved = model.prescribed_dofs().into_iter().zip(supports.deformation.iter().copied());
+        let weight = field.normal_derivative(&forces.patch.axes.to_local(&Point::from(model.body_force())));
+        Self { model, forces, loads, supports: moved.filter(|(_, u)| *u != 0.0).collect(), weight, stress }
+    }
+
+    /// Work of what acts on a face on the field of each force, N mm per N, axes of the patch; and that of its support on what the field of
+    /// the force with u_c, which is minus that at the nodes, leaves between them.
+    fn work(&self, (face, in_plane): &(SurfaceFace, bool)) -> [Vec<Point>; 2] {
+        let forces = self.forces;
+        let none = Point::zeros();
+        let [mut work, mut rest] = [0, 1].map(|_| vec![none; forces.points.len()]);
+        let (mesh, patch) = (self.model.mesh(), &forces.patch);
+        // Where only some nodes are prescribed the loads of u_c count what is missing here.
+        let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| self.model.prescribed_displacement(node, c).is_some()));
+        let is_held = held.contains(&true);
+        // In the plane G has no traction, and loads there are pads.
+        let load = self.loads.get(&(face.owner, face.local_face)).filter(|_| !in_plane);
+        let moves: Vec<Point> = face.nodes.iter().map(|&node| self.prescribed_displacement(node, held)).collect();
+        let acts = load.is_some() || self.weight != none || moves.iter().any(|u| *u != none);
+        if !is_held && (*in_plane || !acts) {
+            return [work, rest];
+        }
+        let at_nodes = if is_held { self.at_nodes(face, *in_plane) } else { Vec::new() };
+        for point in FaceRules::new().points(mesh, face, &|x| forces.distance(x), MAX_SIZE_TO_DISTANCE) {
+            let mut local = patch.local(&point.at);
+            let area = point.area.norm();
+            let normal = patch.axes.to_local(&point.area) / area;
+            let map = TractionOperator::new(forces.stiffness, &normal);
+            let acting = self.acting((load, &moves), &local, (&map, &normal, &point));
+            if *in_plane {
+                local.z = 0.0;
+            }
+            let support: Point =
+                at_nodes.iter().zip(&point.values).map(|(node, n)| node.stress * point.area * *n).sum();
+            let support = Point::from_fn(|c, _| if held[c] { support[c] } else { 0.0 });
+            let support = patch.axes.to_local(&support);
+            for i in 0..forces.points.len() {
+                let field = forces.field.at(&forces.vector_from(i, &local));
+                if !in_plane {
+                    work[i] += field.value.transpose() * acting.traction * area;
+                    if acting.displacement != none {
+                        work[i] += map.apply(&field).transpose() * acting.displacement * area;
+                    }
+                }
+                if is_held {
+                    let between = at_nodes.iter().zip(&point.values).map(|(node, n)| node.fields[i] * *n);
+                    rest[i] += (field.value - between.sum::<Matrix3<f64>>()).transpose() * support;
+                }
+            }
+        }
+        [work, rest]
+    }
+
+    /// The prescribed displacement of a node along components that are `held`, global axes, mm.
+    fn prescribed_displacement(&self, node: usize, held: [bool; 3]) -> Point {
+        let along = |c: usize| self.supports.get(&(3 * node + c)).copied().filter(|_| held[c]).unwrap_or(0.0);
+        Point::from([0, 1, 2].map(along))
+    }
+
+    fn acting(
+        &self,
+        (load, moves): (Option<&(f64, Point)>, &[Point]),
+        local: &Point,
+        (map, normal, point): (&TractionOperator, &Point, &FacePoint),
+    ) -> FaceAction {
+        let axes = &self.forces.patch.axes;
+        let mut acting = FaceAction { traction: Point::zeros(), displacement: Point::zeros() };
+        if let Some((pressure, traction)) = load {
+            acting.traction += axes.to_local(traction) - normal * *pressure;
+        }
+        let moved: Point = moves.iter().zip(&point.values).map(|(u, value)| u * *value).sum();
+        // Work of a support's force is that of the traction on the body against the displacement.
+        acting.displacement -= axes.to_local(&moved);
+        if self.weight != Point::zeros() {
+            let none = Point::zeros();
+            let gradient = [
+                Matrix3::zeros(),
+                Matrix3::zeros(),
+                Matrix3::from_columns(&[self.weight * -local.z, none, none]),
+            ];
+            acting.traction -= map.apply(&GreenTensor { value: Matrix3::zeros(), gradient }).column(0);
+            acting.displacement += self.weight * (-0.5 * local.z * local.z);
+        }
+        acting
+    }
+
+    /// The nodes of a face.
+    fn at_nodes(&self, face: &SurfaceFace, in_plane: bool) -> Vec<FixedFaceNode> {
+        let mesh = self.model.mesh();
+        let (points, stress) = self.stress;
+        let places = points.points_of_cell(mesh.volume_index(face.owner));
+        let local_nodes = mesh.kind(face.owner).local_faces()[face.local_face].1;
+        let node = |(&node, &place): (&usize, &usize)| {
+            let mut local = self.forces.patch.local(&mesh.points[node].into());
+            if in_plane {
+                local.z = 0.0;
+            }
+            let field = |i: usize| self.forces.field.at(&self.forces.vector_from(i, &local)).value;
+            let [xx, yy, zz, yz, xz, xy] = stress[places[place]];
+            FixedFaceNode {
+                stress: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+                fields: (0..self.forces.points.len()).map(field).collect(),
+            }
+        };
+        face.nodes.iter().zip(local_nodes).map(node).collect()
+    }
+}
+
+/// A node of a face that is held.
+struct FixedFaceNode {
+    /// Global axes, MPa.
+    stress: Matrix3<f64>,
+    /// Displacement by each force in the half-space, axes of the patch.
+    fields: Vec<Matrix3<f64>>,
+}

@@ -1,0 +1,290 @@
+//! Loads and work of the half-space's tractions on the boundary of a body.
+
+use std::collections::HashMap;
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::face_quadrature::{FacePoint, FaceRules};
+use super::forces::{FaceId, PatchForces, ForceSet, put};
+use super::patch_coupling;
+use crate::bem::half_space::TractionOperator;
+use crate::error::Result;
+use crate::fem::{FoundationStiffness, FeModel};
+use crate::geometry::Point;
+use crate::interrupt;
+use crate::linalg::dense_matrix::DenseMatrix;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, outer_faces};
+
+/// Faces computed side by side before they are added up: bounds the memory of their shares.
+const FACES_PER_BATCH: usize = 64;
+
+/// A face of the boundary.
+pub(super) struct BoundaryFace {
+    pub face: SurfaceFace,
+    /// Whether it is one of the surface of each patch's half-space.
+    pub on_patch_surface: Vec<bool>,
+    /// Components that all of its nodes have prescribed.
+    pub fixed: [bool; 3],
+    bedding: Option<FoundationStiffness>,
+}
+
+impl BoundaryFace {
+    /// Whether it is free of supports and foundations.
+    pub fn is_free(&self) -> bool {
+        self.fixed == [false; 3] && self.bedding.is_none()
+    }
+}
+
+/// What the tractions of the half-space do on the boundary.
+pub(super) struct BoundaryTerms {
+    /// Forces on all dofs of the mesh, -∫ N t, N per unit force, `[3 n_points, n_columns]`.
+    pub loads: DenseMatrix,
+    /// -∫ u·t over what is free + ∫ t·u over what is held, first factor by the force of the row, mm/N,
+    /// `[n_columns, n_columns]`.
+    pub work: DenseMatrix,
+    /// Largest defect of the balance of tractions and force.
+    pub imbalance: f64,
+    /// Number of quadrature points.
+    pub n_points: usize,
+}
+
+/// The faces of the body that tractions of the half-spaces act on.
+pub(super) struct BoundaryFaces(Vec<BoundaryFace>);
+
+impl BoundaryFaces {
+    pub fn new(model: &FeModel, sources: ForceSet) -> Self {
+        let mesh = model.mesh();
+        let bedded: HashMap<FaceId, FoundationStiffness> =
+            model.faces_on_foundations().map(|(owner, local, bedding)| ((owner, local), bedding)).collect();
+        let own_faces: Vec<_> = sources.0.iter().map(|forces| forces.own_faces(mesh)).collect();
+        let faces = outer_faces(mesh).into_iter().map(|face| {
+            let held = [0, 1, 2].map(|c| face.nodes.iter().all(|&node| model.prescribed_displacement(node, c).is_some()));
+            let bedding = bedded.get(&(face.owner, face.local_face)).copied();
+            let own = own_faces.iter().map(|own| own(&face)).collect();
+            BoundaryFace { face, on_patch_surface: own, fixed: held, bedding }
+        });
+        Self(faces.filter(|face| face.on_patch_surface.contains(&false)).collect())
+    }
+
+    /// Largest defect of the balance of the tractions and each of the `forces` on one `patch`.
+    pub fn imbalance(&self, mesh: &Mesh, (patch, forces): (usize, &PatchForces), ratio: f64) -> f64 {
+        let rules = FaceRules::new();
+        let faces: Vec<&BoundaryFace> = self.0.iter().filter(|face| !face.on_patch_surface[patch]).collect();
+        let fluxes: Vec<Vec<Matrix3<f64>>> = faces
+            .par_iter()
+            .map(|face| {
+                let mut flux = vec![Matrix3::zeros(); forces.points.len()];
+                for point in rules.points(mesh, &face.face, &|x| forces.distance(x), ratio) {
+                    let local = forces.patch.local(&point.at);
+                    let map = TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&point.area));
+                    for (i, flux) in flux.iter_mut().enumerate() {
+                        *flux += map.apply(&forces.field.at(&forces.vector_from(i, &local)));
+                    }
+                }
+                flux
+            })
+            .collect();
+        let mut sums = vec![Matrix3::identity(); forces.points.len()];
+        fluxes.iter().for_each(|flux| sums.iter_mut().zip(flux).for_each(|(sum, part)| *sum += part));
+        sums.iter().map(Matrix3::amax).fold(0.0, f64::max)
+    }
+}
+
+impl BoundaryTerms {
+    /// Integrates over the boundary, faces divided into parts of at most `ratio` times their distance from the forces.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(model: &FeModel, sources: ForceSet, (faces, ratio): (&BoundaryFaces, f64)) -> Result<Self> {
+        let n = sources.n_columns();
+        let n_rows = 3 * model.mesh().n_points();
+        let mut terms = Self {
+            loads: DenseMatrix::zeros(n_rows, n)?,
+            work: DenseMatrix::zeros(n, n)?,
+            imbalance: 0.0,
+            n_points: 0,
+        };
+        let mut flux = vec![Matrix3::identity(); sources.n()];
+        let rules = FaceRules::new();
+        for batch in faces.0.chunks(FACES_PER_BATCH) {
+            interrupt::check()?;
+            let shares: Vec<Result<FaceContribution>> = batch
+                .par_iter()
+                .map(|face| FaceContribution::new(model.mesh(), face, sources, (&rules, ratio)))
+                .collect();
+            for (face, share) in batch.iter().zip(shares) {
+                terms.add(&face.face, &share?, &mut flux);
+            }
+        }
+        terms.imbalance = flux.iter().map(Matrix3::amax).fold(0.0, f64::max);
+        patch_coupling::add_patch_coupling(model.mesh(), sources, &faces.0, &mut terms.work);
+        Ok(terms)
+    }
+
+    fn add(&mut self, face: &SurfaceFace, share: &FaceContribution, flux: &mut [Matrix3<f64>]) {
+        self.n_points += share.n_points;
+        flux.iter_mut().zip(&share.flux).for_each(|(sum, part)| *sum += part);
+        self.add_share(&face.nodes, &share.loads, &share.work);
+    }
+
+    /// Adds loads on some nodes, `[n_columns][3 n_nodes]`, and work.
+    pub fn add_share(&mut self, nodes: &[usize], loads: &[f64], work: &DenseMatrix) {
+        self.work.add_scaled(1.0, work);
+        let n_rows = self.loads.n_rows();
+        let columns = self.loads.values_mut().chunks_exact_mut(n_rows);
+        for (column, part) in columns.zip(loads.chunks_exact(3 * nodes.len())) {
+            for (&node, part) in nodes.iter().zip(part.chunks_exact(3)) {
+                (0..3).for_each(|c| column[3 * node + c] += part[c]);
+            }
+        }
+    }
+}
+
+/// What one face adds.
+struct FaceContribution {
+    /// `[n_columns][3 n_nodes]`.
+    loads: Vec<f64>,
+    work: DenseMatrix,
+    /// Force of the tractions, axes of the patch, `[n]`.
+    flux: Vec<Matrix3<f64>>,
+    n_points: usize,
+}
+
+impl FaceContribution {
+    fn new(
+        mesh: &Mesh,
+        boundary: &BoundaryFace,
+        sources: ForceSet,
+        (rules, ratio): (&FaceRules, f64),
+    ) -> Result<Self> {
+        let face = &boundary.face;
+        let points = rules.points(mesh, face, &|x| boundary.distance(sources, x), ratio);
+        let n = sources.n_columns();
+        let mut fields = Fields {
+            displacements: DenseMatrix::zeros(3 * points.len(), n)?,
+            tractions: DenseMatrix::zeros(3 * points.len(), n)?,
+            loads: vec![0.0; n * 3 * face.nodes.len()],
+            flux: vec![Matrix3::zeros(); sources.n()],
+        };
+        for (patch, (first, forces)) in sources.patches().enumerate() {
+            match (boundary.on_patch_surface[patch], boundary.is_free()) {
+                (false, _) => fields.add_forces(boundary, &points, (first, forces)),
+                // Displacements are singular here: the terms of them and the others' tractions are integrated elsewhere.
+                (true, true) => {}
+                (true, false) => fields.add_displacements(&points, (first, forces)),
+            }
+        }
+        let work = fields.work(boundary.fixed)?;
+        Ok(Self { loads: fields.loads, work, flux: fields.flux, n_points: points.len() })
+    }
+}
+
+impl BoundaryFace {
+    /// Distance of a point from the nearest force whose field is integrated on this face.
+    fn distance(&self, sources: ForceSet, x: &Point) -> f64 {
+        let used = sources.0.iter().zip(&self.on_patch_surface).filter(|(_, own)| !**own || !self.is_free());
+        used.map(|(forces, _)| forces.distance(x)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Fields of the forces at the points of a face, and their loads.
+struct Fields {
+    /// Global rows, `[3 n_points, n_columns]`.
+    displacements: DenseMatrix,
+    /// The same times the weights.
+    tractions: DenseMatrix,
+    loads: Vec<f64>,
+    flux: Vec<Matrix3<f64>>,
+}
+
+impl Fields {
+    /// Adds those of the forces on one patch.
+    fn add_forces(
+        &mut self,
+        BoundaryFace { face, fixed: held, bedding, .. }: &BoundaryFace,
+        points: &[FacePoint],
+        (first, forces): (usize, &PatchForces),
+    ) {
+        let n_nodes = face.nodes.len();
+        let axes = forces.patch.axes.0;
+        let flat = points.windows(2).all(|pair| pair[0].area.cross(&pair[1].area).norm() == 0.0);
+        let map_of =
+            |area: &Point| TractionOperator::new(forces.stiffness, &forces.patch.axes.to_local(&area.normalize()));
+        let common = points.first().filter(|_| flat).map(|point| map_of(&point.area));
+        for (p, point) in points.iter().enumerate() {
+            let local = forces.patch.local(&point.at);
+            let weight = point.area.norm();
+            let own;
+            let map = match &common {
+                Some(map) => map,
+                None => {
+                    own = map_of(&point.area);
+                    &own
+                }
+            };
+            for i in 0..forces.points.len() {
+                let field = forces.field.at(&forces.vector_from(i, &local));
+                let traction = map.apply(&field) * weight;
+                self.flux[first + i] += traction;
+                let (value, mut traction) = (axes * field.value, axes * traction);
+                if let Some(bedding) = bedding {
+                    traction += bed(*bedding, &point.area) * value;
+                }
+                put(&value, (p, first + i), &mut self.displacements);
+                put(&traction, (p, first + i), &mut self.tractions);
+                for column in 0..3 {
+                    let load = &mut self.loads[(3 * (first + i) + column) * 3 * n_nodes..][..3 * n_nodes];
+                    for (load, value) in load.chunks_exact_mut(3).zip(&point.values) {
+                        for c in (0..3).filter(|&c| !held[c]) {
+                            load[c] -= value * traction[(c, column)];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds only the displacements.
+    fn add_displacements(&mut self, points: &[FacePoint], (first, forces): (usize, &PatchForces)) {
+        for (p, point) in points.iter().enumerate() {
+            let local = forces.patch.local(&point.at);
+            for i in 0..forces.points.len() {
+                let value = forces.patch.axes.0 * forces.field.at(&forces.vector_from(i, &local)).value;
+                put(&value, (p, first + i), &mut self.displacements);
+            }
+        }
+    }
+
+    /// -∫ u·t over what is free + ∫ t·u over what is held.
+    fn work(&self, held: [bool; 3]) -> Result<DenseMatrix> {
+        let (n_rows, n) = (self.tractions.n_rows(), self.tractions.n_columns());
+        let mut work = DenseMatrix::zeros(n, n)?;
+        let part = |keep: bool| -> DenseMatrix {
+            let mut part = self.tractions.clone();
+            let dropped = |row: usize| held[row % 3] != keep;
+            part.values_mut()
+                .iter_mut()
+                .enumerate()
+                .filter(|(k, _)| dropped(k % n_rows))
+                .for_each(|(_, value)| *value = 0.0);
+            part
+        };
+        if held.contains(&false) {
+            work.add_transposed_product(-1.0, &self.displacements, &part(false));
+        }
+        if held.contains(&true) {
+            work.add_transposed_product(1.0, &part(true), &self.displacements);
+        }
+        Ok(work)
+    }
+}
+
+/// Traction of a foundation per displacement, times the area, against it.
+fn bed(bedding: FoundationStiffness, area: &Point) -> Matrix3<f64> {
+    match bedding {
+        FoundationStiffness::Normal(k) => area * area.transpose() * (k / area.norm()),
+        FoundationStiffness::Components(k) => Matrix3::from_diagonal(&Point::from(k)) * area.norm(),
+    }
+}

@@ -1,0 +1,172 @@
+//! The operator of finite bodies on a grid: that of their half-spaces and the far fields on top.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
+
+use nalgebra::Matrix3;
+
+use super::far_field::{FarField, FarFieldOnGrid, FarFieldScratch};
+use crate::bem::half_space::{CrossBlocks, FftFlexibility, KernelCache, SurfaceGreen};
+use crate::error::Result;
+use crate::frame::Grid;
+use crate::linalg::PerCell;
+use crate::linalg::course::OperatorHistory;
+use crate::linalg::operator::Flexibility;
+use crate::linalg::subset::SubsetFlexibility;
+
+/// S = S_hs + Σ Φ Ĉ Φᵀ A over the bodies, on a whole grid.
+pub struct CorrectedFlexibility {
+    near: Arc<dyn Flexibility>,
+    far: Arc<Vec<FarField>>,
+    on_grid: Vec<FarFieldOnGrid>,
+    /// Cell sides, and where the first cell begins from the middle of the patch, mm.
+    spacing: [f64; 2],
+    first: [f64; 2],
+    work: Mutex<Vec<FarFieldScratch>>,
+}
+
+impl CorrectedFlexibility {
+    /// Adds the far fields `far` of bodies, whose patch is the rectangle of `grid`, to the operator `near` on all of its cells.
+    pub fn new(near: Box<dyn Flexibility>, far: Vec<FarField>, grid: &Grid) -> Self {
+        let first = grid.half_width().map(|half| -half);
+        Self::on_cells(near.into(), Arc::new(far), grid.cells, (grid.spacing, first))
+    }
+
+    fn on_cells(
+        near: Arc<dyn Flexibility>,
+        far: Arc<Vec<FarField>>,
+        cells: [usize; 2],
+        (spacing, first): ([f64; 2], [f64; 2]),
+    ) -> Self {
+        let on_grid: Vec<FarFieldOnGrid> = far.iter().map(|far| far.on_grid(cells, spacing, first)).collect();
+        let work = Mutex::new(on_grid.iter().map(FarFieldScratch::new).collect());
+        Self { near, far, on_grid, spacing, first, work }
+    }
+
+    fn add_far(&self, planes: Range<usize>, tractions: &[f64], gap: &mut [f64]) {
+        let mut work = self.work.lock().expect("no panic while the work is held");
+        for ((far, on_grid), work) in self.far.iter().zip(&self.on_grid).zip(work.iter_mut()) {
+            on_grid.add_product(far, planes.clone(), (tractions, gap), work);
+        }
+    }
+
+    fn normal(&self, pressure: &[f64], gap: &mut [f64]) {
+        self.add_far(2..3, pressure, gap);
+    }
+}
+
+impl Flexibility for CorrectedFlexibility {
+    fn n_cells(&self) -> usize {
+        self.near.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.near.apply(tractions, gap);
+        self.add_far(0..3, tractions, gap);
+    }
+
+    fn apply_single(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.near.apply_single(tractions, gap);
+        self.add_far(0..3, tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.near.apply_normal(pressure, normal_gap);
+        self.normal(pressure, normal_gap);
+    }
+
+    fn apply_normal_single(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.near.apply_normal_single(pressure, normal_gap);
+        self.normal(pressure, normal_gap);
+    }
+
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        let near = self.near.diagonal_blocks();
+        let mut blocks: Vec<Matrix3<f64>> = near.iter().copied().collect();
+        for (far, on_grid) in self.far.iter().zip(&self.on_grid) {
+            on_grid.add_diagonal(far, &mut blocks);
+        }
+        PerCell::Each(blocks)
+    }
+
+    /// By that of the half-spaces: a far field of a few dozen polynomials is for the iterations.
+    fn precondition_normal(&self, normal_gap: &[f64], pressure: &mut [f64]) -> bool {
+        self.near.precondition_normal(normal_gap, pressure)
+    }
+
+    fn precondition(&self, gap: &[f64], tractions: &mut [f64]) -> bool {
+        self.near.precondition(gap, tractions)
+    }
+
+    fn direct_sum(&self, cell: usize, tractions: &[f64]) -> Option<[f64; 3]> {
+        let mut gap = self.near.direct_sum(cell, tractions)?;
+        let n = self.n_cells();
+        for (far, on_grid) in self.far.iter().zip(&self.on_grid) {
+            let to = on_grid.cell_weights(cell);
+            let mut forces = vec![[0.0; 3]; to.len()];
+            for from in 0..n {
+                let traction = [0, 1, 2].map(|c| tractions[c * n + from]);
+                if traction != [0.0; 3] {
+                    for (force, value) in forces.iter_mut().zip(on_grid.cell_weights(from)) {
+                        (0..3).for_each(|c| force[c] += value * traction[c]);
+                    }
+                }
+            }
+            for (j, force) in forces.iter().enumerate() {
+                let mut unit = vec![0.0; to.len()];
+                unit[j] = 1.0;
+                let share = on_grid.block(far, &to, &unit) * nalgebra::Vector3::from(*force);
+                (0..3).for_each(|c| gap[c] += share[c]);
+            }
+        }
+        Some(gap)
+    }
+
+    fn grid(&self) -> Option<[usize; 2]> {
+        self.near.grid()
+    }
+
+    /// That of the half-spaces, which is the same anywhere; [`Self::restriction_at`] gives it its far field.
+    fn restrict(&self, at_least: [usize; 2], factor: usize) -> Option<Arc<dyn Flexibility>> {
+        self.near.restrict(at_least, factor)
+    }
+
+    fn restriction_at(
+        &self,
+        smaller: Arc<dyn Flexibility>,
+        origin: [usize; 2],
+        factor: usize,
+    ) -> Arc<dyn Flexibility> {
+        let Some(cells) = smaller.grid() else { return smaller };
+        let first = [0, 1].map(|axis| self.first[axis] + origin[axis] as f64 * self.spacing[axis]);
+        let spacing = self.spacing.map(|side| side * factor as f64);
+        Arc::new(Self::on_cells(smaller, self.far.clone(), cells, (spacing, first)))
+    }
+
+    fn history(&self) -> OperatorHistory {
+        self.near.history()
+    }
+
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        self.near.replay(course)
+    }
+}
+
+/// The operator on `grid`, or on those of its cells that are in `places`, of bodies with the half-spaces of `green` (their sum) and the
+/// far fields `far`.
+///
+/// # Errors
+/// If memory does not suffice.
+pub fn build_corrected_flexibility(
+    green: &SurfaceGreen,
+    far: Vec<FarField>,
+    (grid, places): (&Grid, Option<&[usize]>),
+    (cross, kernels): (CrossBlocks, Option<&KernelCache>),
+) -> Result<Box<dyn Flexibility>> {
+    let near = FftFlexibility::with_kernel_cache(grid.cells, grid.spacing, green, cross, kernels)?;
+    let whole = Box::new(CorrectedFlexibility::new(Box::new(near), far, grid));
+    Ok(match places {
+        None => whole,
+        Some(places) => Box::new(SubsetFlexibility::new(whole, places.to_vec())),
+    })
+}

@@ -1,0 +1,284 @@
+//! Whether a body has a place for a half-space under the frame, and what half-space that is.
+
+use std::collections::HashSet;
+
+use super::forces::{FaceId, PLANE_TOLERANCE, in_plane};
+use super::inclusions::is_same_stiffness;
+use super::locate::inverse_map;
+use super::patch::ContactPatch;
+use nalgebra::Matrix6;
+
+use crate::bem::half_space::SurfaceGreen;
+use crate::error::Result;
+use crate::fem::{FeSpec, ElementMaterials, find_rigid_body_modes};
+use crate::frame::{ContactFrame, Side};
+use crate::geometry::{Point, Triad, format_number};
+use crate::material::Stiffness;
+use crate::mesh::Mesh;
+use crate::mesh::faces::{SurfaceFace, group_faces, outer_faces};
+
+/// Distance from the patch to what bounds the body otherwise, over the shorter of half its sides, at least: nearer than that the
+/// correction has a peak at the rim that a few polynomials do not have.
+pub const MIN_EDGE_DISTANCE: f64 = 0.3;
+
+/// The same to another material: nearer than that, ten polynomials along each side are not enough for cores ten times softer or three times stiffer.
+const MIN_MATERIAL_DISTANCE: f64 = 0.4;
+
+/// Rise of a curved surface under the frame over the longer of half its sides, at most.
+pub const MAX_RISE: f64 = 0.05;
+
+/// Slope of a curved surface about the patch against that under it, at most, radians.
+const MAX_SLOPE_RAD: f64 = 0.2;
+
+/// Points along each side of a frame or a face, less one, at least, and at most.
+const MIN_SAMPLE_STEPS: usize = 8;
+const MAX_SAMPLE_STEPS: usize = 64;
+
+/// The half-space under the frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalfSpaceFit {
+    /// The rectangle of the frame on the body.
+    pub patch: ContactPatch,
+    /// Stiffness in global axes.
+    pub stiffness: Stiffness,
+    /// Whether it is the same in all directions.
+    pub isotropic: bool,
+    /// Distance from the patch to the rest of the boundary, or to another material, mm.
+    pub distance: f64,
+    /// Whether it is another material that is nearest.
+    pub limited_by_material: bool,
+    /// Height of the surface under the frame, over the longer of half its sides; 0 for a plane.
+    pub rise: f64,
+    /// The faces of a curved surface about the patch, which stand for its tangent plane.
+    pub curved_faces: Vec<FaceId>,
+}
+
+/// Why a body has none.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unsuitable(pub String);
+
+impl HalfSpaceFit {
+    /// The site of a body at `side` of `frame`, whose contact faces are the group `contact`; or why there is none.
+    ///
+    /// # Errors
+    /// If a group is missing, or the body is not sound.
+    pub fn find(
+        spec: &FeSpec,
+        contact: &str,
+        side: Side,
+        frame: &ContactFrame,
+    ) -> Result<std::result::Result<Self, Unsuitable>> {
+        let unsuited = |why: &str| Ok(Err(Unsuitable(why.to_owned())));
+        let Some(grid) = frame.grid else {
+            return unsuited(
+                "the cells of the frame are faces or nodes of a mesh (frame.kind = \"grid\" has those of a half-space)",
+            );
+        };
+        if grid.periodic != [false; 2] {
+            return unsuited("the frame repeats itself");
+        }
+        if find_rigid_body_modes(spec)?.is_some() {
+            return unsuited("the body floats");
+        }
+        let mesh = &spec.mesh;
+        let faces = group_faces(mesh, contact)?;
+        let half_width = grid.half_width();
+        let triad = Triad::horizontal(grid.azimuth);
+        let middle = Point::new(grid.center[0], grid.center[1], 0.0);
+        let level = ContactPatch::on_body(&triad, side, middle, half_width);
+        let under: Vec<&SurfaceFace> = faces.iter().filter(|face| touches(mesh, face, &level)).collect();
+        let heights = under.iter().flat_map(|face| heights_under(mesh, face, &level));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let tolerance = PLANE_TOLERANCE * level.size();
+        if !low.is_finite() {
+            return unsuited("no face of the contact group lies under the frame");
+        }
+        let rise = if high - low > tolerance { (high - low) / level.size() } else { 0.0 };
+        if rise > MAX_RISE {
+            return Ok(Err(Unsuitable(format!(
+                "its surface is not plane under the frame: heights differ by {}, at most {MAX_RISE} of half its side are allowed",
+                format_number(high - low)
+            ))));
+        }
+        // The tangent plane of a curved surface.
+        let height = if rise == 0.0 { 0.5 * (low + high) } else { level.outer_height(low, high) };
+        let patch = ContactPatch { center: Point::new(middle.x, middle.y, height), ..level };
+        let surface = if rise == 0.0 { Vec::new() } else { curved_surface_faces(mesh, &faces, (&patch, rise)) };
+        if mesh.points.iter().any(|x| patch.local(&Point::from(*x)).z > tolerance) {
+            return unsuited("the body rises above the plane of its contact");
+        }
+        let regions = ElementMaterials::new(spec)?;
+        let own = regions.element(under[0].owner).unwrap_or(0);
+        let stiffness = regions.stiffness(own);
+        let to_others = distance_to_others(&regions, &stiffness, mesh, &patch);
+        let to_edges = distance(spec, &patch, &surface)?;
+        let shorter = half_width[0].min(half_width[1]);
+        let limits = [
+            ("an edge of the body, or a support,", to_edges, MIN_EDGE_DISTANCE),
+            ("another material", to_others, MIN_MATERIAL_DISTANCE),
+        ];
+        if let Some((what, distance, share)) =
+            limits.iter().find(|(_, found, share)| *found < share * shorter)
+        {
+            return Ok(Err(Unsuitable(format!(
+                "{what} is {} from the frame; at least {share} of half its side, {}, are needed",
+                format_number(*distance),
+                format_number(share * shorter)
+            ))));
+        }
+        let distance = to_edges.min(to_others);
+        if let Some(why) = supports(spec, &patch)? {
+            return unsuited(why);
+        }
+        let stiffness = Stiffness::from_voigt(stiffness)?;
+        let isotropic = stiffness.isotropic_constants().is_some();
+        let local = stiffness.rotated(&patch.axes.0.transpose());
+        if let Err(error) = SurfaceGreen::new(&local, Side::Lower) {
+            return unsuited(error.message());
+        }
+        Ok(Ok(Self { patch, stiffness, isotropic, distance, limited_by_material: to_others == distance, rise, curved_faces: surface }))
+    }
+}
+
+impl HalfSpaceFit {
+    /// Nodes along x and y of the patch to begin with: as many as a body of such a distance usually needs.
+    pub fn first_nodes(&self) -> [usize; 2] {
+        self.patch.half_width.map(|half| {
+            let nodes = match self.distance / half {
+                distance if distance >= 4.0 => 4,
+                distance if distance >= 2.0 => 5,
+                distance if distance >= 1.0 => 6,
+                _ => 7,
+            };
+            // Near a layer the correction is less smooth than as near to an edge.
+            let more = if self.limited_by_material && self.distance < half { 2 } else { 0 };
+            nodes + usize::from(!self.isotropic) + more
+        })
+    }
+}
+
+/// Whether some part of a face may lie under the rectangle.
+fn touches(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> bool {
+    (0..2).all(|axis| {
+        let along = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())[axis]);
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let border = 1e-9 * patch.half_width[axis];
+        low < patch.half_width[axis] - border && high > border - patch.half_width[axis]
+    })
+}
+
+/// Points spread over a face, its edges included, no further apart than `apart` along them but for the largest faces.
+fn points_of(mesh: &Mesh, face: &SurfaceFace, apart: f64) -> Vec<Point> {
+    let n = face.kind.n_corners();
+    let at = |k: usize| Point::from(mesh.points[face.nodes[k % n]]);
+    let longest = (0..n).map(|k| (at(k + 1) - at(k)).norm()).fold(0.0, f64::max);
+    let steps = ((longest / apart).ceil() as usize).clamp(MIN_SAMPLE_STEPS, MAX_SAMPLE_STEPS);
+    let triangle = n == 3;
+    let part = |k: usize| k as f64 / steps as f64;
+    let pairs = (0..=steps).flat_map(|i| (0..=steps).map(move |j| (i, j)));
+    let points = pairs.filter(|(i, j)| !triangle || i + j <= steps).map(|(i, j)| {
+        let xi = [part(i), part(j)].map(|x| if triangle { x } else { 2.0 * x - 1.0 });
+        let values = face.kind.face_values(xi);
+        face.nodes.iter().zip(values).map(|(&node, value)| Point::from(mesh.points[node]) * value).sum()
+    });
+    points.collect()
+}
+
+/// Heights along the global z of a face under the rectangle: at points spread over the face, and at points spread over the rectangle.
+fn heights_under(mesh: &Mesh, face: &SurfaceFace, patch: &ContactPatch) -> Vec<f64> {
+    let nodes: Vec<Point> = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into())).collect();
+    let step = |k: usize, axis: usize| {
+        patch.half_width[axis] * (2.0 * k as f64 / MIN_SAMPLE_STEPS as f64 - 1.0) * (1.0 - 1e-9)
+    };
+    let pairs = (0..=MIN_SAMPLE_STEPS).flat_map(|i| (0..=MIN_SAMPLE_STEPS).map(move |j| (i, j)));
+    let height = |(i, j): (usize, usize)| {
+        let xi = inverse_map(face, &nodes, [step(i, 0), step(j, 1)])?;
+        let values = face.kind.face_values(xi);
+        Some(face.nodes.iter().zip(values).map(|(&node, value)| mesh.points[node][2] * value).sum())
+    };
+    let under = |x: &Point| {
+        let local = patch.local(x);
+        (0..2).all(|axis| local[axis].abs() <= patch.half_width[axis] * (1.0 + 1e-9))
+    };
+    let own = points_of(mesh, face, f64::INFINITY).into_iter().filter(under).map(|x| x.z);
+    own.chain(pairs.filter_map(height)).collect()
+}
+
+/// The faces of a curved surface within half a side about the patch: those of the contact group, and those that go on from them with
+/// the same curvature, whatever their group.
+fn curved_surface_faces(mesh: &Mesh, faces: &[SurfaceFace], (patch, rise): (&ContactPatch, f64)) -> Vec<FaceId> {
+    let group: HashSet<FaceId> = faces.iter().map(|face| (face.owner, face.local_face)).collect();
+    // A parabola falls nine times as far over three times the length.
+    let deepest = -9.0 * rise * patch.size();
+    let goes_on = |face: &SurfaceFace| {
+        let area = face.area_vector(mesh);
+        let level = area.dot(&patch.axes.normal()) >= MAX_SLOPE_RAD.cos() * area.norm();
+        let depth = |&node: &usize| patch.local(&mesh.points[node].into()).z;
+        level && face.nodes.iter().all(|node| depth(node) >= deepest)
+    };
+    let near = |face: &&SurfaceFace| {
+        let locals = face.nodes.iter().map(|&node| patch.local(&mesh.points[node].into()));
+        let level = |x: Point| patch.distance(&Point::new(x.x, x.y, 0.0));
+        locals.map(level).fold(f64::INFINITY, f64::min) <= patch.size()
+    };
+    let on_surface = |face: &&SurfaceFace| group.contains(&(face.owner, face.local_face)) || goes_on(face);
+    let outer = outer_faces(mesh);
+    outer.iter().filter(near).filter(on_surface).map(|face| (face.owner, face.local_face)).collect()
+}
+
+/// Distance from the patch to the faces out of its plane and to the nodes that are held.
+fn distance(spec: &FeSpec, patch: &ContactPatch, surface: &[FaceId]) -> Result<f64> {
+    let mesh = &spec.mesh;
+    let surface: HashSet<FaceId> = surface.iter().copied().collect();
+    let elsewhere = |face: &&SurfaceFace| {
+        !in_plane(mesh, face, patch) && !surface.contains(&(face.owner, face.local_face))
+    };
+    let apart = 0.5 * MIN_EDGE_DISTANCE * patch.half_width[0].min(patch.half_width[1]);
+    let mut least = f64::INFINITY;
+    let mut look = |x: &Point| least = least.min(patch.distance(&patch.local(x)));
+    for face in outer_faces(mesh).iter().filter(elsewhere) {
+        points_of(mesh, face, apart).iter().for_each(&mut look);
+    }
+    for support in &spec.supports {
+        for node in mesh.group_nodes(&support.group)? {
+            look(&mesh.points[node].into());
+        }
+    }
+    Ok(least)
+}
+
+/// Distance from the patch to elements of another material than that under it; infinite if there are none.
+fn distance_to_others(regions: &ElementMaterials, own: &Matrix6<f64>, mesh: &Mesh, patch: &ContactPatch) -> f64 {
+    let others = (0..regions.n_elements()).filter(|&i| !is_same_stiffness(&regions.stiffness(i), own));
+    // The box around an element, in the axes of the patch.
+    let distance = |i: usize| {
+        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for &node in mesh.cell_nodes(regions.cells()[i]) {
+            let local = patch.local(&mesh.points[node].into());
+            for (range, x) in bounds.iter_mut().zip(local.iter()) {
+                *range = [range[0].min(*x), range[1].max(*x)];
+            }
+        }
+        let nearest = |axis: usize| 0.0_f64.clamp(bounds[axis][0], bounds[axis][1]);
+        patch.distance(&Point::new(nearest(0), nearest(1), bounds[2][1].min(0.0)))
+    };
+    others.map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// What is wrong with the supports.
+fn supports(spec: &FeSpec, patch: &ContactPatch) -> Result<Option<&'static str>> {
+    let mesh = &spec.mesh;
+    let mut outside = vec![false; mesh.n_points()];
+    outer_faces(mesh).iter().for_each(|face| face.nodes.iter().for_each(|&node| outside[node] = true));
+    for support in &spec.supports {
+        if mesh.group_nodes(&support.group)?.iter().any(|&node| !outside[node]) {
+            return Ok(Some("a support holds nodes inside the body"));
+        }
+    }
+    for foundation in &spec.foundations {
+        if group_faces(mesh, &foundation.group)?.iter().any(|face| in_plane(mesh, face, patch)) {
+            return Ok(Some("a foundation lies in the plane of the contact"));
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,172 @@
+//! The correction with as many nodes on each patch as it needs.
+
+use super::correction::Correction;
+use super::field::HalfSpaceField;
+use super::forces::PatchForces;
+use super::indicators::{Indicators, PatchCorrection, TARGET_TAIL};
+use super::half_space_fit::HalfSpaceFit;
+use super::chebyshev::Chebyshev;
+use crate::bem::half_space::{PointForceField, SurfaceGreen};
+use crate::error::Result;
+use crate::fem::{ColumnSolver, FeModel, CondensationResources, StressRecovery};
+use crate::geometry::Side;
+use crate::linalg::memory::MemoryLimit;
+use crate::material::Stiffness;
+
+/// Most nodes along a side.
+const MAX_NODES_PER_SIDE: usize = 10;
+
+/// The half-space of a patch in its own axes.
+pub(super) struct PatchHalfSpace<'a> {
+    pub fit: &'a HalfSpaceFit,
+    /// In the axes of the patch.
+    pub stiffness: Stiffness,
+    /// Of tractions.
+    pub field: HalfSpaceField,
+    /// Of its surface.
+    pub green: SurfaceGreen,
+}
+
+impl<'a> PatchHalfSpace<'a> {
+    /// Of a site, and what the user should know of the cache of its field.
+    ///
+    /// # Errors
+    /// As [`PointForceField::load_or_compute`].
+    pub fn new(site: &'a HalfSpaceFit, resources: &CondensationResources) -> Result<(Self, Option<String>)> {
+        let stiffness = site.stiffness.rotated(&site.patch.axes.0.transpose());
+        let (points, note) = PointForceField::load_or_compute(&stiffness, resources.cache)?;
+        let green = SurfaceGreen::new(&stiffness, Side::Lower)?;
+        let field = HalfSpaceField::new(&stiffness, points, &green)?;
+        Ok((Self { fit: site, stiffness, field, green }, note))
+    }
+
+    /// Forces at `m` nodes of the patch, those along y one after the other.
+    pub fn forces(&self, m: [usize; 2]) -> PatchForces<'_> {
+        let patch = self.fit.patch;
+        let [x, y] = [0, 1].map(|axis| Chebyshev::new(m[axis], patch.half_width[axis]));
+        let points = x.nodes().iter().flat_map(|&x| y.nodes().iter().map(move |&y| [x, y])).collect();
+        PatchForces {
+            patch,
+            stiffness: &self.stiffness,
+            field: &self.field.point_force,
+            points,
+            curved_faces: &self.fit.curved_faces,
+        }
+    }
+}
+
+/// The correction between the patches of `nears`, and how good it is on each; nodes are added while the highest polynomials matter and
+/// memory allows it.
+///
+/// # Errors
+/// If memory does not suffice, or the body cannot be solved.
+pub(super) fn adaptive_correction(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    nears: &[PatchHalfSpace],
+    memory: &MemoryLimit,
+) -> Result<(Correction, Vec<Indicators>)> {
+    let solver = ColumnSolver::new(model, memory)?;
+    let mut m: Vec<[usize; 2]> = nears.iter().map(|near| near.fit.first_nodes()).collect();
+    let bytes = |m: &[[usize; 2]]| {
+        let columns: usize = m.iter().map(|m| 3 * m[0] * m[1]).sum();
+        Correction::bytes(model, columns) as u128
+    };
+    loop {
+        let (what, mend) = ("the far field of the half-space", "use a coarser mesh");
+        memory.ensure_available(bytes(&m), what, mend)?;
+        let forces: Vec<PatchForces> = nears.iter().zip(&m).map(|(near, m)| near.forces(*m)).collect();
+        let correction = Correction::new(model, &solver, &forces)?;
+        let mut indicators = Vec::with_capacity(nears.len());
+        let mut first = 0;
+        for ((near, forces), m) in nears.iter().zip(&forces).zip(&m) {
+            let columns = first..first + 3 * forces.points.len();
+            let direct = correction.at_mesh_nodes(model, forces)?;
+            let mesh_error =
+                |uniform: &[f64]| squared_stress_error(model, recovery, &correction, (columns.start, uniform));
+            let judged = PatchCorrection {
+                matrix: &correction.matrix.block(columns.clone(), columns.clone())?,
+                direct: &direct.block(0..columns.len(), columns.clone())?,
+                imbalance: correction.imbalance,
+                asymmetry: correction.asymmetry,
+                squared_error: &mesh_error,
+            };
+            indicators.push(Indicators::new(
+                judged,
+                (near.fit, *m),
+                (&near.green, near.field.point_force.error()),
+            )?);
+            first = columns.end;
+        }
+        let wanting = |(indicators, m): (&Indicators, &[usize; 2])| {
+            indicators.tail > TARGET_TAIL && m.iter().all(|&m| m < MAX_NODES_PER_SIDE)
+        };
+        let more: Vec<[usize; 2]> = indicators
+            .iter()
+            .zip(&m)
+            .map(|pair| if wanting(pair) { pair.1.map(|m| (m + 2).min(MAX_NODES_PER_SIDE)) } else { *pair.1 })
+            .collect();
+        if more == m || !memory.allows(bytes(&more)) {
+            return Ok((correction, indicators));
+        }
+        m = more;
+    }
+}
+
+/// Estimated errors of the displacement of a patch by what acts on the body itself.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct AppliedLoadError {
+    /// Of its mean, mm.
+    pub mean: f64,
+    /// Of tilt and curvature of the normal one over the patch, mm: what is left where body 2 is free to follow along the normal.
+    pub shape: f64,
+}
+
+/// The errors on the one patch of a body, for `forces` on it: works of the errors of the stress by what acts on the body (its
+/// `displacement` and recovered `stress`) and by forces on the patch, at most the products of their energy norms; and the share of the
+/// error of that stress in the `remainder`, which is by the stress at the supports.
+pub(super) fn applied_load_error(
+    (model, recovery): (&FeModel, &StressRecovery),
+    (forces, correction): (&PatchForces, &Correction),
+    (displacement, stress): (&[[f64; 3]], &[[f64; 6]]),
+    remainder: &[f64],
+) -> Result<AppliedLoadError> {
+    let by_own = recovery.estimate_error(model, displacement, stress)?;
+    let n = forces.points.len();
+    let error = |component: usize, weight: &dyn Fn(&[f64; 2]) -> f64| -> Result<f64> {
+        let mut all = vec![0.0; 3 * n];
+        let sum: f64 = forces.points.iter().map(|point| weight(point).abs()).sum();
+        let mut rest = 0.0;
+        for (i, point) in forces.points.iter().enumerate() {
+            all[3 * i + component] = weight(point) / sum;
+            rest += remainder[3 * i + component] * weight(point) / sum;
+        }
+        let by_forces = squared_stress_error(model, recovery, correction, (0, &all))?.sqrt();
+        Ok(by_own.error_norm() * by_forces + by_own.relative_error() * rest.abs())
+    };
+    let mut found = AppliedLoadError { mean: 0.0, shape: 0.0 };
+    for component in 0..3 {
+        found.mean = found.mean.max(error(component, &|_| 1.0)?);
+    }
+    for axis in 0..2 {
+        let square = forces.points.iter().map(|point| point[axis] * point[axis]).sum::<f64>() / n as f64;
+        found.shape = found.shape.max(error(2, &|point| point[axis])?);
+        found.shape = found.shape.max(error(2, &|point| point[axis] * point[axis] - square)?);
+    }
+    Ok(found)
+}
+
+/// Square of the estimated error of the correction's stress, in the energy norm, under forces from the column `first` on.
+fn squared_stress_error(
+    model: &FeModel,
+    recovery: &StressRecovery,
+    correction: &Correction,
+    (first, forces): (usize, &[f64]),
+) -> Result<f64> {
+    let mut all = vec![0.0; first];
+    all.extend_from_slice(forces);
+    let mut displacement = vec![[0.0; 3]; model.mesh().n_points()];
+    correction.superpose_fields(&all, &mut displacement);
+    let stress = recovery.stress(model, &displacement)?;
+    Ok(recovery.estimate_error(model, &displacement, &stress)?.error_norm().powi(2))
+}

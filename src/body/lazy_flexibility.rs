@@ -1,0 +1,187 @@
+//! Flexibility on the frame of a condensed body, formed on the cells that may come into contact and grown when contact
+//! comes to others.
+//!
+//! All of them, where contact may be anywhere. Rows of other cells are empty. What a state lacks there is one solve with the body's factor; rows of more cells are a
+//! solve for each dof that they bring.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, RwLock, RwLockReadGuard};
+
+use nalgebra::Matrix3;
+
+use super::condensed_flexibility::CondensedFlexibility;
+use crate::error::Result;
+use crate::fem::CondensedBody;
+use crate::frame::FaceMap;
+use crate::linalg::PerCell;
+use crate::linalg::cell_matrix::CellMatrix;
+use crate::linalg::course::OperatorHistory;
+use crate::linalg::dense::SymmetricDense;
+use crate::linalg::operator::{EntryAccess, Flexibility};
+
+/// S = I F I^T A on some of the cells.
+pub struct LazyFlexibility {
+    /// The map of all cells.
+    whole: FaceMap,
+    body: Arc<CondensedBody>,
+    formed: RwLock<FormedRows>,
+}
+
+struct FormedRows {
+    cells: Vec<bool>,
+    flexibility: CondensedFlexibility,
+    /// Whether it was compared with the body solved afresh.
+    verified: AtomicBool,
+    /// Cells that came after the first ones, call by call.
+    added_cells: Vec<Vec<usize>>,
+}
+
+impl FormedRows {
+    fn new(cells: Vec<bool>, flexibility: CondensedFlexibility) -> RwLock<Self> {
+        RwLock::new(Self { cells, flexibility, verified: AtomicBool::new(false), added_cells: Vec::new() })
+    }
+}
+
+impl LazyFlexibility {
+    /// The operator on the `cells` for which it holds; `nodal` is the flexibility of the nodes that they touch, the contact
+    /// nodes of `body`.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn new(
+        whole: FaceMap,
+        cells: Vec<bool>,
+        body: Arc<CondensedBody>,
+        nodal: &SymmetricDense,
+    ) -> Result<Self> {
+        let flexibility = CondensedFlexibility::new(whole.restrict(&cells), |i, j| nodal.at(i, j))?;
+        Ok(Self { whole, body, formed: FormedRows::new(cells, flexibility) })
+    }
+
+    /// Forces on the nodes under all cells, `[3 n]`, global axes, for tractions on body 2, `[3, N]` by planes; without the
+    /// body's sign, which the gap has once more.
+    fn forces(&self, tractions: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; 3 * self.whole.nodes().len()];
+        self.whole.apply_transpose(tractions, &mut forces);
+        forces
+    }
+
+    /// Gaps in all cells, `[3, N]` by planes, by displacements of those nodes.
+    fn gap(&self, displacement: &[f64]) -> Vec<f64> {
+        let mut gap = vec![0.0; 3 * self.n_cells()];
+        self.whole.apply(displacement, &mut gap);
+        gap
+    }
+
+    fn formed(&self) -> RwLockReadGuard<'_, FormedRows> {
+        self.formed.read().expect("no panic while the operator grows")
+    }
+}
+
+/// `old` with the cells of `cells`, its new rows solved for with `body`.
+fn extend_rows(
+    old: &CondensedFlexibility,
+    whole: &FaceMap,
+    cells: &[bool],
+    body: &CondensedBody,
+) -> Result<CondensedFlexibility> {
+    let map = whole.restrict(cells);
+    let place = |node: &usize| old.map().nodes().binary_search(node).ok();
+    let places: Vec<Option<usize>> = map.nodes().iter().map(place).collect();
+    let new: Vec<usize> = (0..places.len()).filter(|&i| places[i].is_none()).collect();
+    let loaded: Vec<usize> = new.iter().map(|&i| map.nodes()[i]).collect();
+    let rows = body.flexibility_rows(&loaded, map.nodes())?;
+    let width = 3 * map.nodes().len();
+    let mut row_of = vec![usize::MAX; places.len()];
+    new.iter().enumerate().for_each(|(row, &i)| row_of[i] = row);
+    CondensedFlexibility::new(map, |i, j| match (places[i / 3], places[j / 3]) {
+        (Some(a), Some(b)) => old.entry(3 * a + i % 3, 3 * b + j % 3),
+        (None, _) => rows[(3 * row_of[i / 3] + i % 3) * width + j],
+        (_, None) => rows[(3 * row_of[j / 3] + j % 3) * width + i],
+    })
+}
+
+impl Flexibility for LazyFlexibility {
+    fn n_cells(&self) -> usize {
+        self.whole.n_cells()
+    }
+
+    fn apply(&self, tractions: &[f64], gap: &mut [f64]) {
+        self.formed().flexibility.apply(tractions, gap);
+    }
+
+    fn apply_normal(&self, pressure: &[f64], normal_gap: &mut [f64]) {
+        self.formed().flexibility.apply_normal(pressure, normal_gap);
+    }
+
+    /// Cells that are not formed have the mean of the others.
+    fn diagonal_blocks(&self) -> PerCell<Matrix3<f64>> {
+        let formed = self.formed();
+        let mut blocks = formed.flexibility.diagonal_blocks().into_vec();
+        let count = formed.cells.iter().filter(|&&is| is).count().max(1);
+        let mean = blocks.iter().sum::<Matrix3<f64>>() / count as f64;
+        blocks.iter_mut().zip(&formed.cells).filter(|(_, is)| !**is).for_each(|(block, _)| *block = mean);
+        PerCell::Each(blocks)
+    }
+
+    fn entry_access(&self) -> EntryAccess {
+        EntryAccess::Computed
+    }
+
+    fn add_entries(&self, cells: &[usize], matrix: &mut CellMatrix) {
+        self.formed().flexibility.add_entries(cells, matrix);
+    }
+
+    fn unformed_cells(&self) -> Vec<usize> {
+        let formed = self.formed();
+        (0..formed.cells.len()).filter(|&cell| !formed.cells[cell]).collect()
+    }
+
+    fn complete_gap(&self, tractions: &[f64], gap: &mut [f64]) -> Result<()> {
+        let n = self.n_cells();
+        let all = self.gap(&self.body.displacement_of_forces(self.whole.nodes(), &self.forces(tractions))?);
+        for cell in self.unformed_cells() {
+            (0..3).for_each(|plane| gap[plane * n + cell] += all[plane * n + cell]);
+        }
+        Ok(())
+    }
+
+    /// The body solved afresh: what the condensed flexibility says is compared with its assembled equations. Once for the rows that
+    /// are formed, since it costs as much as many products and they stay as they are; `None` after that, where it would
+    /// take a factorisation, or if the body cannot be solved.
+    fn direct_sums(&self, cells: &[usize], tractions: &[f64]) -> Option<Vec<[f64; 3]>> {
+        let n = self.n_cells();
+        if self.formed().verified.swap(true, Ordering::Relaxed) {
+            return None;
+        }
+        let afresh = self.body.refined_displacement(self.whole.nodes(), &self.forces(tractions));
+        let gap = self.gap(&afresh.ok()??);
+        Some(cells.iter().map(|cell| [0, 1, 2].map(|plane| gap[plane * n + cell])).collect())
+    }
+
+    fn form_rows(&self, cells: &[usize]) -> Result<()> {
+        let mut formed = self.formed.write().expect("no panic while the operator grows");
+        let mut wanted = formed.cells.clone();
+        cells.iter().for_each(|&cell| wanted[cell] = true);
+        if wanted == formed.cells {
+            return Ok(());
+        }
+        let flexibility = extend_rows(&formed.flexibility, &self.whole, &wanted, &self.body)?;
+        let mut later = std::mem::take(&mut formed.added_cells);
+        later.push(cells.to_vec());
+        *formed = FormedRows { cells: wanted, flexibility, verified: AtomicBool::new(false), added_cells: later };
+        Ok(())
+    }
+
+    fn history(&self) -> OperatorHistory {
+        let FormedRows { cells: _, flexibility: _, verified: compared, added_cells: later } = &*self.formed();
+        OperatorHistory { formed: later.clone(), formed_rows_checked: compared.load(Ordering::Relaxed), ..OperatorHistory::default() }
+    }
+
+    /// Row by row in the order in which they came: the entries between new cells are those of the later of two.
+    fn replay(&self, course: &OperatorHistory) -> Result<()> {
+        course.formed.iter().try_for_each(|cells| self.form_rows(cells))?;
+        self.formed().verified.store(course.formed_rows_checked, Ordering::Relaxed);
+        Ok(())
+    }
+}

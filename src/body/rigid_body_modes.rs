@@ -1,0 +1,65 @@
+//! Rigid motions that the supports of a body leave free: the contact has to balance the body's loads along them.
+
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
+
+use crate::geometry::Side;
+
+/// Share of a unit vector outside a space below which it lies in it.
+const SUBSPACE_TOLERANCE: f64 = 1e-9;
+
+/// A motion that the supports of a body leave free, as the contact sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidBodyMode {
+    /// Motion of body 2 relative to body 1 per unit: along the frame's x, y, n at its origin, then the rotation about
+    /// them, radians. The body's mean square displacement per unit is 1.
+    pub relative_motion: [f64; 6],
+    /// Gap per unit, `[3, N]` by planes.
+    pub gap: Vec<f64>,
+    /// Work of the body's own loads per unit, N mm / mm.
+    pub load_work: f64,
+}
+
+/// The free motions of one body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnconstrainedModes {
+    /// Which body.
+    pub side: Side,
+    /// Its motions.
+    pub modes: Vec<RigidBodyMode>,
+    /// What they are, in the global axes ("translation x").
+    pub names: Vec<String>,
+}
+
+/// Orthonormal translations (frame's x, y, n) in the space of relative `motions`; lengths are measured by `size`.
+pub fn unconstrained_translations(motions: &[[f64; 6]], size: f64) -> Vec<Vector3<f64>> {
+    let Some(projector) = projector(motions, size) else { return Vec::new() };
+    // A translation is free if the projection on the free motions leaves it as it is.
+    let shifts = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
+    (0..3)
+        .filter(|&i| shifts.eigenvalues[i] > 1.0 - SUBSPACE_TOLERANCE)
+        .map(|i| shifts.eigenvectors.column(i).into_owned())
+        .collect()
+}
+
+/// Whether two sets of motions have one in common.
+pub fn have_common_motion(a: &[[f64; 6]], b: &[[f64; 6]], size: f64) -> bool {
+    let (Some(p), Some(q)) = (projector(a, size), projector(b, size)) else { return false };
+    SymmetricEigen::new(p + q).eigenvalues.max() > 2.0 - SUBSPACE_TOLERANCE
+}
+
+/// Orthogonal projector on the space of some motions.
+fn projector(motions: &[[f64; 6]], size: f64) -> Option<Matrix6<f64>> {
+    let mut basis: Vec<Vector6<f64>> = Vec::new();
+    for motion in motions {
+        let mut v = Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * size });
+        let length = v.norm();
+        // Twice is enough for orthogonality to rounding.
+        for _ in 0..2 {
+            basis.iter().for_each(|b| v -= b * b.dot(&v));
+        }
+        if v.norm() > SUBSPACE_TOLERANCE * length {
+            basis.push(v.normalize());
+        }
+    }
+    (!basis.is_empty()).then(|| basis.iter().fold(Matrix6::zeros(), |sum, b| sum + b * b.transpose()))
+}

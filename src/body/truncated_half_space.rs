@@ -1,0 +1,259 @@
+//! A half-space whose surface is meshed around the frame, by the kernels of a full space: what lies beyond the elements is taken to be at rest.
+//!
+//! Kept to reproduce programs that have no other half-space. The exact operator stands beside it, and what the two differ by is reported.
+
+use std::sync::Arc;
+
+use faer::Par;
+use nalgebra::Matrix3;
+
+use super::{BodyField, ElasticBody, HalfSpaceBody};
+use crate::bem::finite::{BoundaryElements, Interpolation, Panel};
+use crate::bem::full_space::FullSpaceField;
+use crate::bem::half_space::{CrossBlocks, DenseFlexibility};
+use crate::element::ElementKind;
+use crate::error::{Error, Result};
+use crate::frame::{ContactFrame, Grid};
+use crate::geometry::{Point, Side, format_number};
+use crate::linalg::cache::Cache;
+use crate::linalg::composed::SharedFlexibility;
+use crate::linalg::dense_lu;
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::operator::Flexibility;
+use crate::material::Stiffness;
+
+/// Accuracy of the integrals, over the largest values.
+const INTEGRATION_TOLERANCE: f64 = 1e-6;
+
+/// How far the surface may be meshed, over half of the longer side of the frame: farther out its elements are needles, and the truncation is below
+/// what else is wrong.
+const HALF_SIZE_TO_FRAME_RANGE: [f64; 2] = [1.1, 1000.0];
+const ROUNDING: f64 = 1e-9;
+
+/// By how much an element beyond the frame may be longer than the one before it.
+const MAX_ELEMENT_GROWTH: f64 = 1.4;
+
+/// A half-space below or above a plane frame, its surface meshed as far as `half_size` along the frame's x and y.
+#[derive(Debug, Clone)]
+pub struct TruncatedSpec<'a> {
+    /// Its material, global axes.
+    pub stiffness: &'a Stiffness,
+    /// Half of the sides of the square of its elements, mm.
+    pub half_size: f64,
+}
+
+/// How far the meshed surface is from the half-space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truncation {
+    /// Number of elements.
+    pub n_elements: usize,
+    /// Mean displacement of the frame along its normal by uniform pressure on it, mm/MPa: meshed, and exact.
+    pub compliance: [f64; 2],
+    /// Norm of what the works of uniform tractions on the displacements by one another differ by, over that of the exact ones.
+    pub difference: f64,
+    /// Relative residual of equations computed afresh.
+    pub residual: f64,
+}
+
+/// The body on a frame.
+pub struct TruncatedHalfSpace {
+    side: Side,
+    axes: Matrix3<f64>,
+    flexibility: Arc<dyn Flexibility>,
+    truncation: Truncation,
+    cache_warning: Option<String>,
+}
+
+/// Ends of the elements along an axis of the frame: those of its cells, then growing ones, about its middle.
+fn element_edges(cells: usize, spacing: f64, half_size: f64) -> Vec<f64> {
+    let half = 0.5 * cells as f64 * spacing;
+    let length = half_size - half;
+    let sum = |q: f64, k: i32| (1..=k).map(|i| spacing * q.powi(i)).sum::<f64>();
+    let k = (1..).find(|&k| sum(MAX_ELEMENT_GROWTH, k) >= length).unwrap_or(1);
+    let (mut low, mut high) = (0.0, MAX_ELEMENT_GROWTH);
+    for _ in 0..60 {
+        let q = 0.5 * (low + high);
+        if sum(q, k) < length { low = q } else { high = q }
+    }
+    let beyond = |i: i32| half + sum(high, i);
+    let outer = (1..=k).rev().map(|i| -beyond(i));
+    let inner = (0..=cells).map(|i| i as f64 * spacing - half);
+    outer.chain(inner).chain((1..=k).map(beyond)).collect()
+}
+
+/// The elements of a grid frame: its ends along x and y.
+fn element_ends(grid: &Grid, half_size: f64) -> [Vec<f64>; 2] {
+    [0, 1].map(|axis| element_edges(grid.cells[axis], grid.spacing[axis], half_size))
+}
+
+impl TruncatedSpec<'_> {
+    /// Number of elements.
+    ///
+    /// # Errors
+    /// If the frame is no grid or repeats itself, or reaches beyond the elements.
+    pub fn n_elements(&self, frame: &ContactFrame) -> Result<usize> {
+        let grid = self.grid(frame)?;
+        Ok(element_ends(&grid, self.half_size).iter().map(|ends| ends.len() - 1).product())
+    }
+
+    /// Bytes that making it takes.
+    ///
+    /// # Errors
+    /// As [`Self::n_elements`].
+    pub fn bytes(&self, frame: &ContactFrame) -> Result<u128> {
+        let (n, loaded) = (3 * self.n_elements(frame)? as u128, 3 * frame.n_cells() as u128);
+        // The equations, their solution twice, and the part of the buffers of dense products that is touched.
+        let equations = 8 * n * n;
+        Ok(equations + 16 * n * loaded + dense_lu::product_buffer_bytes(equations))
+    }
+
+    fn grid(&self, frame: &ContactFrame) -> Result<Grid> {
+        let grid = frame.grid.ok_or_else(|| {
+            Error::input("a half-space with a meshed surface needs a grid frame (frame.kind = \"grid\")")
+        })?;
+        if grid.periodic != [false; 2] {
+            return Err(Error::input(
+                "a half-space with a meshed surface has no frame that repeats itself: leave out frame.periodic, or `truncated`",
+            ));
+        }
+        let half = [0, 1].map(|axis| 0.5 * grid.cells[axis] as f64 * grid.spacing[axis]);
+        let most = half[0].max(half[1]);
+        let [least, farthest] = HALF_SIZE_TO_FRAME_RANGE.map(|times| times * most);
+        if !(least * (1.0 - ROUNDING)..=farthest).contains(&self.half_size) {
+            return Err(Error::input(format!(
+                "the surface of a half-space is meshed as far as {} from the middle of the frame, which reaches as far as {} along x or y: mesh it to {} \
+                 at least, and to {} at most",
+                format_number(self.half_size),
+                format_number(most),
+                format_number(least),
+                format_number(farthest)
+            )));
+        }
+        Ok(grid)
+    }
+}
+
+impl TruncatedHalfSpace {
+    /// The body on `side` of `frame`, within the memory that is left for it.
+    ///
+    /// # Errors
+    /// As [`TruncatedSpec::n_elements`]; if memory does not suffice.
+    pub fn new(
+        spec: &TruncatedSpec,
+        side: Side,
+        frame: &ContactFrame,
+        (cache, memory): (Option<&Cache>, &MemoryLimit),
+    ) -> Result<Self> {
+        let grid = spec.grid(frame)?;
+        let n_elements = spec.n_elements(frame)?;
+        let what = format!("a half-space with {n_elements} elements on its surface");
+        memory.ensure_available(spec.bytes(frame)?, &what, "take fewer cells in the frame, or a smaller surface")?;
+        let [x, y] = element_ends(&grid, spec.half_size);
+        let (field, note) = FullSpaceField::load_or_compute(spec.stiffness, cache)?;
+        let panels = panels(frame, [&x, &y], side);
+        let elements =
+            BoundaryElements::new(panels, Interpolation::Constant, (spec.stiffness, field), INTEGRATION_TOLERANCE);
+        let outer = [(x.len() - 1 - grid.cells[0]) / 2, (y.len() - 1 - grid.cells[1]) / 2];
+        let element = |cell: usize| {
+            let place = frame.grid_index(cell);
+            let [ix, iy] = [place / grid.cells[1], place % grid.cells[1]];
+            (ix + outer[0]) * (y.len() - 1) + iy + outer[1]
+        };
+        let n = frame.n_cells();
+        let loaded: Vec<usize> = (0..n).map(element).collect();
+        let response = elements.plane_response(&loaded, Par::rayon(0))?;
+        let axes = frame.axes.0;
+        let mut k = vec![0.0; 9 * n * n];
+        for (i, &node) in loaded.iter().enumerate() {
+            for j in 0..n {
+                let block = Matrix3::from_fn(|a, b| response.displacement.at(3 * node + a, 3 * j + b));
+                let local = axes.transpose() * block * axes;
+                for (a, b) in (0..9).map(|k| (k % 3, k / 3)) {
+                    k[(a * n + i) * 3 * n + b * n + j] = local[(a, b)];
+                }
+            }
+        }
+        let flexibility: Arc<dyn Flexibility> = Arc::new(DenseFlexibility::of_displacements(k, &frame.areas));
+        let exact = HalfSpaceBody::new(spec.stiffness, side, frame)?.take_flexibility(CrossBlocks::Keep)?;
+        let exact = exact.ok_or_else(|| Error::numerical("a half-space without a flexibility"))?;
+        let [found, wanted] = [flexibility.as_ref(), exact.as_ref()].map(|operator| uniform_traction_works(operator, frame));
+        let area: f64 = frame.areas.iter().sum();
+        let truncation = Truncation {
+            n_elements,
+            compliance: [found, wanted].map(|works| works[(2, 2)] / area),
+            difference: (found - wanted).norm() / wanted.norm(),
+            residual: response.residual,
+        };
+        Ok(Self { side, axes, flexibility, truncation, cache_warning: note })
+    }
+
+    /// How far it is from the half-space.
+    pub fn truncation(&self) -> &Truncation {
+        &self.truncation
+    }
+
+    /// What the user should know of the cache.
+    pub fn cache_warning(&self) -> Option<&str> {
+        self.cache_warning.as_deref()
+    }
+
+    /// Bytes that it keeps.
+    pub fn held_bytes(&self) -> usize {
+        72 * self.flexibility.n_cells().pow(2)
+    }
+}
+
+/// Works of uniform tractions along x, y, n on the displacements by one another.
+fn uniform_traction_works(operator: &dyn Flexibility, frame: &ContactFrame) -> Matrix3<f64> {
+    let n = frame.n_cells();
+    let mut sums = Matrix3::zeros();
+    for b in 0..3 {
+        let tractions: Vec<f64> = (0..3 * n).map(|k| if k / n == b { 1.0 } else { 0.0 }).collect();
+        let mut gap = vec![0.0; 3 * n];
+        operator.apply(&tractions, &mut gap);
+        for a in 0..3 {
+            sums[(a, b)] = gap[a * n..(a + 1) * n].iter().zip(&frame.areas).map(|(g, area)| g * area).sum();
+        }
+    }
+    sums
+}
+
+/// The elements between their ends along the frame's x and y, normals out of the body.
+fn panels(frame: &ContactFrame, [x, y]: [&[f64]; 2], side: Side) -> Vec<Panel> {
+    let at = |x: f64, y: f64| frame.origin + frame.axes.to_global(&Point::new(x, y, 0.0));
+    let mut panels = Vec::with_capacity((x.len() - 1) * (y.len() - 1));
+    for along_x in x.windows(2) {
+        for along_y in y.windows(2) {
+            let [a, b] = [along_x[0], along_x[1]];
+            let [c, d] = [along_y[0], along_y[1]];
+            let mut nodes = vec![at(a, c), at(b, c), at(b, d), at(a, d)];
+            if side == Side::Upper {
+                nodes.reverse();
+            }
+            panels.push(Panel { kind: ElementKind::Quad4, nodes });
+        }
+    }
+    panels
+}
+
+impl ElasticBody for TruncatedHalfSpace {
+    fn describe(&self) -> String {
+        format!("half-space, {} boundary elements on its surface", self.truncation.n_elements)
+    }
+
+    fn take_flexibility(&mut self, _cross: CrossBlocks) -> Result<Option<Box<dyn Flexibility>>> {
+        Ok(Some(Box::new(SharedFlexibility(self.flexibility.clone()))))
+    }
+
+    /// Displacement at the centres of the cells.
+    fn recover(&self, tractions: &[f64]) -> Result<BodyField> {
+        let n = self.flexibility.n_cells();
+        let mut gap = vec![0.0; 3 * n];
+        self.flexibility.apply(tractions, &mut gap);
+        let at = |i: usize| -> [f64; 3] {
+            let share = Point::new(gap[i], gap[n + i], gap[2 * n + i]) * self.side.gap_sign();
+            (self.axes * share).into()
+        };
+        Ok(BodyField { displacement: (0..n).map(at).collect(), stress: None })
+    }
+}

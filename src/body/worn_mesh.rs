@@ -1,0 +1,109 @@
+//! The mesh of a worn body: its contact surface moved inward by the depth that it has lost.
+//!
+//! What the cells have lost goes to the corners of the contact faces by the transpose of the map that averages over the cells, over
+//! the area of each corner, ∫ L_c dS; L_c is linear or bilinear between the corners of a face, so that all areas are positive,
+//! and middle nodes follow the corners beside them. The volume between the surfaces before and after is that of the
+//! cells, and an even depth stays even (docs/theory-wear.md).
+
+use crate::element::ElementKind::{self, Quad8, Quad9, Tri6};
+use crate::error::Result;
+use crate::fem::{FeSpec, move_mesh, nodal_area_vectors};
+use crate::frame::{ContactFrame, FaceMap, Side};
+use crate::geometry::Point;
+use crate::linalg::memory::MemoryLimit;
+use crate::mesh::Mesh;
+use crate::mesh::faces::group_faces;
+
+/// The mesh of a body that has lost `depth` (`[N]`, mm along the normals of the cells of `frame`) on the faces of the group
+/// `contact`.
+///
+/// # Errors
+/// If group and frame do not fit; if an element would turn over or get too flat; if memory does not suffice.
+pub fn worn_mesh(
+    spec: &FeSpec,
+    (contact, side): (&str, Side),
+    (frame, depth): (&ContactFrame, &[f64]),
+    memory: &MemoryLimit,
+) -> Result<Mesh> {
+    let mesh = &spec.mesh;
+    let faces = group_faces(mesh, contact)?;
+    let map = FaceMap::new(frame, mesh, &faces, side)?;
+    let [lost, covered] = [depth, &vec![1.0; depth.len()]].map(|depth| volumes(&map, depth, mesh.n_points()));
+    let areas = nodal_area_vectors(mesh, &faces);
+    let mut corners = vec![[Point::zeros(); 3]; mesh.n_points()];
+    let mut parents: Vec<Vec<usize>> = vec![Vec::new(); mesh.n_points()];
+    for face in &faces {
+        for (i, &node) in face.nodes.iter().enumerate() {
+            if parents[node].is_empty() {
+                parents[node] = parent_corners(face.kind, i).iter().map(|&corner| face.nodes[corner]).collect();
+                let share = 1.0 / parents[node].len() as f64;
+                for &corner in &parents[node] {
+                    let sums = &mut corners[corner];
+                    sums[0] += share * lost[node];
+                    sums[1] += share * covered[node];
+                    sums[2] += share * Point::from(areas[node]);
+                }
+            }
+        }
+    }
+    let inward = |[lost, covered, area]: &[Point; 3]| match covered.try_normalize(0.0) {
+        Some(normal) => side.gap_sign() / area.dot(&normal).abs() * lost,
+        None => Point::zeros(),
+    };
+    let by: Vec<Point> = corners.iter().map(inward).collect();
+    let motion: Vec<Option<Point>> = parents
+        .iter()
+        .map(|corners| {
+            let mean = corners.iter().map(|&corner| by[corner]).sum::<Point>() / corners.len().max(1) as f64;
+            (!corners.is_empty()).then(|| frame.axes.to_local(&mean))
+        })
+        .collect();
+    move_mesh(spec, &faces, (&motion, &frame.axes), memory)
+}
+
+/// Volume that each node of the mesh gets of a depth in the cells, along their normals, `[n_points]`, mm3.
+fn volumes(map: &FaceMap, depth: &[f64], n_points: usize) -> Vec<Point> {
+    let mut planes = vec![0.0; 3 * depth.len()];
+    planes[2 * depth.len()..].copy_from_slice(depth);
+    let mut nodal = vec![0.0; 3 * map.nodes().len()];
+    map.apply_transpose(&planes, &mut nodal);
+    let mut volumes = vec![Point::zeros(); n_points];
+    for (&node, volume) in map.nodes().iter().zip(nodal.chunks_exact(3)) {
+        volumes[node] = Point::new(volume[0], volume[1], volume[2]);
+    }
+    volumes
+}
+
+/// The corners of a face in the middle of which its node `i` lies; itself if it is one.
+fn parent_corners(kind: ElementKind, i: usize) -> &'static [usize] {
+    const CORNERS: [&[usize]; 4] = [&[0], &[1], &[2], &[3]];
+    const OF_SQUARE: [&[usize]; 5] = [&[0, 1], &[1, 2], &[2, 3], &[3, 0], &[0, 1, 2, 3]];
+    const OF_TRIANGLE: [&[usize]; 3] = [&[0, 1], &[1, 2], &[2, 0]];
+    let n = kind.n_corners();
+    match kind {
+        Tri6 if i >= n => OF_TRIANGLE[i - n],
+        Quad8 | Quad9 if i >= n => OF_SQUARE[i - n],
+        _ => CORNERS[i],
+    }
+}
+
+/// Height of the solid behind each contact node, the least of those that it belongs to, along the normal of its face, `[n_points]`,
+/// mm; infinite at other nodes.
+///
+/// # Errors
+/// If the group is none of outer faces.
+pub fn element_height_at_nodes(mesh: &Mesh, contact: &str) -> Result<Vec<f64>> {
+    let mut heights = vec![f64::INFINITY; mesh.n_points()];
+    for face in group_faces(mesh, contact)? {
+        let n = mesh.kind(face.owner).n_corners();
+        let (solid, own) = (&mesh.cell_nodes(face.owner)[..n], &face.nodes[..face.kind.n_corners()]);
+        let mean = |nodes: &[usize]| {
+            nodes.iter().map(|&node| Point::from(mesh.points[node])).sum::<Point>() / nodes.len() as f64
+        };
+        let behind: Vec<usize> = solid.iter().copied().filter(|node| !own.contains(node)).collect();
+        let normal = face.area_vector(mesh).try_normalize(0.0).unwrap_or_default();
+        let height = normal.dot(&(mean(own) - mean(&behind))).abs();
+        face.nodes.iter().for_each(|&node| heights[node] = heights[node].min(height));
+    }
+    Ok(heights)
+}

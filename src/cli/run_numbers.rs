@@ -1,0 +1,65 @@
+//! Numbers of runs, as `--only` takes them.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Ranges of numbers from 1, both ends included.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct RunNumbers(Vec<[usize; 2]>);
+
+impl RunNumbers {
+    /// The numbers in rising order, counted from 0; `None` if one is above `most`.
+    pub fn indices(&self, most: usize) -> Option<Vec<usize>> {
+        if self.0.iter().any(|[_, last]| *last > most) {
+            return None;
+        }
+        let mut numbers: Vec<usize> = self.0.iter().flat_map(|[first, last]| first - 1..*last).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        Some(numbers)
+    }
+}
+
+impl FromStr for RunNumbers {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let part = |part: &str| {
+            let (first, last) = part.split_once('-').unwrap_or((part, part));
+            let [first, last] = [first, last].map(|number| number.trim().parse::<usize>().ok());
+            first
+                .zip(last)
+                .filter(|(first, last)| *first > 0 && first <= last)
+                .map(|(first, last)| [first, last])
+        };
+        let parts: Option<Vec<[usize; 2]>> = text.split(',').map(part).collect();
+        parts.map(Self).ok_or_else(|| "give numbers from 1 and ranges of them, like 3 or 1-4,9".to_owned())
+    }
+}
+
+impl fmt::Display for RunNumbers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let part = |[first, last]: &[usize; 2]| {
+            if first == last { first.to_string() } else { format!("{first}-{last}") }
+        };
+        f.write_str(&self.0.iter().map(part).collect::<Vec<_>>().join(","))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Truth: docs/study.md: numbers from 1, ranges with both ends, each run once.
+    #[test]
+    fn numbers_and_ranges() {
+        let of = |text: &str, most| text.parse::<RunNumbers>().expect(text).indices(most);
+        assert_eq!(of("3", 3), Some(vec![2]));
+        assert_eq!(of("4-5, 1-2,2", 5), Some(vec![0, 1, 3, 4]));
+        assert_eq!(of("3", 2), None);
+        for wrong in ["", "0", "2-1", "a", "1,", "-3", "1-"] {
+            assert!(wrong.parse::<RunNumbers>().is_err(), "{wrong}");
+        }
+        assert_eq!("1-4,9".parse::<RunNumbers>().expect("numbers").to_string(), "1-4,9");
+    }
+}

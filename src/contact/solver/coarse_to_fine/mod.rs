@@ -1,0 +1,295 @@
+//! From coarse to fine cells, and only where the contact is: solves on windows of a grid frame, of which the operator makes
+//! smaller ones of its own kind.
+//!
+//! A cold start is solved on coarse cells first, then on ever finer ones over the rectangle that the coarser solution is in
+//! contact in; a warm one over the rectangle of the contact before, after coarse cells if it is far from the answer. The state on
+//! the window is judged on the whole frame: where bodies overlap outside the window, it grows.
+
+mod tangential;
+
+use super::super::balance::MAX_RIGID_MODES;
+use super::super::window::{WindowOperator, WindowProblem, Window};
+use super::super::{Increment, ContactState, Pressures, SlipReference};
+use super::{Method, SolveReport, SolverOptions, StopReason, IterationCallback};
+use crate::skip::OmittableWork;
+
+/// Frames of fewer cells are solved as they are.
+const MIN_FRAME_CELLS: usize = 60 * 60;
+
+/// Cells along the shorter side of the coarsest grid, at least.
+const MIN_COARSE_SIDE_CELLS: usize = 24;
+
+/// Natural residual on coarser cells.
+const COARSE_TOLERANCE: f64 = 1e-4;
+
+/// Cells about the contact of the coarser solution, and about a warm one.
+const WINDOW_MARGIN_CELLS: usize = 2;
+
+/// Windows tried before the whole frame is taken.
+const MAX_WINDOWS: usize = 6;
+
+/// Iterations on coarser cells, and on a window that may yet grow, at most: what takes more is a matter of the whole frame.
+const MAX_WINDOW_ITERATIONS: usize = 500;
+
+/// Natural residual above which a warm start is far from the answer: Newton's method would not begin from it.
+const COLD_START_RESIDUAL: f64 = 0.5;
+
+/// Natural residual above which rolling is not yet steady.
+const STEADY_ROLLING_RESIDUAL: f64 = 0.1;
+
+/// Share of the frame above which a window saves nothing.
+const MAX_WINDOW_SHARE: f64 = 0.75;
+
+/// Rectangle of cells, first and one past the last along x and y.
+type Rectangle = [[usize; 2]; 2];
+
+/// How windows are solved: the increment, the state it is in, its settings, its watch.
+pub(super) type InnerSolver<'a> =
+    dyn FnMut(&Increment, &mut ContactState, &SolverOptions, &mut IterationCallback) -> SolveReport + 'a;
+
+/// Whether increments with an operator on the cells of `grid` are solved so.
+pub fn solves_windows(grid: Option<[usize; 2]>, options: &SolverOptions) -> bool {
+    let skips = options.skip.allows(OmittableWork::DistantCells);
+    skips && options.method == Method::Auto && grid.is_some_and(|[nx, ny]| nx * ny >= MIN_FRAME_CELLS)
+}
+
+/// Whether the increment is worth it.
+pub(super) fn is_applicable(problem: &Increment, options: &SolverOptions) -> bool {
+    solves_windows(problem.flexibility.grid(), options)
+}
+
+/// Solves from the state in `it`; `None` if windows do not help, with the state then as good a start as was found.
+pub(super) fn solve(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    watch: &mut IterationCallback,
+    inner: &mut InnerSolver,
+) -> (SolveReport, bool) {
+    let frame = problem.flexibility.grid().expect("asked for before");
+    let mut nested = CoarseToFine { problem, options, frame, report: SolveReport::default(), inner };
+    let done = nested.run(it, watch).is_some();
+    (nested.report, done)
+}
+
+struct CoarseToFine<'s, 'p, 'i> {
+    problem: &'s Increment<'p>,
+    options: &'s SolverOptions,
+    frame: [usize; 2],
+    report: SolveReport,
+    inner: &'s mut InnerSolver<'i>,
+}
+
+impl<'p> CoarseToFine<'_, 'p, '_> {
+    fn run(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<()> {
+        if self.problem.pressures == Pressures::Given {
+            return self.solve_tangential(it, watch);
+        }
+        let start = Start::of(it);
+        let balanced = self.problem.path_points.iter().any(|end| end.balance.is_some());
+        let mut rectangle = match contact_rectangle(it, self.frame) {
+            // Where the contact was is not where moments are in equilibrium now.
+            Some(_) if balanced => return None,
+            // That of a body that does not roll yet, or has moved far, says little.
+            Some(rectangle) => {
+                let limit = if self.rolls() { STEADY_ROLLING_RESIDUAL } else { COLD_START_RESIDUAL };
+                let is_far = self.is_beyond(limit, self.problem, it, self.all());
+                let found = if is_far { self.coarse(it, watch) } else { None };
+                if is_far && found.is_none() {
+                    start.restore(it);
+                }
+                found.unwrap_or_else(|| expanded(rectangle, WINDOW_MARGIN_CELLS, self.frame))
+            }
+            None => self.coarse(it, watch)?,
+        };
+        for _ in 0..MAX_WINDOWS {
+            let (window, operator) = self.window(rectangle, 1)?;
+            self.on_window((window, operator), self.options, it, watch)?;
+            self.problem.evaluate(it);
+            self.report.applications += self.problem.applications();
+            self.report.residual = self.problem.natural_residual(it);
+            let outside = overlapping(it, self.frame, &window);
+            match self.report.stop {
+                StopReason::Converged if self.report.residual <= self.options.tolerance => return Some(()),
+                StopReason::Converged => {}
+                // What is out of reach on the window may be within that of the frame.
+                StopReason::GrossSliding | StopReason::ContactLost if outside.is_some() || balanced => {
+                    start.restore(it);
+                    return None;
+                }
+                stop => return (stop != StopReason::Iterations).then_some(()),
+            }
+            let outside = outside?;
+            rectangle = expanded(union(rectangle, outside), WINDOW_MARGIN_CELLS, self.frame);
+        }
+        None
+    }
+
+    /// The whole frame.
+    fn all(&self) -> Rectangle {
+        self.frame.map(|cells| [0, cells])
+    }
+
+    /// Whether slip is measured from cell to cell.
+    fn rolls(&self) -> bool {
+        self.problem.path_points.iter().any(|end| matches!(end.reference, SlipReference::Upstream(_)))
+    }
+
+    /// Whether `problem` is further than `limit` from its answer, and coarser cells may find the way.
+    fn is_beyond(&mut self, limit: f64, problem: &Increment, it: &mut ContactState, rectangle: Rectangle) -> bool {
+        if self.coarsest(rectangle) == 1 {
+            return false;
+        }
+        problem.evaluate(it);
+        self.report.applications += problem.applications();
+        problem.natural_residual(it) > limit
+    }
+
+    /// How many times as long the sides of the coarsest cells are on which a rectangle is still seen.
+    fn coarsest(&self, rectangle: Rectangle) -> usize {
+        let mut factor = 1;
+        let halves = |factor: usize| {
+            let divides = self.frame.iter().all(|n| n.is_multiple_of(2 * factor));
+            divides && rectangle.iter().all(|[first, last]| (last - first) / (2 * factor) >= MIN_COARSE_SIDE_CELLS)
+        };
+        while halves(factor) {
+            factor *= 2;
+        }
+        factor
+    }
+
+    /// Solves on coarser cells from none to ever finer ones; the rectangle of contact.
+    fn coarse(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<Rectangle> {
+        let mut rectangle = self.all();
+        let mut factor = self.coarsest(rectangle);
+        let options =
+            SolverOptions { tolerance: COARSE_TOLERANCE.max(self.options.tolerance), ..*self.options };
+        while factor > 1 {
+            let window = self.window(rectangle, factor)?;
+            // Only whether to stop matters here.
+            let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
+            self.on_window(window, &options, it, &mut told)?;
+            if self.report.stop != StopReason::Converged {
+                return None;
+            }
+            rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS * factor, self.frame);
+            factor /= 2;
+        }
+        Some(rectangle)
+    }
+
+    /// The window over a rectangle; `None` where the operator has none, or would save nothing.
+    fn window(&self, rectangle: Rectangle, factor: usize) -> Option<(Window, WindowOperator<'p>)> {
+        let needed = [0, 1].map(|axis| {
+            let [first, last] = rectangle[axis];
+            last.div_ceil(factor) - first / factor
+        });
+        let operator = self.problem.flexibility.restrict(needed, factor)?;
+        let cells = operator.grid()?;
+        if factor == 1 && (cells[0] * cells[1]) as f64 > MAX_WINDOW_SHARE * self.problem.n() as f64 {
+            return None;
+        }
+        // About the rectangle, inside the frame.
+        let origin = [0, 1].map(|axis| {
+            let spare = cells[axis].saturating_sub(needed[axis]) / 2;
+            let first = (rectangle[axis][0] / factor).saturating_sub(spare);
+            factor * first.min(self.frame[axis] / factor - cells[axis])
+        });
+        let operator = self.problem.flexibility.restriction_at(operator, origin, factor);
+        Some((Window { frame: self.frame, origin, cells, factor }, WindowOperator::Own(operator)))
+    }
+
+    /// The frame itself as a window.
+    fn whole(&self) -> (Window, WindowOperator<'p>) {
+        let window = Window { frame: self.frame, origin: [0, 0], cells: self.frame, factor: 1 };
+        (window, WindowOperator::Frame(self.problem.flexibility))
+    }
+
+    fn on_window(
+        &mut self,
+        (window, operator): (Window, WindowOperator),
+        options: &SolverOptions,
+        it: &mut ContactState,
+        watch: &mut IterationCallback,
+    ) -> Option<()> {
+        let part = WindowProblem::new(self.problem, window, operator)?;
+        let mut state = part.state(it);
+        let options =
+            SolverOptions { max_iterations: MAX_WINDOW_ITERATIONS.min(options.max_iterations), ..*options };
+        self.on_part(&part, &mut state, &options, watch);
+        part.write_back(&state, it);
+        Some(())
+    }
+
+    /// Solves a part from the `state` in it.
+    fn on_part(&mut self, part: &WindowProblem, state: &mut ContactState, options: &SolverOptions, watch: &mut IterationCallback) {
+        let left = self.options.max_iterations.saturating_sub(self.report.iterations);
+        let options = SolverOptions { max_iterations: left.min(options.max_iterations), ..*options };
+        let before = self.report.iterations;
+        let mut told = |iterations: usize, residual: f64| watch(before + iterations, residual);
+        let report = (self.inner)(&part.problem(self.problem), state, &options, &mut told);
+        self.report = SolveReport {
+            iterations: self.report.iterations + report.iterations,
+            applications: self.report.applications + report.applications,
+            ..report
+        };
+    }
+}
+
+/// What a solve starts from.
+struct Start {
+    hatted: Vec<f64>,
+    rigid: Vec<[f64; 3]>,
+    floating: Vec<[f64; MAX_RIGID_MODES]>,
+}
+
+impl Start {
+    fn of(it: &ContactState) -> Self {
+        Self { hatted: it.scaled.clone(), rigid: it.rigid_motion.clone(), floating: it.mode_amplitudes.clone() }
+    }
+
+    fn restore(&self, it: &mut ContactState) {
+        it.scaled.clone_from(&self.hatted);
+        it.rigid_motion.clone_from(&self.rigid);
+        it.mode_amplitudes.clone_from(&self.floating);
+    }
+}
+
+/// The rectangle of the cells with pressure.
+fn contact_rectangle(it: &ContactState, frame: [usize; 2]) -> Option<Rectangle> {
+    let n = frame[0] * frame[1];
+    let pressed = |cell: usize| it.scaled.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] > 0.0);
+    bounds(frame, pressed)
+}
+
+/// The rectangle of the cells outside the window in which bodies overlap.
+fn overlapping(it: &ContactState, frame: [usize; 2], window: &Window) -> Option<Rectangle> {
+    let n = frame[0] * frame[1];
+    let inside = |cell: usize| {
+        let at = [cell / frame[1], cell % frame[1]];
+        (0..2).all(|axis| (window.origin[axis]..window.origin[axis] + window.cells[axis]).contains(&at[axis]))
+    };
+    let overlaps = |cell: usize| it.gap.chunks_exact(3 * n).any(|planes| planes[2 * n + cell] < 0.0);
+    bounds(frame, |cell| !inside(cell) && overlaps(cell))
+}
+
+/// The rectangle about the cells that `belongs` picks.
+fn bounds(frame: [usize; 2], belongs: impl Fn(usize) -> bool) -> Option<Rectangle> {
+    let mut rectangle: Option<Rectangle> = None;
+    for cell in (0..frame[0] * frame[1]).filter(|&cell| belongs(cell)) {
+        let at = [cell / frame[1], cell % frame[1]].map(|index| [index, index + 1]);
+        rectangle = Some(rectangle.map_or(at, |before| union(before, at)));
+    }
+    rectangle
+}
+
+fn union(a: Rectangle, b: Rectangle) -> Rectangle {
+    [0, 1].map(|axis| [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])])
+}
+
+fn expanded(rectangle: Rectangle, by: usize, frame: [usize; 2]) -> Rectangle {
+    [0, 1].map(|axis| {
+        let [first, last] = rectangle[axis];
+        [first.saturating_sub(by), (last + by).min(frame[axis])]
+    })
+}

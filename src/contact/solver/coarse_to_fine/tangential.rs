@@ -1,0 +1,108 @@
+//! Tractions in the surface at given pressures: only the cells in contact count, and coarser cells find where slip spreads.
+//!
+//! What coarse cells lack is kept: their gap is corrected by the difference between the means of the fine gap and the gap of the
+//! mean tractions, and only the change that they find is taken over, as a share of the pressure (full approximation scheme).
+//!
+//! # Source
+//! Brandt 1977, "Multi-level adaptive solutions to boundary-value problems".
+
+use super::super::super::ContactState;
+use super::super::super::window::{WindowProblem, Window};
+use super::super::{SolverOptions, IterationCallback};
+use super::{WINDOW_MARGIN_CELLS, MAX_WINDOW_ITERATIONS, CoarseToFine, Rectangle, STEADY_ROLLING_RESIDUAL, contact_rectangle, expanded};
+
+/// Natural residual on coarser cells.
+const COARSE_TOLERANCE: f64 = 1e-3;
+
+impl CoarseToFine<'_, '_, '_> {
+    /// Solves on the cells in contact.
+    pub(super) fn solve_tangential(&mut self, it: &mut ContactState, watch: &mut IterationCallback) -> Option<()> {
+        // Rolling material comes from beside the contact.
+        let rectangle = expanded(contact_rectangle(it, self.frame)?, WINDOW_MARGIN_CELLS, self.frame);
+        let (window, operator) = self.window(rectangle, 1).unwrap_or_else(|| self.whole());
+        let part = WindowProblem::new(self.problem, window, operator)?;
+        let mut state = part.state(it);
+        // What coarser cells lack of slips from cell to cell is not in their gaps: they only serve as a start.
+        let problem = part.problem(self.problem);
+        let rolls_on = self.rolls() && !self.is_beyond(STEADY_ROLLING_RESIDUAL, &problem, &mut state, rectangle);
+        let mut factor = if rolls_on { 1 } else { self.coarsest(rectangle) };
+        while factor > 1 {
+            self.coarse_correction((&part, &mut state), (rectangle, factor), it, watch)?;
+            factor /= 2;
+        }
+        self.on_part(&part, &mut state, self.options, watch);
+        part.write_back(&state, it);
+        Some(())
+    }
+
+    /// Changes the tractions on the cells in contact, and the motions, by what cells `factor` times as long find.
+    fn coarse_correction(
+        &mut self,
+        (part, state): (&WindowProblem, &mut ContactState),
+        (rectangle, factor): (Rectangle, usize),
+        it: &mut ContactState,
+        watch: &mut IterationCallback,
+    ) -> Option<()> {
+        let (window, operator) = self.window(rectangle, factor)?;
+        let mut coarse = WindowProblem::new(self.problem, window, operator)?;
+        part.write_back(state, it);
+        let mut change = coarse.state(it);
+        if !self.rolls() && change.scaled[..2 * window.n()].iter().any(|q| *q != 0.0) {
+            coarse.problem(self.problem).evaluate(&mut change);
+            part.problem(self.problem).evaluate(state);
+            self.report.applications += 2 * self.problem.applications();
+            add_coarse_defect((&part.window, state), (&mut coarse, &change));
+        }
+        let before = change.scaled.clone();
+        let max_iterations = MAX_WINDOW_ITERATIONS.min(self.options.max_iterations);
+        let tolerance = COARSE_TOLERANCE.max(self.options.tolerance);
+        let options = SolverOptions { tolerance, max_iterations, ..*self.options };
+        // Only whether to stop matters here.
+        let mut told = |iterations: usize, _: f64| watch(iterations, 1.0);
+        self.on_part(&coarse, &mut change, &options, &mut told);
+        if !self.report.converged() {
+            return Some(());
+        }
+        add_change((&window, &before, &mut change), (&part.window, state));
+        state.rigid_motion.clone_from(&change.rigid_motion);
+        Some(())
+    }
+}
+
+/// Adds the change of the tractions on coarser cells since `before`, as a share of the pressure, to those of finer ones.
+fn add_change(
+    (coarse, before, change): (&Window, &[f64], &mut ContactState),
+    (fine, state): (&Window, &mut ContactState),
+) {
+    let (cells, n) = (coarse.n(), fine.n());
+    let pressures = &before[2 * cells..];
+    for (k, change) in change.scaled[..2 * cells].iter_mut().enumerate() {
+        let p = pressures[k % cells];
+        *change = if p > 0.0 { (*change - before[k]) / p } else { 0.0 };
+    }
+    let pressed: Vec<bool> = pressures.iter().map(|p| *p > 0.0).collect();
+    let mut shares = vec![0.0; 2 * coarse.frame[0] * coarse.frame[1]];
+    coarse.interpolate(&change.scaled[..2 * cells], &pressed, &mut shares);
+    let (tangential, pressures) = state.scaled.split_at_mut(2 * n);
+    for (k, share) in fine.restrict(&shares).iter().enumerate() {
+        tangential[k] += share * pressures[k % n];
+    }
+    state.project_to_cone();
+}
+
+/// Adds to the gap of coarser cells what it lacks of the means of the finer one, both evaluated.
+fn add_coarse_defect((fine, state): (&Window, &ContactState), (part, coarse): (&mut WindowProblem, &ContactState)) {
+    let (n, cells, window) = (fine.n(), part.window.n(), part.window);
+    let frame = window.frame[0] * window.frame[1];
+    let mut field = vec![0.0; frame];
+    fine.prolong(&vec![1.0; n], &mut field);
+    let covered = window.restrict(&field);
+    for plane in 0..2 {
+        fine.prolong(&state.elastic[plane * n..(plane + 1) * n], &mut field);
+        let means = window.restrict(&field);
+        for cell in (0..cells).filter(|&cell| covered[cell] > 0.0) {
+            let k = plane * cells + cell;
+            part.initial_gap[k] += means[cell] / covered[cell] - coarse.elastic[k];
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The loop that all projected-gradient methods share: P <- proj(P - a ĝ(P)), a chosen by a step rule.
+
+use super::super::projection::{Equilibrium, RigidMotions, StepSizes, project};
+use super::super::{Increment, ContactState, Unknowns};
+use super::{SolveReport, SolverOptions, StopReason, IterationCallback};
+
+/// Chooses the step sizes of the next iteration from the last change of tractions and gradient.
+pub(super) trait StepRule {
+    /// Sizes before any change is known.
+    fn first(&self) -> StepSizes;
+    /// Sizes after the iterate went from `old` to `new`.
+    fn next(&mut self, problem: &Increment, old: &ContactState, new: &ContactState) -> StepSizes;
+    /// Called when the iteration goes back to its best state because it stopped gaining.
+    fn restart(&mut self) -> StepSizes;
+}
+
+/// Iterations in a row without equilibrium after which there is none, whatever the pressures do meanwhile.
+const MAX_STEPS_WITHOUT_EQUILIBRIUM: usize = 300;
+
+/// Iterations without a new best residual after which the loop goes back to the best state.
+const MAX_STEPS_WITHOUT_GAIN: usize = 400;
+
+/// Upper bounds on the eigenvalues of the normal and tangential blocks of the increment, the wear diagonal and the
+/// coupling of two ends included.
+pub(super) fn spectral_bounds(problem: &Increment, it: &ContactState) -> (f64, f64) {
+    let ends = problem.path_points.len() as f64;
+    let diagonal = it.wear_path.iter().copied().fold(0.0, f64::max);
+    let (scales, operator, areas) = (&problem.scales, problem.flexibility, problem.areas);
+    let normal = scales.max_normal_eigenvalue(operator, areas);
+    let tangential = problem.friction_scaling().map_or(0.0, |hat| scales.max_tangential_eigenvalue(operator, areas, &hat));
+    (normal + ends * problem.slip_repeats * diagonal, ends * tangential)
+}
+
+/// Runs the loop from the state in `it`; leaves the best state found in it.
+pub(super) fn run_projected_gradient(
+    problem: &Increment,
+    it: &mut ContactState,
+    options: &SolverOptions,
+    rule: &mut dyn StepRule,
+    watch: &mut IterationCallback,
+) -> SolveReport {
+    problem.evaluate(it);
+    let mut report = SolveReport { applications: problem.applications(), ..SolveReport::default() };
+    let mut steps = rule.first();
+    let mut best = BestState { unknowns: Unknowns::from_state(it), measure: f64::INFINITY, iteration: 0 };
+    let mut next = it.clone();
+    let mut equilibrium = Equilibrium::Balanced;
+    let balances = problem.path_points.iter().any(|end| end.balance.is_some());
+    let mut lost = 0;
+    loop {
+        let [normal, tangential] = problem.natural_residual_parts(it);
+        let residual = normal.max(tangential);
+        if (normal + tangential).is_nan() || !finite_motions(it) {
+            report.stop = StopReason::NotFinite;
+            break;
+        }
+        // A sliding state is judged by its normal part, and comes after every state in equilibrium.
+        let sliding = if let Equilibrium::Sliding(sliding) = equilibrium { Some(sliding) } else { None };
+        let measure = if sliding.is_some() { 1.0 + normal } else { residual };
+        lost = if sliding.is_some() && balances { lost + 1 } else { 0 };
+        if measure < best.measure {
+            best.take(it, measure, report.iterations);
+            report.residual = residual;
+        }
+        let normal = if lost > MAX_STEPS_WITHOUT_EQUILIBRIUM { 0.0 } else { normal };
+        if let Some(stop) = stop_reason(it, options.tolerance, (sliding.is_some(), normal, residual)) {
+            let opens = sliding.is_some_and(|sliding| sliding.separates_bodies);
+            report.stop = if opens { StopReason::ContactLost } else { stop };
+            report.loss_of_equilibrium = sliding;
+            break;
+        }
+        if report.iterations >= options.max_iterations {
+            break;
+        }
+        if watch(report.iterations, residual) {
+            report.stop = StopReason::Interrupted;
+            break;
+        }
+        if report.iterations > best.iteration + MAX_STEPS_WITHOUT_GAIN {
+            best.unknowns.restore_into(it);
+            problem.evaluate(it);
+            report.applications += problem.applications();
+            best.iteration = report.iterations;
+            steps = rule.restart();
+        }
+        next.rigid_motion.clone_from(&it.rigid_motion);
+        next.mode_amplitudes.clone_from(&it.mode_amplitudes);
+        let motions = RigidMotions { rigid: &mut next.rigid_motion, floating: &mut next.mode_amplitudes };
+        let from = (it.scaled.as_slice(), it.gradient.as_slice());
+        equilibrium = project(problem, steps, from, &mut next.scaled, motions);
+        problem.evaluate(&mut next);
+        report.applications += problem.applications();
+        report.iterations += 1;
+        steps = rule.next(problem, it, &next);
+        std::mem::swap(it, &mut next);
+    }
+    let as_it_is = matches!(report.stop, StopReason::GrossSliding | StopReason::ContactLost | StopReason::NotFinite);
+    if !as_it_is && best.iteration < report.iterations {
+        best.unknowns.restore_into(it);
+        problem.evaluate(it);
+        report.applications += problem.applications();
+    }
+    report
+}
+
+fn finite_motions(it: &ContactState) -> bool {
+    it.rigid_motion.iter().flatten().chain(it.mode_amplitudes.iter().flatten()).all(|x| x.is_finite())
+}
+
+/// The best state so far.
+struct BestState {
+    unknowns: Unknowns,
+    measure: f64,
+    iteration: usize,
+}
+
+impl BestState {
+    fn take(&mut self, it: &ContactState, measure: f64, at: usize) {
+        self.unknowns.copy_from(it);
+        self.measure = measure;
+        self.iteration = at;
+    }
+}
+
+/// Whether the iteration is over: converged, or sliding at pressures that are right.
+fn stop_reason(it: &ContactState, tolerance: f64, (sliding, normal, residual): (bool, f64, f64)) -> Option<StopReason> {
+    if sliding && normal <= tolerance {
+        let n = it.wear_rate.len();
+        let contact = it.scaled.chunks(3 * n).all(|planes| planes[2 * n..].iter().any(|p| *p > 0.0));
+        return Some(if contact { StopReason::GrossSliding } else { StopReason::ContactLost });
+    }
+    (!sliding && residual <= tolerance).then_some(StopReason::Converged)
+}

@@ -1,0 +1,141 @@
+//! Many displacement fields of one body at a time: forces of prescribed displacements and solutions for given forces, for
+//! fields that are superposed on a known one.
+
+use super::loads::FaceLoad;
+use super::condensation_method::CondensationMethod;
+use super::model::FeModel;
+use super::spec::FoundationStiffness;
+use crate::error::{Context, Result};
+use crate::linalg::dense::try_zeroed;
+use crate::linalg::cholesky::SymmetricSolver;
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::two_level::TwoLevelSolver;
+use crate::mesh::CellRef;
+
+/// Right-hand sides that are solved together.
+const COLUMNS_PER_SOLVE: usize = 32;
+
+/// How columns are solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolverInfo {
+    /// By what.
+    pub method: CondensationMethod,
+    /// Relative residual of the check of a factorisation; 0 for conjugate gradients, whose columns each have theirs.
+    pub residual: f64,
+}
+
+/// Solves the equations of a model for any number of columns, by one factorisation or, where that does not fit into memory, by
+/// conjugate gradients.
+pub struct ColumnSolver {
+    solver: Box<dyn SymmetricSolver>,
+    n_free: usize,
+    info: SolverInfo,
+}
+
+impl ColumnSolver {
+    /// Of a model, within `memory`.
+    ///
+    /// # Errors
+    /// As [`FeModel::condense_with`].
+    pub fn new(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
+        Self::build(model, memory).context(|| model.name().to_owned())
+    }
+
+    fn build(model: &FeModel, memory: &MemoryLimit) -> Result<Self> {
+        let analysis = model.analyse(&[])?;
+        let method = analysis.choose_method(model, memory)?;
+        let (solver, residual): (Box<dyn SymmetricSolver>, f64) = match method {
+            CondensationMethod::Factorisation => {
+                let factor = analysis.factorise(model)?;
+                let residual = factor.residual();
+                (Box::new(factor), residual)
+            }
+            CondensationMethod::ConjugateGradients(_) => {
+                (Box::new(TwoLevelSolver::new(model.stiffness(), &model.unknowns())?), 0.0)
+            }
+        };
+        Ok(Self { solver, n_free: model.n_free(), info: SolverInfo { method, residual } })
+    }
+
+    /// How it solves.
+    pub fn info(&self) -> SolverInfo {
+        self.info
+    }
+
+    /// Solves K u = f of the free dofs for the forces f, `[n_columns, n_free]`, in place.
+    ///
+    /// # Errors
+    /// If the solution does not converge, or memory does not suffice.
+    pub fn solve(&self, columns: &mut [f64]) -> Result<()> {
+        for batch in columns.chunks_mut(COLUMNS_PER_SOLVE * self.n_free) {
+            self.solver.solve_in_place(batch, batch.len() / self.n_free)?;
+        }
+        Ok(())
+    }
+}
+
+/// Forces that displacements of the prescribed dofs alone exert, column by column.
+pub struct PrescribedDisplacementForces {
+    /// On the free dofs, N, `[n_columns, n_free]`.
+    pub on_free_dofs: Vec<f64>,
+    /// On the prescribed dofs, N, `[n_columns, n_prescribed]`.
+    pub on_prescribed_dofs: Vec<f64>,
+}
+
+impl FeModel {
+    /// The prescribed dofs, component c of node i being 3 i + c, ascending.
+    pub fn prescribed_dofs(&self) -> Vec<usize> {
+        let dofs = self.dof_map().solid_nodes.iter().flat_map(|&node| 3 * node..3 * node + 3);
+        dofs.filter(|&dof| self.dof_map().prescribed(dof).is_some()).collect()
+    }
+
+    /// Faces of solids that stand on foundations: the solid, the index among its faces, the bedding.
+    pub fn faces_on_foundations(&self) -> impl Iterator<Item = (CellRef, usize, FoundationStiffness)> + '_ {
+        self.foundations().iter().filter_map(|stiffness| match stiffness.face.load {
+            FaceLoad::Foundation(bedding) => Some((stiffness.face.owner, stiffness.face.local_face, bedding)),
+            FaceLoad::Pressure(_) | FaceLoad::Traction(_) => None,
+        })
+    }
+
+    /// K_fb g and K_bb g, foundations included, for displacements g of the `prescribed` dofs ([`Self::prescribed_dofs`]), mm,
+    /// `[n_columns, n_prescribed]`, in place of those that the model prescribes.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub fn forces_of_prescribed_displacements(&self, prescribed: &[usize], displacement: &[f64]) -> Result<PrescribedDisplacementForces> {
+        let (n, n_free) = (prescribed.len(), self.n_free());
+        let columns = displacement.len().checked_div(n).unwrap_or(0);
+        let mut forces = PrescribedDisplacementForces { on_free_dofs: try_zeroed(columns * n_free)?, on_prescribed_dofs: try_zeroed(columns * n)? };
+        let mut place = vec![usize::MAX; 3 * self.mesh().n_points()];
+        prescribed.iter().enumerate().for_each(|(i, &dof)| place[dof] = i);
+        let mut add = |nodes: &[usize], packed: &[f64]| {
+            let dofs: Vec<usize> = nodes.iter().flat_map(|&node| 3 * node..3 * node + 3).collect();
+            let held: Vec<usize> = (0..dofs.len()).filter(|&i| place[dofs[i]] != usize::MAX).collect();
+            for &j in &held {
+                let from = place[dofs[j]];
+                for (i, &dof) in dofs.iter().enumerate() {
+                    let (row, column) = (i.max(j), i.min(j));
+                    let entry = packed[row * (row + 1) / 2 + column];
+                    match self.dof_map().row(dof) {
+                        Some(row) => (0..columns).for_each(|c| {
+                            forces.on_free_dofs[c * n_free + row] += entry * displacement[c * n + from];
+                        }),
+                        None => (0..columns).for_each(|c| {
+                            forces.on_prescribed_dofs[c * n + place[dof]] += entry * displacement[c * n + from];
+                        }),
+                    }
+                }
+            }
+        };
+        let elements = self.elements();
+        for i in 0..elements.n_elements() {
+            let nodes = elements.mesh.cell_nodes(self.regions().cells()[i]);
+            let held = |&node: &usize| (0..3).any(|c| place[3 * node + c] != usize::MAX);
+            if nodes.iter().any(held) {
+                add(nodes, &elements.packed_stiffness(i)?);
+            }
+        }
+        self.foundations().iter().for_each(|face| add(&face.nodes, &face.packed));
+        Ok(forces)
+    }
+}

@@ -1,0 +1,79 @@
+//! Whether a body is condensed by a factorisation or by conjugate gradients: what fits into the memory.
+
+use super::model::FeModel;
+use crate::error::Result;
+use crate::linalg::memory::{MemoryLimit, format_bytes};
+use crate::linalg::two_level::TwoLevelSolver;
+
+/// How the systems of a body are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CondensationMethod {
+    /// Its stiffness matrix is factorised.
+    #[default]
+    Factorisation,
+    /// Conjugate gradients: a factorisation would not fit.
+    ConjugateGradients(MemoryShortfall),
+}
+
+/// Why a factorisation does not fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemoryShortfall {
+    /// Bytes that it would take with the body.
+    pub needed_bytes: usize,
+    /// Bytes that are left for the body.
+    pub allowed_bytes: u64,
+}
+
+impl std::fmt::Display for MemoryShortfall {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { needed_bytes, allowed_bytes } = self;
+        write!(
+            f,
+            "a factorisation would take {} ({needed_bytes} bytes), allowed are {} ({allowed_bytes} bytes)",
+            format_bytes(*needed_bytes as u128),
+            format_bytes(u128::from(*allowed_bytes))
+        )
+    }
+}
+
+impl CondensationMethod {
+    /// The method for a body with `n_trailing` contact dofs whose factorisation takes `needed_bytes`. It does not depend
+    /// on the number of threads.
+    ///
+    /// # Errors
+    /// If conjugate gradients do not fit either (kind `Resources`), with the bytes needed and allowed.
+    pub(super) fn choose(
+        model: &FeModel,
+        n_trailing: usize,
+        needed_bytes: usize,
+        memory: &MemoryLimit,
+    ) -> Result<Self> {
+        if memory.allows(needed_bytes as u128) {
+            return Ok(Self::Factorisation);
+        }
+        let what = format!(
+            "condensing {} unknowns to {n_trailing} under the frame by conjugate gradients (a factorisation would take {})",
+            model.n_free(),
+            format_bytes(needed_bytes as u128)
+        );
+        let mend = "use a coarser mesh, or a smaller frame";
+        memory.ensure_available(iterative_peak_bytes(model, n_trailing) as u128, &what, mend)?;
+        let allowed_bytes = memory.remaining().unwrap_or(u64::MAX);
+        Ok(Self::ConjugateGradients(MemoryShortfall { needed_bytes, allowed_bytes }))
+    }
+
+    /// What it is called in results.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Factorisation => "factorisation",
+            Self::ConjugateGradients(_) => "conjugate-gradients",
+        }
+    }
+}
+
+/// Bytes of a body condensed by conjugate gradients, at the peak.
+pub(super) fn iterative_peak_bytes(model: &FeModel, n_trailing: usize) -> usize {
+    let n_batches = n_trailing.div_ceil(TwoLevelSolver::rhs_per_batch());
+    let solver = TwoLevelSolver::memory_bytes(model.stiffness().n_stored(), model.n_nodes(), n_batches);
+    model.resident_bytes() + solver + 16 * n_trailing * n_trailing
+}

@@ -1,0 +1,138 @@
+//! Unknowns: which displacement components are free, which prescribed.
+
+use super::element_materials::ElementMaterials;
+use super::spec::FeSpec;
+use crate::error::{Error, Result};
+use crate::geometry::{format_number, format_point};
+use crate::mesh::Mesh;
+
+const UNASSIGNED: usize = usize::MAX;
+/// Names of the displacement components.
+pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Free and prescribed displacement components of the mesh nodes; component `c` of node `i` is dof 3 i + c.
+#[derive(Debug, Clone)]
+pub(super) struct DofMap {
+    /// Row of each dof in the system of the free ones, `[3 n_points]`.
+    row_of_dof: Vec<usize>,
+    /// Dof of each row, `[n_free]`.
+    dof_of_row: Vec<usize>,
+    /// Index of the support that prescribes each dof, `[3 n_points]`.
+    support_of_dof: Vec<usize>,
+    /// Prescribed displacement, 0 elsewhere, mm, `[3 n_points]`.
+    prescribed: Vec<f64>,
+    /// Nodes of solid cells, ascending.
+    pub solid_nodes: Vec<usize>,
+    /// Whether each mesh node is one of them, `[n_points]`.
+    pub is_solid_node: Vec<bool>,
+}
+
+impl DofMap {
+    /// Numbers the free dofs by node, then component.
+    ///
+    /// # Errors
+    /// If a support's group is missing or not on the body, a value is not finite, two supports contradict, or nothing
+    /// is free.
+    pub fn new(spec: &FeSpec, regions: &ElementMaterials) -> Result<Self> {
+        let n_points = spec.mesh.n_points();
+        let mut in_solid = vec![false; n_points];
+        for &cell in &regions.cells {
+            spec.mesh.cell_nodes(cell).iter().for_each(|&node| in_solid[node] = true);
+        }
+        let mut dofs = Self {
+            row_of_dof: vec![UNASSIGNED; 3 * n_points],
+            dof_of_row: Vec::new(),
+            support_of_dof: vec![UNASSIGNED; 3 * n_points],
+            prescribed: vec![0.0; 3 * n_points],
+            solid_nodes: (0..n_points).filter(|&node| in_solid[node]).collect(),
+            is_solid_node: in_solid,
+        };
+        for index in 0..spec.supports.len() {
+            dofs.prescribe(spec, index)?;
+        }
+        for &node in &dofs.solid_nodes {
+            for dof in 3 * node..3 * node + 3 {
+                if dofs.support_of_dof[dof] == UNASSIGNED {
+                    dofs.row_of_dof[dof] = dofs.dof_of_row.len();
+                    dofs.dof_of_row.push(dof);
+                }
+            }
+        }
+        if dofs.dof_of_row.is_empty() {
+            return Err(Error::input("all nodes are fixed: nothing can deform; make the body rigid instead"));
+        }
+        Ok(dofs)
+    }
+
+    fn prescribe(&mut self, spec: &FeSpec, index: usize) -> Result<()> {
+        let support = &spec.supports[index];
+        for node in spec.mesh.group_nodes(&support.group)? {
+            if !self.is_solid_node[node] {
+                return Err(not_on_body(&spec.mesh, &support.group, node));
+            }
+            for component in (0..3).filter(|&c| support.components[c]) {
+                let far: f64 =
+                    support.gradient[component].iter().zip(&spec.mesh.points[node]).map(|(g, x)| g * x).sum();
+                let (dof, value) = (3 * node + component, support.value[component] + far);
+                if !value.is_finite() {
+                    return Err(Error::input(format!(
+                        "the displacement of group \"{}\" along {} is {value}; it must be a finite number",
+                        support.group, AXIS_NAMES[component]
+                    )));
+                }
+                let earlier = self.support_of_dof[dof];
+                if earlier != UNASSIGNED && self.prescribed[dof] != value {
+                    return Err(Error::input(format!(
+                        "the groups \"{}\" and \"{}\" share a node at {} but prescribe different displacements \
+                         along {}: {} and {}",
+                        spec.supports[earlier].group,
+                        support.group,
+                        format_point(&spec.mesh.points[node]),
+                        AXIS_NAMES[component],
+                        format_number(self.prescribed[dof]),
+                        format_number(value),
+                    )));
+                }
+                (self.support_of_dof[dof], self.prescribed[dof]) = (index, value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of free dofs.
+    pub fn n_free(&self) -> usize {
+        self.dof_of_row.len()
+    }
+
+    /// Row of a dof in the system, `None` if it is prescribed or on no solid.
+    pub fn row(&self, dof: usize) -> Option<usize> {
+        Some(self.row_of_dof[dof]).filter(|&row| row != UNASSIGNED)
+    }
+
+    /// Dof of each row, `[n_free]`.
+    pub fn dofs_of_rows(&self) -> &[usize] {
+        &self.dof_of_row
+    }
+
+    /// Prescribed displacement of a dof, `None` if it is free or on no solid.
+    pub fn prescribed(&self, dof: usize) -> Option<f64> {
+        (self.support_of_dof[dof] != UNASSIGNED).then(|| self.prescribed[dof])
+    }
+
+    /// Displacement of all mesh nodes, `[n_points]`, from that of the free dofs, `[n_free]`.
+    pub fn expand(&self, free: &[f64]) -> Vec<[f64; 3]> {
+        let value = |dof: usize| self.row(dof).map_or(self.prescribed[dof], |row| free[row]);
+        (0..self.is_solid_node.len())
+            .map(|node| [value(3 * node), value(3 * node + 1), value(3 * node + 2)])
+            .collect()
+    }
+}
+
+fn not_on_body(mesh: &Mesh, group: &str, node: usize) -> Error {
+    Error::input(format!(
+        "the group \"{group}\" of {} has a node at {} that belongs to no solid element; a support must lie on the \
+         body",
+        mesh.source,
+        format_point(&mesh.points[node])
+    ))
+}

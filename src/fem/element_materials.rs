@@ -1,0 +1,225 @@
+//! Which solid cells the body has, and the material of each with its axes.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Matrix6};
+
+use super::spec::FeSpec;
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+use crate::material::{PlacedMaterial, RegionMaterial, centroid};
+use crate::mesh::{CellRef, Mesh};
+
+/// Axes that turn by less than this from an element to its neighbour belong to one winding, by more to two plies; radians.
+const MAX_SMOOTH_TURN_RAD: f64 = 0.26;
+
+/// The solid cells with their materials. Elements share their axes where they are the same: a table of the distinct
+/// ones is kept, and stiffnesses are turned when they are asked for, which takes far less than an element's stiffness.
+#[derive(Debug, Clone)]
+pub struct ElementMaterials {
+    /// Solid cells of the mesh, `[n_cells]`.
+    pub(super) cells: Vec<CellRef>,
+    /// The materials of all regions and plies, in their order.
+    materials: Vec<PlacedMaterial>,
+    /// Distinct pairs of a material and its axes.
+    material_states: Vec<(usize, Matrix3<f64>)>,
+    /// Index into `states` of each cell, `[n_cells]`.
+    state_of_cell: Vec<u32>,
+}
+
+impl ElementMaterials {
+    /// Gives each solid cell of the mesh its material.
+    ///
+    /// # Errors
+    /// If there is no solid cell, one has no region or several; if a group is missing; if an
+    /// element has no material or no axes in its region.
+    pub fn new(spec: &FeSpec) -> Result<Self> {
+        let (cells, region) = cells_and_regions(spec)?;
+        let (regions, problems) = Self::assign(spec, cells, &region);
+        problems.into_iter().flatten().next().map_or(Ok(regions), Err)
+    }
+
+    /// The materials of cells whose regions are known, and what is wrong with each region, `[n_regions]`.
+    fn assign(spec: &FeSpec, cells: Vec<CellRef>, region: &[usize]) -> (Self, Vec<Option<Error>>) {
+        let mut first = vec![0; spec.regions.len()];
+        let mut materials = Vec::new();
+        for ((_, placement), first) in spec.regions.iter().zip(&mut first) {
+            *first = materials.len();
+            materials.extend(placement.materials().into_iter().cloned());
+        }
+        let mut problems: Vec<Option<(usize, Error)>> = spec.regions.iter().map(|_| None).collect();
+        let mut known: HashMap<(usize, [u64; 9]), u32> = HashMap::new();
+        let (mut states, mut state) = (Vec::new(), Vec::with_capacity(cells.len()));
+        for (&cell, &region) in cells.iter().zip(region) {
+            match material_and_axes(&spec.mesh, cell, &spec.regions[region].1) {
+                Ok((material, axes)) => {
+                    let pair = (first[region] + material, axes);
+                    let bits: [u64; 9] = std::array::from_fn(|i| axes[i].to_bits());
+                    state.push(*known.entry((pair.0, bits)).or_insert_with(|| {
+                        states.push(pair);
+                        states.len() as u32 - 1
+                    }));
+                }
+                Err(error) => {
+                    problems[region].get_or_insert((0, error)).0 += 1;
+                    state.push(0);
+                }
+            }
+        }
+        let problems = problems.into_iter().map(|problem| {
+            problem.map(|(n, error)| match n {
+                1 => error,
+                n => Error::input(format!("{} ({n} elements in all)", error.message())),
+            })
+        });
+        let problems = problems.collect();
+        (Self { cells, materials, material_states: states, state_of_cell: state }, problems)
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// The solid cells of the mesh, `[n_elements]`.
+    pub fn cells(&self) -> &[CellRef] {
+        &self.cells
+    }
+
+    /// Index of the element that is the solid `cell`.
+    pub fn element(&self, cell: CellRef) -> Option<usize> {
+        // Cells stand block by block.
+        self.cells.binary_search(&cell).ok()
+    }
+
+    /// Stiffness of the element `i` in global axes, MPa.
+    pub fn stiffness(&self, i: usize) -> Matrix6<f64> {
+        let (material, axes) = &self.material_states[self.state_of_cell[i] as usize];
+        *self.materials[*material].stiffness.rotated(axes).voigt()
+    }
+
+    /// Material axes of the element `i`, columns in global axes.
+    pub fn axes(&self, i: usize) -> &Matrix3<f64> {
+        &self.material_states[self.state_of_cell[i] as usize].1
+    }
+
+    /// Whether stress goes on smoothly from element `i` to element `j` beside it: their stiffness is the same, or it is one
+    /// material whose axes turn little from one to the other, as in a winding.
+    pub(super) fn is_continuous(&self, i: usize, j: usize) -> bool {
+        if self.state_of_cell[i] == self.state_of_cell[j] {
+            return true;
+        }
+        let (a, b) = (self.stiffness(i), self.stiffness(j));
+        if (a - b).amax() <= 1e-9 * a.amax() {
+            return true;
+        }
+        let cosine = 0.5 * ((self.axes(i).transpose() * self.axes(j)).trace() - 1.0);
+        self.material(i).stiffness == self.material(j).stiffness && cosine >= MAX_SMOOTH_TURN_RAD.cos()
+    }
+
+    /// The material of the element `i`, its stiffness in material axes.
+    pub fn material(&self, i: usize) -> &PlacedMaterial {
+        &self.materials[self.material_states[self.state_of_cell[i] as usize].0]
+    }
+}
+
+/// What is found in a region of a body.
+#[derive(Debug, Clone, Default)]
+pub struct RegionReport {
+    /// What is wrong with it.
+    pub errors: Vec<String>,
+    /// What the user should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Elements without a material or axes, plies without elements, and elements that straddle plies, by region,
+/// `[n_regions]`.
+///
+/// # Errors
+/// If the solids cannot be divided into regions at all.
+pub fn check_materials(spec: &FeSpec) -> Result<Vec<RegionReport>> {
+    let (cells, region) = cells_and_regions(spec)?;
+    let (_, problems) = ElementMaterials::assign(spec, cells.clone(), &region);
+    let mut findings = Vec::with_capacity(problems.len());
+    for (index, ((_, placement), problem)) in spec.regions.iter().zip(problems).enumerate() {
+        let own = cells.iter().zip(&region).filter(|(_, region)| **region == index).map(|(cell, _)| *cell);
+        let corners: Vec<Vec<Point>> = own.map(|cell| corners(&spec.mesh, cell)).collect();
+        let mut mistakes: Vec<String> = problem.iter().map(|error| error.message().to_owned()).collect();
+        // Without elements there is nothing that plies could miss.
+        if mistakes.is_empty() && !corners.is_empty() {
+            mistakes = placement.empty_ply_errors(&corners);
+        }
+        findings.push(RegionReport { errors: mistakes, notes: placement.straddling_warning(&corners).into_iter().collect() });
+    }
+    Ok(findings)
+}
+
+/// The solid cells, and the index into the regions of the body of each.
+fn cells_and_regions(spec: &FeSpec) -> Result<(Vec<CellRef>, Vec<usize>)> {
+    let mesh = &spec.mesh;
+    let cells: Vec<CellRef> = mesh.volume_cells().collect();
+    if cells.is_empty() {
+        return Err(Error::input(format!(
+            "{} has no solid elements; mesh the volume, and put it into a physical group so that gmsh saves it",
+            mesh.source
+        )));
+    }
+    let mut by_block: Vec<Vec<Option<usize>>> =
+        mesh.blocks.iter().map(|block| vec![None; block.n_cells()]).collect();
+    for (index, (group, _)) in spec.regions.iter().enumerate() {
+        let Some(group) = group else { continue };
+        for &cell in &mesh.group_of_dim(group, 3)?.cells {
+            let slot = &mut by_block[cell.block][cell.cell];
+            if let Some(other) = slot.replace(index).filter(|&other| other != index) {
+                return Err(Error::input(format!(
+                    "element {} of {} is in two regions, \"{}\" and \"{group}\"; give each element one material",
+                    mesh.tag(cell),
+                    mesh.source,
+                    spec.regions[other].0.as_deref().unwrap_or("all"),
+                )));
+            }
+        }
+    }
+    let rest = spec.regions.iter().position(|(group, _)| group.is_none());
+    let region = cells
+        .iter()
+        .map(|&cell| by_block[cell.block][cell.cell].or(rest).ok_or_else(|| no_region(mesh, cell)))
+        .collect::<Result<_>>()?;
+    Ok((cells, region))
+}
+
+/// Index of the material of a cell in its region, and its axes.
+fn material_and_axes(mesh: &Mesh, cell: CellRef, placement: &RegionMaterial) -> Result<(usize, Matrix3<f64>)> {
+    let corners = corners(mesh, cell);
+    let middle = centroid(&corners);
+    let Some(index) = placement.material_at(&middle) else {
+        return Err(Error::input(format!(
+            "element {} of {} has its centroid at z = {:.6e}, outside all plies",
+            mesh.tag(cell),
+            mesh.source,
+            middle.z
+        )));
+    };
+    let material = placement.materials()[index];
+    let tag = mesh.tag(cell);
+    let axes = material
+        .orientation
+        .axes(tag, &corners)
+        .map_err(|error| Error::input(format!("element {tag} of {}: {}", mesh.source, error.message())))?;
+    Ok((index, axes))
+}
+
+/// The corners of a cell, mm.
+fn corners(mesh: &Mesh, cell: CellRef) -> Vec<Point> {
+    let nodes = &mesh.cell_nodes(cell)[..mesh.kind(cell).n_corners()];
+    nodes.iter().map(|&node| mesh.points[node].into()).collect()
+}
+
+fn no_region(mesh: &Mesh, cell: CellRef) -> Error {
+    Error::input(format!(
+        "element {} of {} is in no region that has a material; give the body a material, or name its volume group \
+         in the regions",
+        mesh.tag(cell),
+        mesh.source
+    ))
+}

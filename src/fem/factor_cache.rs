@@ -1,0 +1,78 @@
+//! Factors kept beside the flexibilities of the cache: fields of a second run need no factorisation either.
+//!
+//! A factor is the list of the stored values of L. Its structure is not kept: the analysis finds it again in a few per cent of the
+//! time.
+
+use super::flexibility_cache::{CacheKey, FlexibilityCache};
+use crate::error::Result;
+use crate::linalg::cache::{CachedList, list_bytes};
+
+/// Names of kept factors end so.
+pub(super) const FILE_EXTENSION: &str = "factor";
+
+impl FlexibilityCache {
+    /// Whether there is a whole factor under a key, judged by head and size.
+    pub(super) fn has_factor(&self, key: &CacheKey) -> bool {
+        self.has_list(key, FILE_EXTENSION)
+    }
+
+    /// The `n` stored values of the factor under a key; `None` if there is no such file, or it is damaged.
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    pub(super) fn read_factor(&self, key: &CacheKey, n: usize) -> Result<Option<Vec<f64>>> {
+        Ok(match self.read_list(key, FILE_EXTENSION)? {
+            CachedList::Hit(values) => Some(values).filter(|values| values.len() == n),
+            CachedList::Miss | CachedList::Damaged(_) => None,
+        })
+    }
+
+    /// Keeps the stored values of a factor, unless they take more than half of the cache.
+    ///
+    /// # Errors
+    /// If the directory cannot be made or written.
+    pub(super) fn write_factor(&self, key: &CacheKey, values: &[f64]) -> Result<()> {
+        if list_bytes(values.len() as u64) > self.limit_bytes() / 2 {
+            return Ok(());
+        }
+        self.write_list(key, FILE_EXTENSION, values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::linalg::sparse::SymmetricTriplets;
+
+    /// Truth: what was written is read, to the last bit; what is damaged, of another size or too large is not.
+    #[test]
+    fn factors_come_back_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = FlexibilityCache::new(folder.path(), 1 << 20);
+        let mut triplets = SymmetricTriplets::new(1);
+        triplets.add(0, 0, 1.0);
+        let key = CacheKey::new(&triplets.build(), &[0], "method");
+        let values: Vec<f64> = (0..20_000).map(|i| 1.0 / (1.0 + f64::from(i))).collect();
+        assert!(!cache.has_factor(&key) && cache.read_factor(&key, 20_000).unwrap().is_none());
+        cache.write_factor(&key, &values).unwrap();
+        assert!(cache.has_factor(&key));
+        assert_eq!(cache.read_factor(&key, 20_000).unwrap(), Some(values.clone()));
+        assert_eq!(cache.read_factor(&key, 19_999).unwrap(), None);
+        let path = folder.path().read_dir().unwrap().next().unwrap().unwrap().path();
+        let mut bytes = fs::read(&path).unwrap();
+        bytes[100_000] ^= 1;
+        fs::write(&path, &bytes).unwrap();
+        assert_eq!(cache.read_factor(&key, 20_000).unwrap(), None);
+        // Factors of versions that had a head of their own count as damaged, and are written anew.
+        bytes[..8].copy_from_slice(b"ORTHOFCT");
+        fs::write(&path, &bytes).unwrap();
+        assert!(!cache.has_factor(&key) && cache.read_factor(&key, 20_000).unwrap().is_none());
+        cache.write_factor(&key, &values).unwrap();
+        assert_eq!(cache.read_factor(&key, 20_000).unwrap(), Some(values.clone()));
+        let small = FlexibilityCache::new(folder.path().join("small"), 300_000);
+        small.write_factor(&key, &values).unwrap();
+        assert!(!small.has_factor(&key));
+    }
+}

@@ -1,0 +1,146 @@
+//! Bodies that their supports leave free to move: a generalised inverse of their singular stiffness.
+//!
+//! With R the free motions on the free dofs and M the volume of each node over that of the body, Rᵀ M R = 1, the
+//! displacement u = Π K⁺ Πᵀ f with Π = 1 - R Rᵀ M is that of the forces f less the share M R Rᵀ f that moves the body as
+//! a whole, and its mean motion Rᵀ M u is zero. It does not depend on K⁺, any inverse on forces in equilibrium; here
+//! the one of K with springs to the ground at as many dofs as there are motions: they carry nothing then.
+
+use nalgebra::Vector3;
+
+use super::dof_map::DofMap;
+use super::rigid_body_modes::RigidBodyModes;
+use crate::error::{Error, Result};
+use crate::linalg::dense::SymmetricDense;
+use crate::linalg::sparse::SymmetricSparse;
+
+/// The free motions of a body on its dofs.
+#[derive(Debug, Clone)]
+pub(super) struct GeneralisedInverse {
+    /// The motions, their mean square displacement over the body being 1 each.
+    pub modes: RigidBodyModes,
+    /// R: each motion at the free dofs, `[n_free]`.
+    modes_on_dofs: Vec<Vec<f64>>,
+    /// M R, the columns of which the forces are rid of, `[n_free]` each.
+    weighted_modes: Vec<Vec<f64>>,
+}
+
+impl GeneralisedInverse {
+    /// Floating along `motions`, of a body whose nodes have the given volumes, `[n_points]`, mm3.
+    ///
+    /// # Errors
+    /// If the volumes do not determine the motions: the nodes lie on a line.
+    pub fn new(motions: RigidBodyModes, points: &[[f64; 3]], volumes: &[f64], dofs: &DofMap) -> Result<Self> {
+        let total: f64 = volumes.iter().sum();
+        let motions = motions.orthonormal(points, |node| volumes[node] / total).ok_or_else(|| {
+            Error::input("the rigid motions of the body are not determined: its nodes lie on a line")
+        })?;
+        let at = |dof: usize, j: usize| motions.displacement(&Vector3::from(points[dof / 3]), j)[dof % 3];
+        let rows = dofs.dofs_of_rows();
+        let on_dofs: Vec<Vec<f64>> =
+            (0..motions.n_modes()).map(|j| rows.iter().map(|&dof| at(dof, j)).collect()).collect();
+        let weighted = on_dofs
+            .iter()
+            .map(|mode| mode.iter().zip(rows).map(|(r, &dof)| r * volumes[dof / 3] / total).collect())
+            .collect();
+        Ok(Self { modes: motions, modes_on_dofs: on_dofs, weighted_modes: weighted })
+    }
+
+    /// Adds springs to the ground at as many dofs as there are motions, as far apart as they can be, each as stiff as
+    /// the body is there.
+    pub fn add_grounding_springs(&self, stiffness: &mut SymmetricSparse) {
+        let n = stiffness.n();
+        let diagonal = stiffness.diagonal();
+        let mut rows: Vec<Vec<f64>> =
+            (0..n).map(|row| self.modes_on_dofs.iter().map(|mode| mode[row]).collect()).collect();
+        for _ in 0..self.modes_on_dofs.len() {
+            let size = |row: &Vec<f64>| row.iter().map(|v| v * v).sum::<f64>();
+            let mut best = 0;
+            for row in 1..n {
+                if size(&rows[row]) > size(&rows[best]) {
+                    best = row;
+                }
+            }
+            stiffness.add(best, best, diagonal[best]);
+            let length = size(&rows[best]).sqrt();
+            let unit: Vec<f64> = rows[best].iter().map(|v| v / length).collect();
+            for row in &mut rows {
+                let along: f64 = row.iter().zip(&unit).map(|(a, b)| a * b).sum();
+                row.iter_mut().zip(&unit).for_each(|(a, b)| *a -= along * b);
+            }
+        }
+    }
+
+    /// Work of forces on the free dofs, `[n_free]`, on each motion.
+    pub fn work(&self, forces: &[f64]) -> Vec<f64> {
+        self.modes_on_dofs.iter().map(|mode| dot(mode, forces)).collect()
+    }
+
+    /// The generalised inverse applied to forces, `[n_free]`, in place; `inverse` is that of K with its springs.
+    ///
+    /// # Errors
+    /// Those of `inverse`.
+    pub fn solve(&self, forces: &mut [f64], inverse: impl FnOnce(&mut [f64]) -> Result<()>) -> Result<()> {
+        let work = self.work(forces);
+        for (column, work) in self.weighted_modes.iter().zip(work) {
+            forces.iter_mut().zip(column).for_each(|(f, c)| *f -= work * c);
+        }
+        inverse(forces)?;
+        for (mode, mean) in self.modes_on_dofs.iter().zip(self.mean_motions(forces)) {
+            forces.iter_mut().zip(mode).for_each(|(u, r)| *u -= mean * r);
+        }
+        Ok(())
+    }
+
+    /// The block Π K⁺ Πᵀ of some dofs, given by their rows (`None` where prescribed), from that of K⁺ in place.
+    ///
+    /// # Errors
+    /// Those of `inverse`.
+    pub fn project_flexibility(
+        &self,
+        flexibility: &mut SymmetricDense,
+        rows: &[Option<usize>],
+        inverse: impl Fn(&mut [f64]) -> Result<()>,
+    ) -> Result<()> {
+        let m = self.modes_on_dofs.len();
+        let mut images = Vec::with_capacity(m);
+        for column in &self.weighted_modes {
+            let mut image = column.clone();
+            inverse(&mut image)?;
+            images.push(image);
+        }
+        // Π K⁺ Πᵀ = K⁺ - X Rᵀ - R Xᵀ + R (Rᵀ M X) Rᵀ with X = K⁺ M R: the last is shared out to both others.
+        let moved: Vec<Vec<f64>> = images.iter().map(|image| self.mean_motions(image)).collect();
+        let row = |columns: &[Vec<f64>], row: Option<usize>| -> Vec<f64> {
+            columns.iter().map(|column| row.map_or(0.0, |row| column[row])).collect()
+        };
+        let modes: Vec<Vec<f64>> = rows.iter().map(|&r| row(&self.modes_on_dofs, r)).collect();
+        let halves: Vec<Vec<f64>> = rows
+            .iter()
+            .zip(&modes)
+            .map(|(&r, modes)| {
+                let mut x = row(&images, r);
+                (0..m).for_each(|j| x[j] -= 0.5 * (0..m).map(|k| moved[j][k] * modes[k]).sum::<f64>());
+                x
+            })
+            .collect();
+        let n = rows.len();
+        for i in 0..n {
+            for j in 0..=i {
+                let change = dot(&halves[i], &modes[j]) + dot(&modes[i], &halves[j]);
+                let value = flexibility.at(i, j) - change;
+                flexibility.values_mut()[i * n + j] = value;
+                flexibility.values_mut()[j * n + i] = value;
+            }
+        }
+        Ok(())
+    }
+
+    /// Mean of a displacement of the free dofs along each motion.
+    fn mean_motions(&self, displacement: &[f64]) -> Vec<f64> {
+        self.weighted_modes.iter().map(|column| dot(column, displacement)).collect()
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

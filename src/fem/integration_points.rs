@@ -1,0 +1,71 @@
+//! Integration points of the elements, and the map from the reference cell to the body at each.
+
+use nalgebra::Matrix3;
+
+use crate::element::ShapeFunctions;
+use crate::quadrature::RulePoint;
+
+/// The least det J that still is a volume, relative to the cube of the longest column of J.
+const MIN_RELATIVE_DETERMINANT: f64 = 1e-12;
+
+/// An integration point of the reference cell with the shape functions there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ReferencePoint<const N: usize> {
+    pub xi: [f64; 3],
+    pub weight: f64,
+    pub values: [f64; N],
+    pub gradients: [[f64; 3]; N],
+}
+
+/// The same point in the body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MappedPoint<const N: usize> {
+    /// det J.
+    pub determinant: f64,
+    /// Weight times det J.
+    pub volume: f64,
+    /// Derivatives of the shape functions by x, y, z.
+    pub gradients: [[f64; 3]; N],
+}
+
+/// Why an element has no stiffness.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum ElementDefect {
+    /// It is inverted or degenerate where its det J is this.
+    NonpositiveJacobian(f64),
+    /// Its shape is sound, but the stiffness of its enhanced strains is not positive definite.
+    IndefiniteEnhancedModes,
+}
+
+/// The shape functions at the points of a rule.
+pub(super) fn reference_points<S: ShapeFunctions<N, 3>, const N: usize>(rule: Vec<RulePoint<3>>) -> Vec<ReferencePoint<N>> {
+    rule.into_iter()
+        .map(|(xi, weight)| ReferencePoint { xi, weight, values: S::values(xi), gradients: S::gradients(xi) })
+        .collect()
+}
+
+/// J_ij = dx_i / dxi_j.
+pub(super) fn jacobian<const N: usize>(nodes: &[[f64; 3]; N], gradients: &[[f64; 3]; N]) -> Matrix3<f64> {
+    let mut j = Matrix3::zeros();
+    for (x, g) in nodes.iter().zip(gradients) {
+        for row in 0..3 {
+            for column in 0..3 {
+                j[(row, column)] += x[row] * g[column];
+            }
+        }
+    }
+    j
+}
+
+/// Maps a sample into the element of nodes `nodes`.
+pub(super) fn map_point<const N: usize>(nodes: &[[f64; 3]; N], sample: &ReferencePoint<N>) -> Result<MappedPoint<N>, ElementDefect> {
+    let j = jacobian(nodes, &sample.gradients);
+    let det = j.determinant();
+    let longest = j.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let inverse =
+        j.try_inverse().filter(|_| det > MIN_RELATIVE_DETERMINANT * longest.powi(3)).ok_or(ElementDefect::NonpositiveJacobian(det))?;
+    let gradients = sample.gradients.map(|g| {
+        std::array::from_fn(|i| inverse[(0, i)] * g[0] + inverse[(1, i)] * g[1] + inverse[(2, i)] * g[2])
+    });
+    Ok(MappedPoint { determinant: det, volume: sample.weight * det, gradients })
+}

@@ -1,0 +1,77 @@
+//! The 8-node hexahedron with the volume change of its mean ("B-bar").
+//!
+//! The dilatation tr ε is replaced by its mean over the element, ε̄ = ε + (θ̄ - tr ε) I / 3, in strain and virtual strain
+//! alike: nearly incompressible material does not lock, any anisotropy is allowed, and a constant strain stays exact.
+//!
+//! # Source
+//! Hughes (1980), Int. J. Numer. Meth. Engng 15, 1413-1418.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::element_kernels::unit_strain;
+use super::integration_points::MappedPoint;
+
+/// What the mean dilatation adds to each normal strain at an integration point, by node and component.
+type NormalStrainCorrection = [[f64; 3]; 8];
+
+/// The changes at all integration points.
+pub(super) struct MeanDilatation {
+    corrections: [NormalStrainCorrection; 8],
+}
+
+impl MeanDilatation {
+    pub fn new(mapped: &[MappedPoint<8>; 8]) -> Self {
+        let volume: f64 = mapped.iter().map(|point| point.volume).sum();
+        let mut mean = [[0.0; 3]; 8];
+        for point in mapped {
+            for (sum, gradient) in mean.iter_mut().flatten().zip(point.gradients.iter().flatten()) {
+                *sum += gradient * point.volume / volume;
+            }
+        }
+        let changes = mapped.map(|point| {
+            std::array::from_fn(|a| std::array::from_fn(|c| (mean[a][c] - point.gradients[a][c]) / 3.0))
+        });
+        Self { corrections: changes }
+    }
+
+    /// Adds to the strains of nodal displacements `u` at the integration points.
+    pub fn correct_strains(&self, u: &[[f64; 3]; 8], strains: &mut [Vector6<f64>; 8]) {
+        for (strain, change) in strains.iter_mut().zip(&self.corrections) {
+            let sum: f64 = change.iter().flatten().zip(u.iter().flatten()).map(|(c, u)| c * u).sum();
+            (0..3).for_each(|row| strain[row] += sum);
+        }
+    }
+
+    /// Adds to the nodal forces of `stresses` at the integration points.
+    pub fn correct_forces(&self, mapped: &[MappedPoint<8>; 8], stresses: &[Vector6<f64>], forces: &mut [[f64; 3]]) {
+        for ((point, stress), change) in mapped.iter().zip(stresses).zip(&self.corrections) {
+            let pull = (stress[0] + stress[1] + stress[2]) * point.volume;
+            for (force, c) in forces.iter_mut().flatten().zip(change.iter().flatten()) {
+                *force += c * pull;
+            }
+        }
+    }
+
+    /// Adds ∫ B̄ᵀ C B̄ to the packed lower triangle.
+    pub fn add_stiffness(&self, mapped: &[MappedPoint<8>; 8], c: &Matrix6<f64>, packed: &mut [f64]) {
+        for (point, change) in mapped.iter().zip(&self.corrections) {
+            let strains: [Vector6<f64>; 24] = std::array::from_fn(|dof| {
+                let (node, component) = (dof / 3, dof % 3);
+                let shift = change[node][component];
+                let mut strain = Vector6::new(shift, shift, shift, 0.0, 0.0, 0.0);
+                for (row, value) in unit_strain(&point.gradients[node], component) {
+                    strain[row] += value;
+                }
+                strain
+            });
+            let mut k = 0;
+            for (i, strain) in strains.iter().enumerate() {
+                let stress = c * strain * point.volume;
+                for other in &strains[..=i] {
+                    packed[k] += stress.dot(other);
+                    k += 1;
+                }
+            }
+        }
+    }
+}

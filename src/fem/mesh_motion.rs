@@ -1,0 +1,302 @@
+//! A mesh whose nodes follow those of its contact surface.
+//!
+//! Each component of the motion along the axes of the frame solves Laplace's equation in the body. Contact nodes move as told.
+//! Other nodes of the outer faces, and of the faces where the material changes, move in their face alone; what a support
+//! prescribes stays. A uniform motion of one face of a layer then compresses the layer evenly, and outside of the contact
+//! surface the body keeps its shape.
+
+use rayon::prelude::*;
+
+use super::integration_points::{ElementDefect, map_point};
+use super::element_materials::ElementMaterials;
+use super::element_rules::{Rules, SolidElement, ElementVisitor, visit};
+use super::spec::FeSpec;
+use crate::error::{Context, Error, Result};
+use crate::geometry::{Point, Triad, format_point};
+use crate::linalg::cholesky::{SymbolicCholesky, SymmetricSolver};
+use crate::linalg::memory::MemoryLimit;
+use crate::linalg::ordering::{NodeGraph, nested_dissection};
+use crate::linalg::sparse::SymmetricSparse;
+use crate::mesh::faces::{SurfaceFace, solid_faces};
+use crate::mesh::quality;
+use crate::mesh::{CellRef, Mesh};
+
+/// Sine of the angle between a face and a direction up to which the direction lies in the face.
+const FACE_ALIGNMENT_TOLERANCE: f64 = 1e-6;
+
+/// Share of the longest motion that is none.
+const NEGLIGIBLE_MOTION_RATIO: f64 = 1e-12;
+
+/// Share of an edge that has to be left of it.
+const MIN_EDGE_RATIO: f64 = 0.1;
+
+/// Elements computed side by side before they are added up.
+const ELEMENTS_PER_BATCH: usize = 512;
+
+/// Threads whose workspace counts in the estimate of memory.
+const MAX_COUNTED_THREADS: usize = 16;
+
+/// The mesh of `spec` after its contact nodes have moved by `motion` along the axes of `axes`, `[n_points]`; `None` stands for
+/// other nodes, which follow. `contact`: the faces of the contact surface.
+///
+/// # Errors
+/// If an element would turn over, fold, or lose more than nine tenths of an edge; if memory does not suffice.
+pub(crate) fn move_mesh(
+    spec: &FeSpec,
+    contact: &[SurfaceFace],
+    (motion, axes): (&[Option<Point>], &Triad),
+    memory: &MemoryLimit,
+) -> Result<Mesh> {
+    let regions = ElementMaterials::new(spec)?;
+    let graph = graph(&spec.mesh, &regions.cells);
+    let mut points = spec.mesh.points.clone();
+    let along = |component: usize| motion_constraints(spec, &regions, contact, &axes.0.column(component).into());
+    let all_held = [along(0)?, along(1)?, along(2)?];
+    let motion = project_onto_planes(motion, &all_held);
+    let farthest = motion.iter().flatten().map(Point::norm).fold(0.0, f64::max);
+    for (component, held) in all_held.iter().enumerate() {
+        if motion.iter().flatten().all(|by| by[component].abs() <= NEGLIGIBLE_MOTION_RATIO * farthest) {
+            continue;
+        }
+        let axis: Point = axes.0.column(component).into();
+        let given: Vec<Option<f64>> = motion
+            .iter()
+            .zip(held)
+            .map(|(by, held)| by.map(|by| by[component]).or((*held != MotionConstraint::Free).then_some(0.0)))
+            .collect();
+        let by = solve_laplace(&spec.mesh, &regions.cells, &graph, &given, memory)?;
+        for (point, by) in points.iter_mut().zip(by) {
+            (0..3).for_each(|k| point[k] += by * axis[k]);
+        }
+    }
+    let mesh = Mesh { points, ..(*spec.mesh).clone() };
+    check_moved_mesh(&spec.mesh, &mesh)?;
+    Ok(mesh)
+}
+
+/// Contact nodes on a plane face beside the contact, a plane of symmetry above all, move along it, as far.
+fn project_onto_planes(motion: &[Option<Point>], held: &[Vec<MotionConstraint>; 3]) -> Vec<Option<Point>> {
+    let mut motion = motion.to_vec();
+    for (node, by) in motion.iter_mut().enumerate() {
+        let Some(by) = by else { continue };
+        let far = by.norm();
+        for (component, held) in held.iter().enumerate() {
+            if held[node] == MotionConstraint::WithinPlane {
+                by[component] = 0.0;
+            }
+        }
+        let along = by.norm();
+        if along > 0.0 {
+            *by *= far / along;
+        }
+    }
+    motion
+}
+
+/// Whether a node moves along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum MotionConstraint {
+    /// It does.
+    Free,
+    /// It does not, unless it is one of the contact.
+    WithinFace,
+    /// It does not, for it lies on an outer face across the axis.
+    WithinPlane,
+}
+
+/// Nodes that lie in the same element.
+fn graph(mesh: &Mesh, cells: &[CellRef]) -> NodeGraph {
+    NodeGraph::from_elements(mesh.n_points(), cells.iter().map(|&cell| mesh.cell_nodes(cell)))
+}
+
+/// What keeps nodes from moving along `axis`, `[n_points]`: a support, or that they lie on an outer face or where the material
+/// changes, unless the axis lies in the face.
+fn motion_constraints(spec: &FeSpec, regions: &ElementMaterials, contact: &[SurfaceFace], axis: &Point) -> Result<Vec<MotionConstraint>> {
+    let mesh = &spec.mesh;
+    let mut held = vec![MotionConstraint::Free; mesh.n_points()];
+    for support in &spec.supports {
+        if (0..3).any(|c| support.components[c] && axis[c].abs() > FACE_ALIGNMENT_TOLERANCE) {
+            mesh.group_nodes(&support.group)?.into_iter().for_each(|node| held[node] = MotionConstraint::WithinFace);
+        }
+    }
+    let mut is_contact: Vec<(CellRef, usize)> =
+        contact.iter().map(|face| (face.owner, face.local_face)).collect();
+    is_contact.sort_unstable();
+    for face in solid_faces(mesh) {
+        let inside = face.neighbour.is_some_and(|other| regions.is_continuous(face.solid, other));
+        let cell = regions.cells[face.solid];
+        if inside || is_contact.binary_search(&(cell, face.local_face)).is_ok() {
+            continue;
+        }
+        let nodes = mesh.cell_nodes(cell);
+        let (kind, local) = mesh.kind(cell).local_faces()[face.local_face];
+        let corner = |i: usize| Point::from(mesh.points[nodes[local[i]]]);
+        let area = match kind.n_corners() {
+            4 => (corner(2) - corner(0)).cross(&(corner(3) - corner(1))),
+            _ => (corner(1) - corner(0)).cross(&(corner(2) - corner(0))),
+        };
+        let across = area.dot(axis).abs();
+        if across > FACE_ALIGNMENT_TOLERANCE * area.norm() {
+            let plane = face.neighbour.is_none() && area.norm() - across < FACE_ALIGNMENT_TOLERANCE * area.norm();
+            let by = if plane { MotionConstraint::WithinPlane } else { MotionConstraint::WithinFace };
+            local.iter().for_each(|&i| held[nodes[i]] = held[nodes[i]].max(by));
+        }
+    }
+    Ok(held)
+}
+
+/// The harmonic function with the values `given` at nodes, `[n_points]`; 0 at points on no solid.
+fn solve_laplace(
+    mesh: &Mesh,
+    cells: &[CellRef],
+    graph: &NodeGraph,
+    given: &[Option<f64>],
+    memory: &MemoryLimit,
+) -> Result<Vec<f64>> {
+    let mut row = vec![usize::MAX; mesh.n_points()];
+    for &node in cells.iter().flat_map(|&cell| mesh.cell_nodes(cell)).filter(|&&node| given[node].is_none()) {
+        row[node] = 0;
+    }
+    let nodes: Vec<usize> = (0..mesh.n_points()).filter(|&node| row[node] == 0).collect();
+    nodes.iter().enumerate().for_each(|(i, &node)| row[node] = i);
+    let mut values: Vec<f64> = given.iter().map(|value| value.unwrap_or(0.0)).collect();
+    if nodes.is_empty() {
+        return Ok(values);
+    }
+    let mut matrix = pattern(graph, &nodes, &row);
+    let mut rhs = vec![0.0; nodes.len()];
+    let rules = Rules::new();
+    for batch in cells.chunks(ELEMENTS_PER_BATCH) {
+        let of = |&cell: &CellRef| visit(mesh.kind(cell), LaplaceKernel { mesh, cell, rules: &rules });
+        let elements: Vec<_> = batch.par_iter().map(of).collect();
+        for (&cell, element) in batch.iter().zip(elements) {
+            let (element, own) = (element.map_err(|_| degenerate(mesh, cell))?, mesh.cell_nodes(cell));
+            for (k, value) in element.into_iter().enumerate() {
+                let [a, b] = [k / own.len(), k % own.len()];
+                let [i, j] = [a, b].map(|corner| row[own[corner]]);
+                if i == usize::MAX || j != usize::MAX && (i < j || (i == j && a < b)) {
+                    continue;
+                }
+                if j == usize::MAX {
+                    rhs[i] -= value * values[own[b]];
+                } else {
+                    // A node that stands twice in a collapsed element meets itself off the diagonal: both halves count.
+                    matrix.add(i, j, if i == j && a != b { 2.0 * value } else { value });
+                }
+            }
+        }
+    }
+    let order: Vec<usize> =
+        nested_dissection(graph, &nodes, &[])?.into_iter().map(|node| row[node]).collect();
+    let symbolic = SymbolicCholesky::new(&matrix, &order, 0)?;
+    let what = format!("moving {} nodes of a mesh", nodes.len());
+    memory.ensure_available(symbolic.memory_bytes_for(MAX_COUNTED_THREADS) as u128, &what, "use a coarser mesh")?;
+    let factor =
+        symbolic.factorise(&matrix, |row| format!("the node at {}", format_point(&mesh.points[nodes[row]])))?;
+    factor.solve_in_place(&mut rhs, 1)?;
+    nodes.iter().zip(rhs).for_each(|(&node, value)| values[node] = value);
+    Ok(values)
+}
+
+/// The matrix of zeros that couples free nodes of the same element.
+fn pattern(graph: &NodeGraph, nodes: &[usize], row: &[usize]) -> SymmetricSparse {
+    let (mut offsets, mut rows) = (vec![0], Vec::new());
+    for &node in nodes {
+        rows.push(row[node]);
+        let start = rows.len();
+        let later = graph.neighbours(node).iter().map(|&other| row[other]);
+        rows.extend(later.filter(|&other| other != usize::MAX && other > row[node]));
+        rows[start..].sort_unstable();
+        offsets.push(rows.len());
+    }
+    SymmetricSparse::from_pattern(offsets, rows)
+}
+
+/// ∫ ∇N_a · ∇N_b dV of an element, `[n_nodes, n_nodes]`.
+struct LaplaceKernel<'a> {
+    mesh: &'a Mesh,
+    cell: CellRef,
+    rules: &'a Rules,
+}
+
+impl ElementVisitor for LaplaceKernel<'_> {
+    type Output = std::result::Result<Vec<f64>, ElementDefect>;
+
+    fn visit_element<S: SolidElement<N>, const N: usize>(self) -> Self::Output {
+        let own = self.mesh.cell_nodes(self.cell);
+        let nodes: [[f64; 3]; N] = std::array::from_fn(|a| self.mesh.points[own[a]]);
+        let mut element = vec![0.0; N * N];
+        for sample in &S::rules(self.rules).stiffness {
+            let at = map_point(&nodes, sample)?;
+            for (a, g) in at.gradients.iter().enumerate() {
+                for (b, h) in at.gradients.iter().enumerate() {
+                    element[a * N + b] += at.volume * (g[0] * h[0] + g[1] * h[1] + g[2] * h[2]);
+                }
+            }
+        }
+        Ok(element)
+    }
+}
+
+fn degenerate(mesh: &Mesh, cell: CellRef) -> Error {
+    Error::input(format!("element {} of {} is degenerate", mesh.tag(cell), mesh.source))
+}
+
+/// Refuses a moved mesh that is worse than the one before in a way that matters.
+fn check_moved_mesh(before: &Mesh, after: &Mesh) -> Result<()> {
+    let folded = |mesh: &Mesh| Ok(quality::check(mesh)?.folded_at_nodes);
+    let is = folded(after).context(|| "after moving its surface".to_owned())?;
+    if is > folded(before)? {
+        return Err(Error::input(format!("{is} elements would fold at their nodes")));
+    }
+    for cell in before.volume_cells() {
+        let nodes = before.cell_nodes(cell);
+        for (kind, local) in before.kind(cell).local_faces() {
+            let n = kind.n_corners();
+            for i in 0..n {
+                let ends = [nodes[local[i]], nodes[local[(i + 1) % n]]];
+                let edge = |mesh: &Mesh| {
+                    let [a, b] = ends.map(|node| Point::from(mesh.points[node]));
+                    b - a
+                };
+                let (old, new) = (edge(before), edge(after));
+                if new.dot(&old) < MIN_EDGE_RATIO * old.norm_squared() {
+                    return Err(Error::input(format!(
+                        "element {} would lose more than nine tenths of an edge",
+                        before.tag(cell)
+                    )));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::structured::{GradedBlock, BlockElements};
+
+    /// Truth: a linear function is harmonic, and in the space of the elements; it is given on the outer faces of a distorted
+    /// block of hexahedra or tetrahedra.
+    #[test]
+    fn linear_functions_are_found() {
+        for solids in [BlockElements::Hex8, BlockElements::Tet4] {
+            let block =
+                GradedBlock { solids, distortion: 0.08, ..GradedBlock::uniform([1.0, 1.5], 2.0, [4, 4, 4]) };
+            let mesh = block.mesh().unwrap();
+            let linear = |x: &[f64; 3]| 0.3 + x[0] - 2.0 * x[1] + 0.7 * x[2];
+            let mut given = vec![None; mesh.n_points()];
+            for face in crate::mesh::faces::outer_faces(&mesh) {
+                face.nodes.iter().for_each(|&node| given[node] = Some(linear(&mesh.points[node])));
+            }
+            assert!(given.contains(&None));
+            let cells: Vec<CellRef> = mesh.volume_cells().collect();
+            let found =
+                solve_laplace(&mesh, &cells, &graph(&mesh, &cells), &given, &MemoryLimit::of_machine()).unwrap();
+            for (value, point) in found.iter().zip(&mesh.points) {
+                assert!((value - linear(point)).abs() < 1e-12, "{value} at {point:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Stress on the contact surface, from the strain in it and the traction on it.
+//!
+//! Of the strain on a surface the part in its plane follows from the surface's own displacement, of the stress the part
+//! on it is the known traction, of the contact and of the body's own loads and foundations there. The material law gives the rest: with p for the components 11, 22, 12 in the plane and n
+//! for 33, 23, 13 on it, ε_n = C_nn⁻¹ (σ_n - C_np ε_p) and σ_p = C_pp ε_p + C_pn ε_n. Nothing is extrapolated from the
+//! inside of the elements, which smooths the peaks beside a contact.
+//!
+//! # Source
+//! The common recovery of boundary elements: Brebbia, Telles and Wrobel (1984), Boundary Element Techniques, section 6.9.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::points::RecoveryPoints;
+use crate::element::{ElementKind, Quad4, Quad8, Quad9, ShapeFunctions, Tri3, Tri6};
+use crate::fem::FeModel;
+use crate::fem::loads::FaceLoad;
+use crate::material::{Stiffness, VOIGT};
+use crate::mesh::faces::SurfaceFace;
+use crate::mesh::{CellRef, Mesh};
+
+/// Voigt components in the plane, and on it.
+const IN_PLANE_VOIGT: [usize; 3] = [0, 1, 5];
+const OUT_OF_PLANE_VOIGT: [usize; 3] = [2, 3, 4];
+
+/// A point of the contact surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceStressPoint {
+    /// Which of the [`RecoveryPoints`] it is.
+    pub point: usize,
+    /// Two directions in the surface and its outward normal, columns in global axes.
+    pub axes: Matrix3<f64>,
+    /// Strain in the surface, 11, 22, 12 (engineering) in these axes.
+    strain: Vector3<f64>,
+    /// Stiffness in these axes, MPa.
+    stiffness: Matrix6<f64>,
+    /// Traction of the body's own loads and foundations, global axes, MPa.
+    own_traction: Vector3<f64>,
+}
+
+impl SurfaceStressPoint {
+    /// Adds the strain of a further gradient of displacement, global axes.
+    pub(crate) fn add_gradient(&mut self, gradient: &Matrix3<f64>) {
+        let local = self.axes.transpose() * gradient * self.axes;
+        self.strain += Vector3::new(local[(0, 0)], local[(1, 1)], local[(0, 1)] + local[(1, 0)]);
+    }
+
+    /// The stress under a traction on the body (global axes, MPa) beside its own loads, Voigt 11 22 33 23 13 12, global
+    /// axes, MPa.
+    pub fn stress(&self, traction: &[f64; 3]) -> [f64; 6] {
+        let block = |rows: [usize; 3], columns: [usize; 3]| {
+            Matrix3::from_fn(|i, j| self.stiffness[(rows[i], columns[j])])
+        };
+        let local = self.axes.transpose() * (Vector3::from(*traction) + self.own_traction);
+        let on_plane = Vector3::new(local.z, local.y, local.x);
+        let normal = block(OUT_OF_PLANE_VOIGT, OUT_OF_PLANE_VOIGT).try_inverse().expect("a stiffness is positive definite")
+            * (on_plane - block(OUT_OF_PLANE_VOIGT, IN_PLANE_VOIGT) * self.strain);
+        let in_plane = block(IN_PLANE_VOIGT, IN_PLANE_VOIGT) * self.strain + block(IN_PLANE_VOIGT, OUT_OF_PLANE_VOIGT) * normal;
+        let [s11, s22, s12] = in_plane.into();
+        let tensor = Matrix3::new(s11, s12, local.x, s12, s22, local.y, local.x, local.y, local.z);
+        let turned = self.axes * tensor * self.axes.transpose();
+        VOIGT.map(|(i, j)| turned[(i, j)])
+    }
+}
+
+/// What a face says at one of its nodes.
+pub(crate) struct FaceContribution<'a> {
+    /// Its area vector there.
+    pub area: Vector3<f64>,
+    /// By which it counts at the point.
+    pub weight: f64,
+    /// Surface gradient of the displacement.
+    pub gradient: Matrix3<f64>,
+    /// MPa.
+    pub stiffness: &'a Matrix6<f64>,
+    /// Traction of the body's own loads, MPa.
+    pub own_traction: Vector3<f64>,
+}
+
+/// What the faces at a point say.
+#[derive(Clone, Default)]
+struct FaceSum {
+    /// Sum of the area vectors.
+    area: Vector3<f64>,
+    weight: f64,
+    /// Weighted surface gradient of the displacement.
+    gradient: Matrix3<f64>,
+    stiffness: Matrix6<f64>,
+    load: Vector3<f64>,
+}
+
+/// Sums over the faces at each point.
+pub(crate) struct FaceAverages(Vec<FaceSum>);
+
+impl FaceAverages {
+    /// Of no faces.
+    pub fn new(n_points: usize) -> Self {
+        Self(vec![FaceSum::default(); n_points])
+    }
+
+    /// Adds what a face says at a point.
+    pub fn add(&mut self, point: usize, sample: &FaceContribution) {
+        let sum = &mut self.0[point];
+        sum.area += sample.area;
+        sum.weight += sample.weight;
+        sum.gradient += sample.gradient * sample.weight;
+        sum.stiffness += sample.stiffness * sample.weight;
+        sum.load += sample.own_traction * sample.weight;
+    }
+
+    /// The points that faces were added at, ascending.
+    pub fn points(&self) -> Vec<SurfaceStressPoint> {
+        let found = self.0.iter().enumerate().filter(|(_, sum)| sum.weight > 0.0);
+        found.filter_map(|(point, sum)| sum.point(point)).collect()
+    }
+}
+
+/// The points of the contact `faces` with the strain of a displacement of all mesh nodes, ascending.
+///
+/// At a point the faces count by the inverse of their areas: on a graded grid that interpolates between the middles of
+/// the cells. At the border of a load this is the mean of both sides.
+pub(crate) fn surface_stress_points(
+    model: &FeModel,
+    points: &RecoveryPoints,
+    faces: &[SurfaceFace],
+    u: &[[f64; 3]],
+) -> Vec<SurfaceStressPoint> {
+    let mesh = model.mesh();
+    let mut sums = FaceAverages::new(points.n_points());
+    let mut loads: HashMap<(CellRef, usize), Vec<FaceLoad>> = HashMap::new();
+    for loaded in model.loaded_faces() {
+        loads.entry((loaded.owner, loaded.local_face)).or_default().push(loaded.load);
+    }
+    for face in faces {
+        let loads = loads.get(&(face.owner, face.local_face)).map_or(&[][..], Vec::as_slice);
+        let owner = mesh.volume_index(face.owner);
+        let local = mesh.kind(face.owner).local_faces()[face.local_face].1;
+        let stiffness = model.regions().stiffness(owner);
+        let at_nodes = face_gradients(mesh, face, u);
+        let area: f64 = at_nodes.iter().map(|(area, _)| area.norm()).sum::<f64>() / at_nodes.len() as f64;
+        for ((area_vector, gradient), &node) in at_nodes.into_iter().zip(local) {
+            let displacement = Vector3::from(u[mesh.cell_nodes(face.owner)[node]]);
+            let normal = area_vector.try_normalize(0.0).unwrap_or_default();
+            let load = loads.iter().map(|load| load.traction(&normal, &displacement)).sum();
+            let sample =
+                FaceContribution { area: area_vector, weight: 1.0 / area, gradient, stiffness: &stiffness, own_traction: load };
+            sums.add(points.points_of_cell(owner)[node], &sample);
+        }
+    }
+    sums.points()
+}
+
+impl FaceSum {
+    fn point(&self, point: usize) -> Option<SurfaceStressPoint> {
+        let n = self.area.try_normalize(0.0)?;
+        // The global axis that is most across the normal gives the first direction.
+        let least = n.iamin();
+        let a = n.cross(&Vector3::ith(least, 1.0)).normalize();
+        let axes = Matrix3::from_columns(&[a, n.cross(&a), n]);
+        let gradient = axes.transpose() * self.gradient * axes / self.weight;
+        let strain = Vector3::new(gradient[(0, 0)], gradient[(1, 1)], gradient[(0, 1)] + gradient[(1, 0)]);
+        let stiffness = Stiffness::from_voigt(self.stiffness / self.weight).ok()?;
+        let stiffness = *stiffness.rotated(&axes.transpose()).voigt();
+        Some(SurfaceStressPoint { point, axes, strain, stiffness, own_traction: self.load / self.weight })
+    }
+}
+
+/// Area vector and surface gradient of the displacement at each node of a face.
+fn face_gradients(mesh: &Mesh, face: &SurfaceFace, u: &[[f64; 3]]) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+    match face.kind {
+        ElementKind::Tri3 => nodal_gradients::<Tri3, 3>(mesh, face, u),
+        ElementKind::Tri6 => nodal_gradients::<Tri6, 6>(mesh, face, u),
+        ElementKind::Quad4 => nodal_gradients::<Quad4, 4>(mesh, face, u),
+        ElementKind::Quad8 => nodal_gradients::<Quad8, 8>(mesh, face, u),
+        ElementKind::Quad9 => nodal_gradients::<Quad9, 9>(mesh, face, u),
+        other => unreachable!("no solid has a face of kind {}", other.name()),
+    }
+}
+
+fn nodal_gradients<S: ShapeFunctions<N, 2>, const N: usize>(
+    mesh: &Mesh,
+    face: &SurfaceFace,
+    u: &[[f64; 3]],
+) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+    let at = |xi: [f64; 2]| {
+        let gradients = S::gradients(xi);
+        let derivative = |field: &dyn Fn(usize) -> Vector3<f64>, d: usize| {
+            face.nodes
+                .iter()
+                .zip(&gradients)
+                .fold(Vector3::zeros(), |sum, (&node, g)| sum + field(node) * g[d])
+        };
+        let position = |node: usize| Vector3::from(mesh.points[node]);
+        let displacement = |node: usize| Vector3::from(u[node]);
+        let tangents = [0, 1].map(|d| derivative(&position, d));
+        let change = [0, 1].map(|d| derivative(&displacement, d));
+        let area = tangents[0].cross(&tangents[1]);
+        // Dual tangents: g^1 = g_2 x n / |g_1 x g_2|, g^2 = n x g_1 / |g_1 x g_2|.
+        let squared = area.norm_squared();
+        let dual = [tangents[1].cross(&area) / squared, area.cross(&tangents[0]) / squared];
+        (area, change[0] * dual[0].transpose() + change[1] * dual[1].transpose())
+    };
+    S::NODES.iter().map(|xi| at(*xi)).collect()
+}

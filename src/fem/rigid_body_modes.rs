@@ -1,0 +1,235 @@
+//! Rigid motions that the supports leave free: along them the contact must balance a body's loads.
+
+use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector3, Vector6};
+
+use super::dof_map::{AXIS_NAMES, DofMap};
+use super::foundation::{RestrainedDirection, restrained_directions};
+use super::element_materials::ElementMaterials;
+use super::spec::FeSpec;
+use crate::error::{Error, Result};
+use crate::geometry::format_point;
+use crate::linalg::ordering::NodeGraph;
+
+/// Eigenvalues of the supports' Gram matrix below this share of its largest are zero: supports that are nearer to
+/// one another than a millionth of the body do not hold a rotation.
+const ZERO_EIGENVALUE_RATIO: f64 = 1e-12;
+
+/// The rigid motions of a body that its supports leave free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidBodyModes {
+    /// Their names in the global axes: "translation x", "rotation about z".
+    pub names: Vec<String>,
+    centre: Vector3<f64>,
+    size: f64,
+    /// Translation and rotation (times the size) about the centre.
+    basis: Vec<Vector6<f64>>,
+}
+
+impl RigidBodyModes {
+    /// The motions of the points `part` among `points` that move none of the `held` ones along the direction in which it is held;
+    /// orthonormal as translations and rotations.
+    pub(crate) fn unconstrained(
+        points: &[[f64; 3]],
+        part: &[usize],
+        held: impl Iterator<Item = (usize, Vector3<f64>)>,
+    ) -> Self {
+        let centre = centre(points, part);
+        let size = part
+            .iter()
+            .map(|&node| (Vector3::from(points[node]) - centre).norm())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let mut gram = Matrix6::zeros();
+        for (node, direction) in held {
+            let x = (Vector3::from(points[node]) - centre) / size;
+            let row: Vector6<f64> = (0..3).map(|c| motion_row(&x, c) * direction[c]).sum();
+            gram += row * row.transpose();
+        }
+        let eigen = SymmetricEigen::new(gram);
+        let limit = ZERO_EIGENVALUE_RATIO * eigen.eigenvalues.amax();
+        let basis: Vec<Vector6<f64>> = (0..6)
+            .filter(|&i| eigen.eigenvalues[i] <= limit)
+            .map(|i| eigen.eigenvectors.column(i).into_owned())
+            .collect();
+        let rotations: Vec<Vector3<f64>> =
+            basis.iter().map(|motion| motion.fixed_view::<3, 1>(3, 0).into_owned()).collect();
+        let translations = direction_names(&pure_translations(&basis), ["translation", "translation along"]);
+        let names =
+            translations.into_iter().chain(direction_names(&rotations, ["rotation about"; 2])).collect();
+        Self { names, centre, size, basis }
+    }
+
+    /// Number of motions.
+    pub fn n_modes(&self) -> usize {
+        self.basis.len()
+    }
+
+    /// Displacement at a point by a unit of motion `j`.
+    pub fn displacement(&self, x: &Vector3<f64>, j: usize) -> Vector3<f64> {
+        let [shift, turn] = self.translation_and_rotation(j);
+        shift + turn.cross(&((x - self.centre) / self.size))
+    }
+
+    /// Translation at the point `origin` and rotation (radians) of a unit of motion `j`, global axes.
+    pub fn motion_about(&self, origin: &Vector3<f64>, j: usize) -> [Vector3<f64>; 2] {
+        [self.displacement(origin, j), self.translation_and_rotation(j)[1] / self.size]
+    }
+
+    fn translation_and_rotation(&self, j: usize) -> [Vector3<f64>; 2] {
+        [0, 3].map(|row| self.basis[j].fixed_view::<3, 1>(row, 0).into_owned())
+    }
+
+    /// The same motions, orthonormal in the mean over the points with the given weights; `None` if they are not
+    /// independent there.
+    pub(crate) fn orthonormal(mut self, points: &[[f64; 3]], weight: impl Fn(usize) -> f64) -> Option<Self> {
+        let n = self.n_modes();
+        let mut gram = DMatrix::<f64>::zeros(n, n);
+        for (node, point) in points.iter().enumerate() {
+            let share = weight(node);
+            if share == 0.0 {
+                continue;
+            }
+            let moved: Vec<Vector3<f64>> = (0..n).map(|j| self.displacement(&(*point).into(), j)).collect();
+            for i in 0..n {
+                (0..n).for_each(|j| gram[(i, j)] += share * moved[i].dot(&moved[j]));
+            }
+        }
+        let inverse = gram.cholesky()?.l().try_inverse()?;
+        let combine = |i: usize| (0..=i).map(|j| self.basis[j] * inverse[(i, j)]).sum::<Vector6<f64>>();
+        let basis = (0..n).map(combine).collect();
+        self.basis = basis;
+        Some(self)
+    }
+}
+
+/// The rigid motions that the supports of a body leave free, before anything is assembled; `None` if it is held.
+///
+/// # Errors
+/// If supports contradict one another, or a body of several parts that share no node is not held in all of them. Cells
+/// that are no finite elements here are left to [`super::FeModel::new`].
+pub fn find_rigid_body_modes(spec: &FeSpec) -> Result<Option<RigidBodyModes>> {
+    let Ok(regions) = ElementMaterials::new(spec) else { return Ok(None) };
+    let dofs = DofMap::new(spec, &regions)?;
+    let cells = regions.cells.iter().map(|&cell| spec.mesh.cell_nodes(cell));
+    rigid_body_modes_of_dofs(spec, &dofs, &NodeGraph::from_elements(spec.mesh.n_points(), cells))
+}
+
+/// As [`find_rigid_body_modes`], of numbered dofs.
+///
+/// # Errors
+/// As [`find_rigid_body_modes`].
+pub(super) fn rigid_body_modes_of_dofs(spec: &FeSpec, dofs: &DofMap, graph: &NodeGraph) -> Result<Option<RigidBodyModes>> {
+    let parts = connected_parts(graph, &dofs.solid_nodes);
+    let resistances = restrained_directions(spec)?;
+    for part in &parts {
+        let free = modes_of_part(&spec.mesh.points, part, dofs, &resistances);
+        if free.n_modes() == 0 {
+            continue;
+        }
+        if parts.len() == 1 {
+            return Ok(Some(free));
+        }
+        return Err(Error::input(format!(
+            "the body is not held: its part of {} nodes around {} (of {} parts that share no node) can move without \
+             force by {}; fix more components of its supports, or join the parts: only a body of one part may float",
+            part.len(),
+            format_point(&free.centre.into()),
+            parts.len(),
+            free.names.join(", ")
+        )));
+    }
+    Ok(None)
+}
+
+/// Nodes of each connected part, ascending.
+fn connected_parts(graph: &NodeGraph, nodes: &[usize]) -> Vec<Vec<usize>> {
+    let mut seen = vec![false; graph.n_nodes()];
+    let mut parts = Vec::new();
+    for &start in nodes {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut next = 0;
+        while next < part.len() {
+            for &other in graph.neighbours(part[next]) {
+                if !std::mem::replace(&mut seen[other], true) {
+                    part.push(other);
+                }
+            }
+            next += 1;
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts
+}
+
+fn centre(points: &[[f64; 3]], part: &[usize]) -> Vector3<f64> {
+    part.iter().fold(Vector3::zeros(), |sum, &node| sum + Vector3::from(points[node])) / part.len() as f64
+}
+
+/// The displacement along `component` at `x` (from the centre, in body sizes) by each of the six unit motions.
+fn motion_row(x: &Vector3<f64>, component: usize) -> Vector6<f64> {
+    let mut row = Vector6::zeros();
+    row[component] = 1.0;
+    for axis in 0..3 {
+        let mut turn = Vector3::zeros();
+        turn[axis] = 1.0;
+        row[3 + axis] = turn.cross(x)[component];
+    }
+    row
+}
+
+/// The rigid motions of `part` that move no prescribed dof and work against no foundation.
+fn modes_of_part(
+    points: &[[f64; 3]],
+    part: &[usize],
+    dofs: &DofMap,
+    resistances: &[RestrainedDirection],
+) -> RigidBodyModes {
+    let held = part.iter().flat_map(|&node| (0..3).map(move |c| (node, c)));
+    let held = held.filter(|(node, c)| dofs.prescribed(3 * node + c).is_some());
+    let held = held.map(|(node, c)| (node, Vector3::ith(c, 1.0)));
+    let bedded = resistances.iter().filter(|(node, _)| part.binary_search(node).is_ok());
+    RigidBodyModes::unconstrained(points, part, held.chain(bedded.copied()))
+}
+
+/// The translations, without rotation, in the space of some orthonormal motions.
+fn pure_translations(basis: &[Vector6<f64>]) -> Vec<Vector3<f64>> {
+    let projector = basis.iter().fold(Matrix6::zeros(), |sum, motion| sum + motion * motion.transpose());
+    let eigen = SymmetricEigen::new(projector.fixed_view::<3, 3>(0, 0).into_owned());
+    (0..3)
+        .filter(|&i| eigen.eigenvalues[i] > 1.0 - 1e-9)
+        .map(|i| eigen.eigenvectors.column(i).into_owned())
+        .collect()
+}
+
+/// Names the space spanned by `directions`: along the axes where it holds them, else by direction; `what` is said of an
+/// axis and of any other direction.
+fn direction_names(directions: &[Vector3<f64>], what: [&str; 2]) -> Vec<String> {
+    let mut rows = DMatrix::from_fn(directions.len(), 3, |i, j| directions[i][j]);
+    let mut rank = 0;
+    for column in 0..3 {
+        let pivot =
+            (rank..rows.nrows()).max_by(|&a, &b| rows[(a, column)].abs().total_cmp(&rows[(b, column)].abs()));
+        let Some(pivot) = pivot.filter(|&i| rows[(i, column)].abs() > 1e-6) else { continue };
+        rows.swap_rows(rank, pivot);
+        let scaled = rows.row(rank) / rows[(rank, column)];
+        rows.set_row(rank, &scaled);
+        for i in (0..rows.nrows()).filter(|&i| i != rank) {
+            let reduced = rows.row(i) - &scaled * rows[(i, column)];
+            rows.set_row(i, &reduced);
+        }
+        rank += 1;
+    }
+    (0..rank).map(|i| axis_name(&Vector3::new(rows[(i, 0)], rows[(i, 1)], rows[(i, 2)]), what)).collect()
+}
+
+fn axis_name(axis: &Vector3<f64>, what: [&str; 2]) -> String {
+    // Rounding of a zero must not show as a sign.
+    let axis = axis.normalize().map(|c| if c.abs() < 1e-9 { 0.0 } else { c });
+    match (0..3).find(|&c| axis[c].abs() > 1.0 - 1e-9) {
+        Some(c) => format!("{} {}", what[0], AXIS_NAMES[c]),
+        None => format!("{} the direction ({:.3}, {:.3}, {:.3})", what[1], axis.x, axis.y, axis.z),
+    }
+}

@@ -1,0 +1,278 @@
+//! Which faces lie over a cell, seen along its normal, and the averages of their shape functions.
+
+use super::clip::{Polygon, area_and_centroid, convex_parts, intersect};
+use super::facets::{Facet, facets_of_face};
+use super::ball_tree::{Ball, BallTree};
+use super::shape_integrals::{Facing, ProjectedFacet};
+use super::{ContactFrame, Side};
+use crate::error::{Error, Result};
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Largest part of a cell that may be covered twice, and on grids uncovered.
+const COVERAGE_TOLERANCE: f64 = 1e-9;
+
+/// Largest uncovered part of a cell made from a face. Where two bodies end on one edge or symmetry plane, surfaces that
+/// are a gap apart end a little apart as seen along the inclined normal of the last cell; averages go over the covered
+/// part.
+const MAX_UNCOVERED_SHARE: f64 = 0.1;
+
+/// What was found under one cell.
+pub(super) struct CellCoverage {
+    /// (mesh node or other function, weight), ascending.
+    pub(super) weights: Vec<(usize, f64)>,
+    /// Covered part of the cell.
+    pub(super) coverage: f64,
+    /// A face that is folded as seen along the cell's normal.
+    folded: Option<usize>,
+}
+
+/// The facets of the contact faces, and where to search for them.
+pub(super) struct FacetIndex<'a> {
+    faces: &'a [SurfaceFace],
+    facets: Vec<Facet>,
+    tree: BallTree,
+}
+
+/// A convex part of a cell under one facet.
+pub(super) struct CellOverlap {
+    facet: usize,
+    pub(super) plane: ProjectedFacet,
+    pub(super) common: Polygon,
+    pub(super) area: f64,
+    /// Height of the facet over the cell.
+    height: f64,
+}
+
+impl<'a> FacetIndex<'a> {
+    pub(super) fn new(mesh: &Mesh, faces: &'a [SurfaceFace], side: Side) -> Self {
+        let facets: Vec<Facet> =
+            faces.iter().enumerate().flat_map(|(index, face)| facets_of_face(mesh, face, index, side)).collect();
+        let tree = BallTree::new(facets.iter().map(|facet| Ball::around(&facet.corners)).collect());
+        Self { faces, facets, tree }
+    }
+
+    /// Index of the face to which a part of a cell belongs.
+    pub(super) fn face_of(&self, hit: &CellOverlap) -> usize {
+        self.facets[hit.facet].face
+    }
+
+    /// The parts of a cell under the facets that count, and a face that is folded there.
+    pub(super) fn overlaps(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
+        let (mut hits, folded) = self.hits(frame, cell);
+        let area = frame.areas[cell];
+        let covered = hits.iter().map(|hit| hit.area).sum::<f64>();
+        if frame.grid.is_none() && covered > area * (1.0 + COVERAGE_TOLERANCE) {
+            self.keep_nearest(&mut hits, area);
+        }
+        (hits, folded)
+    }
+
+    /// Weights and coverage of one cell, by nodes of the mesh.
+    pub(super) fn cover(&self, frame: &ContactFrame, cell: usize) -> CellCoverage {
+        self.cover_of(frame, cell, &|face, local| vec![(self.faces[face].nodes[local], 1.0)])
+    }
+
+    /// The same of other functions on the faces: `parts` gives the share of each of them in the shape function of a face's local
+    /// node.
+    pub(super) fn cover_of(
+        &self,
+        frame: &ContactFrame,
+        cell: usize,
+        parts: &dyn Fn(usize, usize) -> Vec<(usize, f64)>,
+    ) -> CellCoverage {
+        let (hits, folded) = self.overlaps(frame, cell);
+        let area = frame.areas[cell];
+        let coverage = hits.iter().map(|hit| hit.area).sum::<f64>() / area;
+        // A grid's cells are covered to rounding; faces of two meshes may end a little apart.
+        let whole = if frame.grid.is_some() { area } else { area * coverage };
+        let mut weights = Vec::new();
+        for hit in &hits {
+            let face = self.face_of(hit);
+            let n_nodes = self.faces[face].nodes.len();
+            for (local, integral) in
+                hit.plane.integrate(&hit.common, area).into_iter().enumerate().take(n_nodes)
+            {
+                let weight = integral / whole;
+                weights.extend(parts(face, local).into_iter().map(|(of, share)| (of, share * weight)));
+            }
+        }
+        CellCoverage { weights: merge(weights), coverage, folded }
+    }
+
+    /// The facets that look at the cell and lie over it, and a face that is folded there.
+    fn hits(&self, frame: &ContactFrame, cell: usize) -> (Vec<CellOverlap>, Option<usize>) {
+        let (triad, center) = (&frame.triads[cell], &frame.centers[cell]);
+        let normal = triad.normal();
+        let flat = |x: &Point| {
+            let local = triad.to_local(&(x - center));
+            [local.x, local.y]
+        };
+        let outline: Polygon = frame.corners(cell).iter().map(flat).collect();
+        let reach = outline.iter().map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
+        let parts = convex_parts(outline.clone());
+        let (mut candidates, mut common, mut spare) = (Vec::new(), Polygon::new(), Polygon::new());
+        self.tree.query(center, &normal, reach, &mut candidates);
+        let (mut hits, mut folded) = (Vec::new(), None);
+        for &candidate in &candidates {
+            let facet = &self.facets[candidate];
+            let corners: Polygon = facet.corners.iter().map(flat).collect();
+            let plane = ProjectedFacet::new(self.faces[facet.face].kind, &corners, &facet.reference);
+            let facing = plane.facing(facet.scale);
+            if facing == Facing::Away || !overlap(&corners, &outline) {
+                continue;
+            }
+            if facing == Facing::Folded {
+                folded = folded.or(Some(facet.face));
+                continue;
+            }
+            let mean = facet.corners.iter().sum::<Point>() / corners.len() as f64;
+            let height = normal.dot(&(mean - center));
+            for part in &parts {
+                intersect(part, plane.corners(), &mut common, &mut spare);
+                let area = area_and_centroid(&common).0;
+                if area > 1e-15 * frame.areas[cell] {
+                    hits.push(CellOverlap { facet: candidate, plane, common: common.clone(), area, height });
+                }
+            }
+        }
+        (hits, folded)
+    }
+
+    /// Of several sheets of faces over a cell (connected through their nodes) keeps the nearest, and the next ones as
+    /// long as the cell is not covered twice.
+    fn keep_nearest(&self, hits: &mut Vec<CellOverlap>, area: f64) {
+        let mut sheets: Vec<(Vec<usize>, f64, f64)> = Vec::new();
+        let mut sheet_of = vec![usize::MAX; hits.len()];
+        for first in 0..hits.len() {
+            if sheet_of[first] != usize::MAX {
+                continue;
+            }
+            let (mut members, mut next) = (vec![first], 0);
+            sheet_of[first] = sheets.len();
+            while next < members.len() {
+                for other in 0..hits.len() {
+                    if sheet_of[other] == usize::MAX && self.joined(&hits[members[next]], &hits[other]) {
+                        sheet_of[other] = sheets.len();
+                        members.push(other);
+                    }
+                }
+                next += 1;
+            }
+            let covered: f64 = members.iter().map(|&i| hits[i].area).sum();
+            let moment: f64 = members.iter().map(|&i| hits[i].area * hits[i].height).sum();
+            sheets.push((members, covered, (moment / covered).abs()));
+        }
+        let mut order: Vec<usize> = (0..sheets.len()).collect();
+        order.sort_by(|&a, &b| sheets[a].2.total_cmp(&sheets[b].2).then(a.cmp(&b)));
+        let mut kept = vec![false; hits.len()];
+        let mut total = 0.0;
+        for sheet in order {
+            let (members, covered, _) = &sheets[sheet];
+            if total == 0.0 || total + covered <= area * (1.0 + COVERAGE_TOLERANCE) {
+                total += covered;
+                members.iter().for_each(|&i| kept[i] = true);
+            }
+        }
+        let mut index = 0;
+        hits.retain(|_| {
+            index += 1;
+            kept[index - 1]
+        });
+    }
+
+    /// Whether the faces of two hits are the same or share a node.
+    fn joined(&self, a: &CellOverlap, b: &CellOverlap) -> bool {
+        let nodes = |hit: &CellOverlap| &self.faces[self.facets[hit.facet].face].nodes;
+        nodes(a).iter().any(|node| nodes(b).contains(node))
+    }
+}
+
+/// Whether the extents of two polygons overlap.
+fn overlap(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
+    let ends = |polygon: &[[f64; 2]], k: usize| {
+        polygon
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[k]), high.max(x[k])])
+    };
+    (0..2).all(|k| {
+        let (a, b) = (ends(a, k), ends(b, k));
+        a[0] < b[1] && b[0] < a[1]
+    })
+}
+
+/// Sums the weights of equal nodes, ascending.
+fn merge(mut weights: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+    weights.sort_by_key(|w| w.0);
+    weights.dedup_by(|later, kept| {
+        let same = later.0 == kept.0;
+        if same {
+            kept.1 += later.1;
+        }
+        same
+    });
+    weights
+}
+
+fn folded(face: &SurfaceFace) -> Error {
+    Error::input(format!(
+        "the contact face {} ({}) is folded or not convex as seen along the normal of the contact frame: mend the mesh \
+         there, or leave it out of the contact group",
+        face.tag,
+        face.kind.name()
+    ))
+}
+
+/// Whether the faces cover the cell enough to take part in contact.
+pub(super) fn is_covered(frame: &ContactFrame, cover: &CellCoverage) -> bool {
+    let missing = if frame.grid.is_some() { COVERAGE_TOLERANCE } else { MAX_UNCOVERED_SHARE };
+    cover.coverage >= 1.0 - missing
+}
+
+/// Refuses cells that hang over the edge of the faces, or lie over two sheets of them.
+pub(super) fn refuse_uncovered(
+    frame: &ContactFrame,
+    covers: &[CellCoverage],
+    (side, faces): (Side, &[SurfaceFace]),
+) -> Result<()> {
+    let bad = |c: &&CellCoverage| !is_covered(frame, c) || c.coverage > 1.0 + COVERAGE_TOLERANCE;
+    let Some(cell) = covers.iter().position(|c| bad(&c)) else { return Ok(()) };
+    let count = covers.iter().filter(bad).count();
+    let coverage = covers[cell].coverage;
+    if let Some(face) = covers[cell].folded {
+        return Err(folded(&faces[face]));
+    }
+    let place = frame.centers[cell];
+    let name = match frame.grid {
+        Some(grid) => {
+            let place = frame.grid_index(cell);
+            format!("{cell} (ix = {}, iy = {})", place / grid.cells[1], place % grid.cells[1])
+        }
+        None => cell.to_string(),
+    };
+    let (what, mend) = if coverage < 1.0 {
+        (
+            format!(
+                "is covered by the contact faces of {} to {:.4} %",
+                side.name(),
+                100.0 * coverage.max(0.0)
+            ),
+            "make the frame smaller, move its center, or enlarge the contact group (its faces must look towards \
+             the other body)",
+        )
+    } else {
+        (
+            format!("is covered {coverage:.4} times by the contact faces of {}", side.name()),
+            "leave only one sheet of faces in the contact group",
+        )
+    };
+    Err(Error::input(format!(
+        "cell {name} of the contact frame at ({:.6}, {:.6}, {:.6}) {what}; all {} cells must be covered once \
+         ({count} are not): {mend}",
+        place.x,
+        place.y,
+        place.z,
+        covers.len()
+    )))
+}

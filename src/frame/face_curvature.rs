@@ -1,0 +1,208 @@
+//! How far a curved surface lies outside its flat faces, from the nodes around, and the faces bowed by as much.
+//!
+//! Faces of first order have their nodes on the surface and cut off what bulges between them, h^2 / 8R along an edge of
+//! length h. A quadratic surface through the nodes around each node gives the curvature there; an edge is bowed by the
+//! smaller of the curvatures at its ends, and not at all where they differ in sign, so that a crease between plane
+//! faces stays one.
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use rayon::prelude::*;
+
+use super::ContactFrame;
+use super::cell_coverage::FacetIndex;
+use super::faces::vector_area;
+use super::facets::is_quadratic;
+use super::initial_contact::MeshedSurface;
+use crate::element::ElementKind::{self, Quad8, Tri6};
+use crate::geometry::{Point, Triad};
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Faces whose normals turn by more than this from that of a node (cosine) meet there in an edge of the body.
+const MIN_SMOOTH_COSINE: f64 = 0.9;
+
+/// Fewer neighbours than this do not determine a quadratic surface.
+const MIN_FIT_NEIGHBOURS: usize = 8;
+
+/// Layers of faces around a node that are looked at to find them.
+const MAX_NEIGHBOUR_LAYERS: usize = 3;
+
+/// An edge of a flat face, and what it cuts off of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeSagitta {
+    /// Length of the edge, mm.
+    pub length: f64,
+    /// Height of the surface over its middle by the curvatures at its ends, outward, mm.
+    pub sagittas_at_ends: [f64; 2],
+    /// Offset of its middle that is taken for the surface's, global, mm.
+    midpoint_offset: Point,
+}
+
+impl EdgeSagitta {
+    /// The larger height, mm.
+    pub fn largest(&self) -> f64 {
+        self.sagittas_at_ends[0].abs().max(self.sagittas_at_ends[1].abs())
+    }
+
+    /// The height by which it is bowed, mm.
+    pub fn applied(&self) -> f64 {
+        self.midpoint_offset.norm()
+    }
+
+    /// What the ends do not agree on, mm: nothing where the curvature is the same at both.
+    pub fn disagreement(&self) -> f64 {
+        self.largest() - self.applied()
+    }
+}
+
+/// The second derivatives of the surface at a node, over the plane of two unit vectors.
+struct Curvature {
+    axes: Triad,
+    second: Matrix2<f64>,
+}
+
+/// What the edges of `faces` cut off, one list per face in the order of its edges; nothing for faces of second order, whose
+/// middle nodes say where they are, and for edges between two creases.
+pub fn edge_sagittas(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Option<EdgeSagitta>; 4]> {
+    let mut around: HashMap<usize, Vec<usize>> = HashMap::new();
+    let flat = faces.iter().enumerate().filter(|(_, face)| !is_quadratic(face.kind));
+    flat.for_each(|(i, face)| face.nodes.iter().for_each(|&node| around.entry(node).or_default().push(i)));
+    let curvatures: HashMap<usize, Curvature> =
+        around.keys().filter_map(|&node| Some((node, curvature(mesh, faces, &around, node)?))).collect();
+    let cut = |a: usize, b: usize| {
+        let chord = Point::from(mesh.points[b]) - Point::from(mesh.points[a]);
+        let ends = [curvatures.get(&a), curvatures.get(&b)];
+        let sag = |end: &Curvature| -0.125 * end.along(&chord);
+        let bow = match ends {
+            [Some(start), Some(end)] if sag(start) * sag(end) > 0.0 => {
+                let least = if sag(start).abs() < sag(end).abs() { start } else { end };
+                sag(least) * least.axes.normal()
+            }
+            _ => Point::zeros(),
+        };
+        // A crease does not know the curvature beside it.
+        let known = ends[0].or(ends[1])?;
+        Some(EdgeSagitta { length: chord.norm(), sagittas_at_ends: ends.map(|end| sag(end.unwrap_or(known))), midpoint_offset: bow })
+    };
+    let of_face = |face: &SurfaceFace| {
+        let n = face.kind.n_corners();
+        std::array::from_fn(|i| {
+            let edge = (i < n && !is_quadratic(face.kind)).then(|| [face.nodes[i], face.nodes[(i + 1) % n]]);
+            edge.and_then(|[a, b]| cut(a, b))
+        })
+    };
+    faces.iter().map(of_face).collect()
+}
+
+/// Offsets of the middles of the edges of `faces` from their chords, global, mm, likewise; zero where nothing is known to be cut
+/// off.
+pub(super) fn edge_midpoint_offsets(mesh: &Mesh, faces: &[SurfaceFace]) -> Vec<[Point; 4]> {
+    let bows = |cuts: [Option<EdgeSagitta>; 4]| cuts.map(|cut| cut.map_or_else(Point::zeros, |cut| cut.midpoint_offset));
+    edge_sagittas(mesh, faces).into_iter().map(bows).collect()
+}
+
+/// The kind of face that a flat one is when its edges are bowed.
+pub(super) fn quadratic_kind(flat: ElementKind) -> ElementKind {
+    if flat.n_corners() == 3 { Tri6 } else { Quad8 }
+}
+
+/// Height along `normal` over the middle of a chord of a surface that lies `bow` beyond it, across itself.
+fn offset_along_normal(bow: &Point, normal: &Point) -> f64 {
+    let along = normal.dot(bow);
+    // Nearly edge-on the chord is not seen to be straight.
+    if along.abs() > 0.5 * bow.norm() { bow.norm_squared() / along } else { along }
+}
+
+impl MeshedSurface<'_> {
+    /// Its mean heights over the cells with the flat faces bowed as the surface they stand for, `[N]`, mm: the shape functions
+    /// of the middles of the edges times their offsets are added.
+    pub fn curved_heights(&self, frame: &ContactFrame) -> Vec<f64> {
+        let bows = edge_midpoint_offsets(self.mesh, self.faces);
+        if bows.iter().flatten().all(|bow| bow.norm_squared() == 0.0) {
+            return self.mean_heights.clone();
+        }
+        let space = FacetIndex::new(self.mesh, self.faces, self.side);
+        let bowed = |cell: usize| {
+            let normal = frame.triads[cell].normal();
+            let (mut added, mut covered) = (0.0, 0.0);
+            for hit in space.overlaps(frame, cell).0 {
+                covered += hit.area;
+                let index = space.face_of(&hit);
+                let flat = self.faces[index].kind;
+                if is_quadratic(flat) {
+                    continue;
+                }
+                let n = flat.n_corners();
+                let plane = hit.plane.of_kind(quadratic_kind(flat));
+                let integrals = plane.integrate(&hit.common, frame.areas[cell]);
+                let offsets = bows[index].iter().map(|bow| offset_along_normal(bow, &normal));
+                added +=
+                    integrals[n..2 * n].iter().zip(offsets).map(|(part, offset)| part * offset).sum::<f64>();
+            }
+            self.mean_heights[cell] + added / if frame.grid.is_some() { frame.areas[cell] } else { covered }
+        };
+        (0..frame.n_cells()).into_par_iter().map(bowed).collect()
+    }
+}
+
+impl Curvature {
+    /// d^T C d for a chord d.
+    fn along(&self, chord: &Point) -> f64 {
+        let local = self.axes.to_local(chord);
+        let flat = Vector2::new(local.x, local.y);
+        flat.dot(&(self.second * flat))
+    }
+}
+
+/// The quadratic surface through a node that fits the nodes around best; `None` at an edge of the body.
+fn curvature(
+    mesh: &Mesh,
+    faces: &[SurfaceFace],
+    around: &HashMap<usize, Vec<usize>>,
+    node: usize,
+) -> Option<Curvature> {
+    let at = |node: usize| Point::from(mesh.points[node]);
+    let areas: Vec<Point> = around[&node]
+        .iter()
+        .map(|&face| vector_area(&faces[face].nodes.iter().map(|&node| at(node)).collect::<Vec<_>>()))
+        .collect();
+    let normal = areas.iter().sum::<Point>().normalize();
+    if areas.iter().any(|area| area.normalize().dot(&normal) < MIN_SMOOTH_COSINE) {
+        return None;
+    }
+    let axes = Triad::from_normal(normal, Point::x());
+    let near: Vec<Point> = neighbours(faces, around, node)
+        .into_iter()
+        .map(|other| axes.to_local(&(at(other) - at(node))))
+        .collect();
+    let size = near.iter().map(|x| x.x.hypot(x.y)).fold(0.0, f64::max);
+    let terms = |i: usize, term: usize| {
+        let (x, y) = (near[i].x / size, near[i].y / size);
+        [x, y, 0.5 * x * x, x * y, 0.5 * y * y][term]
+    };
+    let matrix = DMatrix::from_fn(near.len(), 5, terms);
+    let heights = DVector::from_fn(near.len(), |i, _| near[i].z);
+    // Of several surfaces that fit (a single row of faces) the smallest coefficients.
+    let found = matrix.svd(true, true).solve(&heights, 1e-6).ok()?;
+    let second = Matrix2::new(found[2], found[3], found[3], found[4]) / (size * size);
+    Some(Curvature { axes, second })
+}
+
+/// The nodes around a node, in as many layers of faces as it takes, ascending.
+fn neighbours(faces: &[SurfaceFace], around: &HashMap<usize, Vec<usize>>, node: usize) -> Vec<usize> {
+    let mut found = vec![node];
+    for _ in 0..MAX_NEIGHBOUR_LAYERS {
+        let layer = found.iter().flat_map(|node| &around[node]).flat_map(|&face| &faces[face].nodes);
+        let mut next: Vec<usize> = layer.copied().collect();
+        next.sort_unstable();
+        next.dedup();
+        found = next;
+        if found.len() > MIN_FIT_NEIGHBOURS {
+            break;
+        }
+    }
+    found.retain(|&other| other != node);
+    found
+}

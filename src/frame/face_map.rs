@@ -1,0 +1,212 @@
+//! Maps from the nodes of a body's contact faces to the cells of the frame, consistent with the patch test.
+//!
+//! Row I of the map is the average of the face shape functions over cell I,
+//! I_Ij = (1 / A_I) int_{cell I} N_j dS, integrated exactly on the intersections of the cell with the faces, all
+//! seen along the cell's normal; so sum_I A_I I_Ij = int N_j dS wherever the cells tile the faces.
+//!
+//! # Source
+//! docs/theory-coupling.md.
+
+use std::collections::HashMap;
+
+use nalgebra_sparse::CsrMatrix;
+use rayon::prelude::*;
+
+use super::cell_coverage::{CellCoverage, FacetIndex, is_covered, refuse_uncovered};
+use super::{ContactFrame, Side};
+use crate::error::Result;
+use crate::geometry::{Point, Triad};
+use crate::linalg::PerCell;
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Sparse map I from nodal values on the contact faces to cell averages, and its transpose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceMap {
+    nodes: Vec<usize>,
+    /// I, one row per cell, `[N, n_c]`.
+    rows: CsrMatrix<f64>,
+    /// Its transpose, one row per contact node.
+    columns: CsrMatrix<f64>,
+    triads: PerCell<Triad>,
+    areas: Vec<f64>,
+}
+
+/// Rows of weights as a matrix with `n_columns` columns.
+fn matrix(lists: &[Vec<(usize, f64)>], n_columns: usize) -> CsrMatrix<f64> {
+    let mut starts = vec![0];
+    let (mut indices, mut weights) = (Vec::new(), Vec::new());
+    for list in lists {
+        indices.extend(list.iter().map(|entry| entry.0));
+        weights.extend(list.iter().map(|entry| entry.1));
+        starts.push(indices.len());
+    }
+    let matrix = CsrMatrix::try_from_csr_data(lists.len(), n_columns, starts, indices, weights);
+    matrix.expect("rows by ascending columns")
+}
+
+/// Entries (column, weight) of a row.
+fn entries(matrix: &CsrMatrix<f64>, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let (starts, columns, weights) = matrix.csr_data();
+    let range = starts[row]..starts[row + 1];
+    columns[range.clone()].iter().copied().zip(weights[range].iter().copied())
+}
+
+/// Whether the faces (of body `side`) cover each cell enough for it to take part in contact, `[N]`: to rounding on
+/// grids, nine tenths where the cells are faces themselves.
+pub fn covered_cells(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Vec<bool> {
+    let faces = FacetIndex::new(mesh, faces, side);
+    let cover = |cell: usize| is_covered(frame, &faces.cover(frame, cell));
+    (0..frame.n_cells()).into_par_iter().map(cover).collect()
+}
+
+impl FaceMap {
+    /// The map between `frame` and `faces` (of `mesh`, the contact faces of body `side`, outward).
+    ///
+    /// # Errors
+    /// If a face is folded as seen along a cell's normal, or a cell is not covered exactly once by the faces.
+    pub fn new(frame: &ContactFrame, mesh: &Mesh, faces: &[SurfaceFace], side: Side) -> Result<Self> {
+        let space = FacetIndex::new(mesh, faces, side);
+        let found: Vec<CellCoverage> =
+            (0..frame.n_cells()).into_par_iter().map(|cell| space.cover(frame, cell)).collect();
+        Self::from_covers(frame, found, (side, faces))
+    }
+
+    /// The same for functions on the faces other than their shape functions, which are numbered in place of nodes: `parts` gives the
+    /// share of each in the shape function of a face's local node, so that they sum up to the same space.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_basis(
+        frame: &ContactFrame,
+        mesh: &Mesh,
+        (side, faces): (Side, &[SurfaceFace]),
+        parts: impl Fn(usize, usize) -> Vec<(usize, f64)> + Sync,
+    ) -> Result<Self> {
+        let space = FacetIndex::new(mesh, faces, side);
+        let cover = |cell: usize| space.cover_of(frame, cell, &parts);
+        let found: Vec<CellCoverage> = (0..frame.n_cells()).into_par_iter().map(cover).collect();
+        Self::from_covers(frame, found, (side, faces))
+    }
+
+    fn from_covers(
+        frame: &ContactFrame,
+        found: Vec<CellCoverage>,
+        (side, faces): (Side, &[SurfaceFace]),
+    ) -> Result<Self> {
+        refuse_uncovered(frame, &found, (side, faces))?;
+        let mut nodes: Vec<usize> = found.iter().flat_map(|c| c.weights.iter().map(|w| w.0)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let local: HashMap<usize, usize> = nodes.iter().enumerate().map(|(i, &node)| (node, i)).collect();
+        let lists: Vec<Vec<(usize, f64)>> = found
+            .into_iter()
+            .map(|c| c.weights.into_iter().map(|(node, w)| (local[&node], w)).collect())
+            .collect();
+        let rows = matrix(&lists, nodes.len());
+        let columns = rows.transpose();
+        Ok(Self { nodes, rows, columns, triads: frame.triads.clone(), areas: frame.areas.clone() })
+    }
+
+    /// The map of the cells for which `cells` holds, to the nodes that they touch; the rows of the others are empty.
+    pub fn restrict(&self, cells: &[bool]) -> Self {
+        let mut used = vec![false; self.nodes.len()];
+        for cell in (0..self.n_cells()).filter(|&cell| cells[cell]) {
+            self.row(cell).for_each(|(node, _)| used[node] = true);
+        }
+        let kept: Vec<usize> = (0..self.nodes.len()).filter(|&node| used[node]).collect();
+        let mut local = vec![usize::MAX; self.nodes.len()];
+        kept.iter().enumerate().for_each(|(i, &node)| local[node] = i);
+        let row = |cell: usize| self.row(cell).map(|(node, weight)| (local[node], weight)).collect();
+        let lists: Vec<Vec<(usize, f64)>> =
+            (0..self.n_cells()).map(|cell| if cells[cell] { row(cell) } else { Vec::new() }).collect();
+        let rows = matrix(&lists, kept.len());
+        let columns = rows.transpose();
+        let nodes = kept.iter().map(|&node| self.nodes[node]).collect();
+        Self { nodes, rows, columns, triads: self.triads.clone(), areas: self.areas.clone() }
+    }
+
+    /// Mesh nodes that the cells touch (the contact nodes), ascending, `[n_c]`.
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// Number of cells N.
+    pub fn n_cells(&self) -> usize {
+        self.rows.nrows()
+    }
+
+    /// Local axes of the cells.
+    pub fn triads(&self) -> &PerCell<Triad> {
+        &self.triads
+    }
+
+    /// Areas of the cells, mm2.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// Entries (cell, weight) of a contact node's column.
+    pub fn column(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        entries(&self.columns, node)
+    }
+
+    /// Entries (contact node, weight) of a cell's row.
+    pub fn row(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        entries(&self.rows, cell)
+    }
+
+    /// Cell averages in local axes, `[3, N]` by planes, of nodal vectors `[n_c, 3]` in global axes; overwrites.
+    pub fn apply(&self, nodal: &[f64], local: &mut [f64]) {
+        let n = self.n_cells();
+        for cell in 0..n {
+            let mut mean = Point::zeros();
+            for (node, weight) in entries(&self.rows, cell) {
+                mean += weight * Point::new(nodal[3 * node], nodal[3 * node + 1], nodal[3 * node + 2]);
+            }
+            let mean = self.triads[cell].to_local(&mean);
+            (0..3).for_each(|k| local[k * n + cell] = mean[k]);
+        }
+    }
+
+    /// Nodal forces I^T A t, `[n_c, 3]` in global axes (N), of tractions t in local axes, `[3, N]` by planes
+    /// (MPa); overwrites.
+    pub fn apply_transpose(&self, tractions: &[f64], forces: &mut [f64]) {
+        let n = self.n_cells();
+        for (node, force) in forces.chunks_exact_mut(3).enumerate() {
+            let mut sum = Point::zeros();
+            for (cell, weight) in entries(&self.columns, node) {
+                let local = Point::new(tractions[cell], tractions[n + cell], tractions[2 * n + cell]);
+                sum += self.triads[cell].to_global(&local) * (weight * self.areas[cell]);
+            }
+            force.copy_from_slice(sum.as_slice());
+        }
+    }
+
+    /// Cell averages `[N]` of nodal scalars `[n_c]`; overwrites.
+    pub fn average(&self, nodal: &[f64], cells: &mut [f64]) {
+        for (cell, mean) in cells.iter_mut().enumerate() {
+            *mean = entries(&self.rows, cell).map(|(node, weight)| weight * nodal[node]).sum();
+        }
+    }
+
+    /// Nodal sums `[n_c]`, sum_I A_I I_Ij p_I, of cell values p `[N]`; overwrites.
+    pub fn integrate_to_nodes(&self, cells: &[f64], nodal: &mut [f64]) {
+        for (node, sum) in nodal.iter_mut().enumerate() {
+            *sum = entries(&self.columns, node)
+                .map(|(cell, weight)| weight * self.areas[cell] * cells[cell])
+                .sum();
+        }
+    }
+
+    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    pub fn mean_heights(&self, frame: &ContactFrame, mesh: &Mesh) -> Vec<f64> {
+        (0..self.n_cells())
+            .map(|cell| {
+                let mean: Point =
+                    self.row(cell).map(|(j, weight)| weight * Point::from(mesh.points[self.nodes[j]])).sum();
+                frame.triads[cell].normal().dot(&(mean - frame.centers[cell]))
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,270 @@
+//! Where two surfaces first touch: their smallest distance point by point, not cell by cell.
+//!
+//! Over each cell the distance is looked at on the common refinement of the faces of both bodies, at its corners and
+//! middles; where it may fall further in between, as between curved faces, its least value is searched for.
+
+use rayon::prelude::*;
+
+use super::face_curvature::{quadratic_kind, edge_midpoint_offsets};
+use super::clip::{Polygon, area_and_centroid, twice_signed_area, intersect};
+use super::cell_coverage::FacetIndex;
+use super::facets::is_quadratic;
+use super::shape_integrals::ProjectedFacet;
+use super::{ContactFrame, Side};
+use crate::element::{ElementKind, MAX_FACE_NODES};
+use crate::geometry::Point;
+use crate::mesh::Mesh;
+use crate::mesh::faces::SurfaceFace;
+
+/// Halvings of the step of a search, from the size of a polygon.
+const MAX_STEP_HALVINGS: usize = 16;
+
+/// Rounds of a search; what is left of it then is rounding.
+const MAX_SEARCH_ROUNDS: usize = 200;
+
+/// A point outside of an edge by less than this share of the part's size lies on it.
+const INSIDE_TOLERANCE: f64 = 1e-12;
+
+/// The meshed surface of one body under a frame.
+#[derive(Debug, Clone)]
+pub struct MeshedSurface<'a> {
+    /// The body's mesh.
+    pub mesh: &'a Mesh,
+    /// Its contact faces, outward.
+    pub faces: &'a [SurfaceFace],
+    /// Which body it is.
+    pub side: Side,
+    /// Mean height of the faces over each cell, along its normal from its centre, `[N]`, mm.
+    pub mean_heights: Vec<f64>,
+}
+
+/// The faces of a body, bowed as the surface they stand for.
+struct CurvedSurface<'a> {
+    surface: &'a MeshedSurface<'a>,
+    space: FacetIndex<'a>,
+    bows: Vec<[Point; 4]>,
+}
+
+/// A convex part of a cell under one face: the face's height over the cell is a sum of shape functions.
+struct FacePiece {
+    polygon: Polygon,
+    plane: ProjectedFacet,
+    kind: ElementKind,
+    heights: [f64; MAX_FACE_NODES],
+    /// Of the middles of the edges over their chords.
+    bows: [f64; 4],
+}
+
+/// A plane over a cell: height at its centre, and slopes.
+struct Plane {
+    height: f64,
+    slope: [f64; 2],
+}
+
+/// What lies over a part of a cell on one side.
+#[derive(Clone, Copy)]
+enum LocalSurface<'a> {
+    Piece(&'a FacePiece),
+    Plane(&'a Plane),
+}
+
+/// The distance over one convex polygon of the common refinement.
+struct OverlapRegion<'a> {
+    polygon: Polygon,
+    sides: [LocalSurface<'a>; 2],
+}
+
+/// The least distance found at the points looked at, and by how much it varies between them.
+#[derive(Debug, Clone, Copy)]
+struct DistanceRange {
+    least: f64,
+    spread: f64,
+}
+
+/// How far body 2 moves against the frame's n until the surfaces first touch, over the cells whose normal has at least
+/// the share `facing` of the largest component along n: the smallest distance along a cell's normal over that component
+/// (infinite without such cells). `None` is the plane through the global origin across n.
+///
+/// Faces of first order count as bowed by the curvature of the surface around: it is the surface that touches, not the
+/// corners its faces happen to have.
+pub fn first_touch(frame: &ContactFrame, surfaces: [Option<&MeshedSurface>; 2], facing: f64) -> f64 {
+    let sheets = surfaces.map(|surface| surface.map(CurvedSurface::new));
+    let n = frame.axes.normal();
+    let cosines = frame.triads.map(|triad| triad.normal().dot(&n)).into_vec();
+    let largest = cosines.iter().copied().fold(0.0, f64::max);
+    let cells: Vec<usize> = (0..frame.n_cells()).filter(|&cell| cosines[cell] > facing * largest).collect();
+    let seen: Vec<DistanceRange> = cells.par_iter().map(|&cell| over_cell(frame, &sheets, cell, distance_range)).collect();
+    let touch = |i: usize, distance: f64| distance / cosines[cells[i]];
+    let first = (0..cells.len()).map(|i| touch(i, seen[i].least)).fold(f64::INFINITY, f64::min);
+    let may_fall = |&i: &usize| touch(i, seen[i].least - seen[i].spread) < first;
+    (0..cells.len())
+        .into_par_iter()
+        .filter(may_fall)
+        .map(|i| touch(i, over_cell(frame, &sheets, cells[i], minimum_distance)))
+        .reduce(|| first, f64::min)
+}
+
+impl<'a> CurvedSurface<'a> {
+    fn new(surface: &'a MeshedSurface<'a>) -> Self {
+        let space = FacetIndex::new(surface.mesh, surface.faces, surface.side);
+        Self { surface, space, bows: edge_midpoint_offsets(surface.mesh, surface.faces) }
+    }
+
+    fn pieces(&self, frame: &ContactFrame, cell: usize) -> Vec<FacePiece> {
+        let (normal, center) = (frame.triads[cell].normal(), frame.centers[cell]);
+        let piece = |hit: super::cell_coverage::CellOverlap| {
+            let index = self.space.face_of(&hit);
+            let face = &self.surface.faces[index];
+            let mut heights = [0.0; MAX_FACE_NODES];
+            for (height, &node) in heights.iter_mut().zip(&face.nodes) {
+                *height = normal.dot(&(Point::from(self.surface.mesh.points[node]) - center));
+            }
+            let bows = self.bows[index].map(|bow| normal.dot(&bow));
+            FacePiece { polygon: hit.common, plane: hit.plane, kind: face.kind, heights, bows }
+        };
+        self.space.overlaps(frame, cell).0.into_iter().map(piece).collect()
+    }
+}
+
+impl FacePiece {
+    fn height(&self, x: [f64; 2]) -> f64 {
+        let reference = self.plane.reference_at(x);
+        let sum =
+            |values: &[f64], weights: &[f64]| values.iter().zip(weights).map(|(v, w)| v * w).sum::<f64>();
+        let height = sum(&self.heights, &self.kind.face_values(reference));
+        if is_quadratic(self.kind) {
+            return height;
+        }
+        let n = self.kind.n_corners();
+        height + sum(&self.bows[..n], &quadratic_kind(self.kind).face_values(reference)[n..2 * n])
+    }
+}
+
+impl Plane {
+    /// The plane through the global origin across the frame's n, over a cell.
+    fn over(frame: &ContactFrame, cell: usize) -> Self {
+        let n = frame.triads[cell].to_local(&frame.axes.normal());
+        let height = -frame.axes.normal().dot(&frame.centers[cell]) / n.z;
+        Self { height, slope: [-n.x / n.z, -n.y / n.z] }
+    }
+}
+
+impl OverlapRegion<'_> {
+    fn distance(&self, x: [f64; 2]) -> f64 {
+        let [lower, upper] = self.sides.map(|side| match side {
+            LocalSurface::Piece(piece) => piece.height(x),
+            LocalSurface::Plane(plane) => plane.height + plane.slope[0] * x[0] + plane.slope[1] * x[1],
+        });
+        upper - lower
+    }
+
+    /// Corners, middles of edges and the middle.
+    fn points(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let n = self.polygon.len();
+        let middle =
+            move |i: usize| [0, 1].map(|k| 0.5 * (self.polygon[i][k] + self.polygon[(i + 1) % n][k]));
+        let center = area_and_centroid(&self.polygon).1;
+        self.polygon.iter().copied().chain((0..n).map(middle)).chain(std::iter::once(center))
+    }
+
+    /// Whether a point lies in the part or on its border: `slack` is what rounding makes of an area there. Edges that are
+    /// themselves no longer than rounding, as clipping leaves them, shut nothing out.
+    fn contains(&self, x: [f64; 2], slack: f64) -> bool {
+        let n = self.polygon.len();
+        (0..n).all(|i| twice_signed_area(self.polygon[i], self.polygon[(i + 1) % n], x) >= -slack)
+    }
+
+    /// The edges, and the diagonals over two of them.
+    fn directions(&self) -> Vec<[f64; 2]> {
+        let n = self.polygon.len();
+        let over = |i: usize, k: usize| {
+            let (from, to) = (self.polygon[i], self.polygon[(i + k) % n]);
+            [to[0] - from[0], to[1] - from[1]]
+        };
+        (0..n).flat_map(|i| [over(i, 1), over(i, 2)]).collect()
+    }
+
+    /// The least distance, by steps along the directions of the part, both ways, that are halved where none leads down: along
+    /// a border on which the search stands, too, and however narrow the part.
+    ///
+    /// # Source
+    /// Lewis and Torczon (2000), SIAM J. Optim. 10, 917-941: pattern search under linear constraints.
+    fn lowest(&self) -> f64 {
+        let (mut least, mut place) = (f64::INFINITY, [0.0; 2]);
+        for x in self.points() {
+            let distance = self.distance(x);
+            if distance < least {
+                (least, place) = (distance, x);
+            }
+        }
+        let directions = self.directions();
+        let slack = INSIDE_TOLERANCE * directions.iter().map(|d| d[0] * d[0] + d[1] * d[1]).fold(0.0, f64::max);
+        let (mut halvings, mut share) = (0, 0.5);
+        for _ in 0..MAX_SEARCH_ROUNDS {
+            let before = least;
+            for (direction, sign) in directions.iter().flat_map(|d| [(d, share), (d, -share)]) {
+                let x = [place[0] + sign * direction[0], place[1] + sign * direction[1]];
+                if !self.contains(x, slack) {
+                    continue;
+                }
+                let distance = self.distance(x);
+                if distance < least {
+                    (least, place) = (distance, x);
+                }
+            }
+            if least == before {
+                (halvings, share) = (halvings + 1, 0.5 * share);
+            }
+            if halvings == MAX_STEP_HALVINGS {
+                break;
+            }
+        }
+        least
+    }
+}
+
+/// Looks at the distance over a cell, part by part of the common refinement.
+fn over_cell<T>(frame: &ContactFrame, sheets: &[Option<CurvedSurface>; 2], cell: usize, look: fn(&[OverlapRegion]) -> T) -> T {
+    let plane = Plane::over(frame, cell);
+    let [lower, upper] = sheets.each_ref().map(|sheet| sheet.as_ref().map(|sheet| sheet.pieces(frame, cell)));
+    let mut parts = Vec::new();
+    match (&lower, &upper) {
+        (Some(lower), Some(upper)) => {
+            let (mut common, mut spare) = (Polygon::new(), Polygon::new());
+            for below in lower {
+                for above in upper {
+                    intersect(&below.polygon, &above.polygon, &mut common, &mut spare);
+                    if area_and_centroid(&common).0 > 1e-15 * frame.areas[cell] {
+                        let sides = [LocalSurface::Piece(below), LocalSurface::Piece(above)];
+                        parts.push(OverlapRegion { polygon: common.clone(), sides });
+                    }
+                }
+            }
+        }
+        (Some(pieces), None) | (None, Some(pieces)) => {
+            for piece in pieces {
+                let mut sides = [LocalSurface::Piece(piece), LocalSurface::Plane(&plane)];
+                if lower.is_none() {
+                    sides.reverse();
+                }
+                parts.push(OverlapRegion { polygon: piece.polygon.clone(), sides });
+            }
+        }
+        (None, None) => {}
+    }
+    look(&parts)
+}
+
+fn distance_range(parts: &[OverlapRegion]) -> DistanceRange {
+    let mut seen = DistanceRange { least: f64::INFINITY, spread: 0.0 };
+    for part in parts {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        part.points().map(|x| part.distance(x)).for_each(|d| (low, high) = (low.min(d), high.max(d)));
+        seen = DistanceRange { least: seen.least.min(low), spread: seen.spread.max(high - low) };
+    }
+    seen
+}
+
+fn minimum_distance(parts: &[OverlapRegion]) -> f64 {
+    parts.iter().map(OverlapRegion::lowest).fold(f64::INFINITY, f64::min)
+}

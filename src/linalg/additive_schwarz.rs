@@ -1,0 +1,157 @@
+//! Approximate inverse of a symmetric positive definite matrix of a smooth kernel in two levels, for preconditioning:
+//! exact inverses within groups of places that lie together, plus that of sums over larger groups.
+//!
+//! The inverse of such a kernel is nearly local, so that groups tell its short waves; the sums tell the long ones. Both
+//! parts are added, which keeps it symmetric and positive definite.
+//!
+//! # Source
+//! Mund, Stephan and Weiße 1998, "Two-level methods for the single layer potential in R³".
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::inverse::{inverse, inverse_scratch};
+use faer::{MatMut, MatRef, Par, Spec};
+use rayon::prelude::*;
+
+use super::hierarchical::{HierarchicalMatrix, ComponentProduct, dot};
+
+/// Most places of a group.
+const MAX_BLOCK_CELLS: usize = 64;
+
+/// Groups of the second level at most, roughly.
+const MAX_COARSE_GROUPS: usize = 384;
+
+/// Rows of the second level's product taken together.
+const ROWS_PER_TASK: usize = 64;
+
+/// The inverse of the groups' matrices and of that of their sums.
+pub struct AdditiveSchwarz {
+    n: usize,
+    planes: usize,
+    groups: Vec<LocalBlock>,
+    /// Groups of the second level, and the inverse between their sums, `[planes, groups]` squared.
+    coarse_groups: Vec<Range<usize>>,
+    coarse_inverse: Vec<f64>,
+    /// Weights of the places in the sums.
+    weights: Vec<f64>,
+    scratch: Mutex<[Vec<f64>; 2]>,
+}
+
+struct LocalBlock {
+    places: Range<usize>,
+    /// `[planes, places]` squared.
+    inverse: Vec<f64>,
+}
+
+impl AdditiveSchwarz {
+    /// Of the matrix over `planes` that `uses` describes; `weights` `[N]` of the places in the sums: what a constant
+    /// field is.
+    pub fn new(matrix: &HierarchicalMatrix, uses: &[ComponentProduct], planes: usize, weights: &[f64]) -> Self {
+        let ranges = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS);
+        let larger = matrix.tree().clusters_of_size(MAX_BLOCK_CELLS.max(matrix.n() / MAX_COARSE_GROUPS));
+        let within = matrix.diagonal_blocks(&ranges);
+        let groups: Vec<LocalBlock> = ranges
+            .into_par_iter()
+            .zip(within)
+            .map(|(places, components)| LocalBlock {
+                inverse: inverse_or_diagonal(assembled(&components, places.len(), uses, planes), planes * places.len()),
+                places,
+            })
+            .collect();
+        let sums = assembled(&matrix.group_sums(&larger, weights), larger.len(), uses, planes);
+        let of_sums = inverse_or_diagonal(sums, planes * larger.len());
+        let coarse = vec![0.0; planes * larger.len()];
+        let weights = weights.to_vec();
+        let scratch = Mutex::new([coarse.clone(), coarse]);
+        Self { n: matrix.n(), planes, groups, coarse_groups: larger, coarse_inverse: of_sums, weights, scratch }
+    }
+
+    /// Bytes that it takes for `n` places at most.
+    pub fn expected_bytes(n: usize, planes: usize) -> usize {
+        let larger = MAX_COARSE_GROUPS.min(n / (MAX_BLOCK_CELLS / 2) + 1);
+        size_of::<f64>() * planes * planes * (MAX_BLOCK_CELLS * n + 4 * larger * larger)
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let of_groups: usize = self.groups.iter().map(|group| size_of_val(group.inverse.as_slice())).sum();
+        of_groups + size_of_val(self.coarse_inverse.as_slice()) + size_of_val(self.weights.as_slice())
+    }
+
+    /// `y` about the inverse times `x`, both `[planes, N]`; overwrites. Does not allocate.
+    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let (n, planes) = (self.n, self.planes);
+        for group in &self.groups {
+            let size = group.places.len();
+            for (row, values) in group.inverse.chunks_exact(planes * size).enumerate() {
+                let (plane, place) = (row / size, group.places.start + row % size);
+                y[plane * n + place] = (0..planes)
+                    .map(|k| dot(&values[k * size..(k + 1) * size], &x[k * n..][group.places.clone()]))
+                    .sum();
+            }
+        }
+        let mut scratch = self.scratch.lock().expect("no panic while the scratch is held");
+        let [sums, answers] = &mut *scratch;
+        let count = self.coarse_groups.len();
+        for plane in 0..planes {
+            for (g, places) in self.coarse_groups.iter().enumerate() {
+                let own = &x[plane * n..][places.clone()];
+                sums[plane * count + g] = dot(&self.weights[places.clone()], own);
+            }
+        }
+        let rows = self.coarse_inverse.par_chunks(planes * count * ROWS_PER_TASK).zip(answers.par_chunks_mut(ROWS_PER_TASK));
+        rows.for_each(|(rows, answers)| {
+            for (row, answer) in rows.chunks_exact(planes * count).zip(answers) {
+                *answer = dot(row, sums);
+            }
+        });
+        for plane in 0..planes {
+            for (g, places) in self.coarse_groups.iter().enumerate() {
+                let answer = answers[plane * count + g];
+                for place in places.clone() {
+                    y[plane * n + place] += self.weights[place] * answer;
+                }
+            }
+        }
+    }
+}
+
+/// The matrix over `planes` of the components between `m` places, `[planes, m]` squared.
+fn assembled(components: &[Vec<f64>], m: usize, uses: &[ComponentProduct], planes: usize) -> Vec<f64> {
+    let mut matrix = vec![0.0; (planes * m).pow(2)];
+    for one in uses {
+        for (i, row) in components[one.component].chunks_exact(m).enumerate() {
+            let from = ((one.target_plane * m + i) * planes + one.source_plane) * m;
+            let own = &mut matrix[from..from + m];
+            own.iter_mut().zip(row).for_each(|(sum, value)| *sum += one.sign * value);
+        }
+    }
+    matrix
+}
+
+/// The inverse of a symmetric positive definite matrix; that of its diagonal, if it is none.
+fn inverse_or_diagonal(mut matrix: Vec<f64>, n: usize) -> Vec<f64> {
+    let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * (n + 1)]).collect();
+    let request: StackReq = cholesky_in_place_scratch::<f64>(n, Par::Seq, Spec::default())
+        .or(inverse_scratch::<f64>(n, Par::Seq));
+    let mut memory = MemBuffer::new(request);
+    let factor = MatMut::from_column_major_slice_mut(&mut matrix, n, n);
+    let stack = MemStack::new(&mut memory);
+    let mut result = vec![0.0; n * n];
+    if cholesky_in_place(factor, Default::default(), Par::Seq, stack, Spec::default()).is_err() {
+        diagonal.iter().enumerate().for_each(|(i, value)| result[i * (n + 1)] = 1.0 / value);
+        return result;
+    }
+    let factor = MatRef::from_column_major_slice(&matrix, n, n);
+    let stack = MemStack::new(&mut memory);
+    inverse(MatMut::from_column_major_slice_mut(&mut result, n, n), factor, Par::Seq, stack);
+    for i in 0..n {
+        for j in i + 1..n {
+            result[j * n + i] = result[i * n + j];
+        }
+    }
+    result
+}

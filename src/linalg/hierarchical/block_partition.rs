@@ -1,0 +1,125 @@
+//! The pairs of clusters that a matrix over a cluster tree is stored in.
+
+use super::cluster_tree::{Cluster, ClusterTree};
+
+/// Rows of one cluster and columns of another, or of the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ClusterPair {
+    /// Cluster of the rows.
+    pub rows: usize,
+    /// Cluster of the columns; of a symmetric matrix not before that of the rows in the order of the tree.
+    pub columns: usize,
+    /// Whether the clusters are far apart for their size, so that the block has a low rank.
+    pub is_admissible: bool,
+}
+
+/// One of each pair of blocks that mirror each other: together they hold every pair of places once, those on the
+/// diagonal blocks in both orders. Far apart means that the smaller of the two diameters is at most `admissibility`
+/// times the distance.
+pub fn symmetric_partition(tree: &ClusterTree, admissibility: f64) -> Vec<ClusterPair> {
+    let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
+    while let Some((rows, columns)) = waiting.pop() {
+        let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
+        let far = rows != columns && row.is_admissible_with(column, admissibility);
+        match (far, row.children, column.children) {
+            (false, Some([first, second]), _) if rows == columns => {
+                waiting.extend([(second, second), (first, second), (first, first)]);
+            }
+            // The larger one is cut, so that both keep about the same size.
+            (false, Some([first, second]), of_column)
+                if of_column.is_none() || row.diameter() >= column.diameter() =>
+            {
+                waiting.extend([(second, columns), (first, columns)]);
+            }
+            (false, _, Some([first, second])) => waiting.extend([(rows, second), (rows, first)]),
+            _ => blocks.push(ClusterPair { rows, columns, is_admissible: far }),
+        }
+    }
+    blocks
+}
+
+/// Blocks that together hold every pair of places once, in both orders; far apart as in [`blocks`].
+pub fn full_partition<const D: usize>(tree: &ClusterTree<D>, admissibility: f64) -> Vec<ClusterPair> {
+    let (mut blocks, mut waiting) = (Vec::new(), vec![(0, 0)]);
+    while let Some((rows, columns)) = waiting.pop() {
+        let (row, column) = (&tree.clusters[rows], &tree.clusters[columns]);
+        let far = rows != columns && row.is_admissible_with(column, admissibility);
+        let rows_first = column.children.is_none() || row.diameter() >= column.diameter();
+        match (far, row.children, column.children) {
+            (false, Some([a, b]), Some([c, d])) if rows == columns => {
+                waiting.extend([(b, d), (b, c), (a, d), (a, c)]);
+            }
+            // The larger one is cut, so that both keep about the same size.
+            (false, Some([a, b]), _) if rows_first => waiting.extend([(b, columns), (a, columns)]),
+            (false, _, Some([c, d])) => waiting.extend([(rows, d), (rows, c)]),
+            _ => blocks.push(ClusterPair { rows, columns, is_admissible: far }),
+        }
+    }
+    blocks
+}
+
+impl<const D: usize> Cluster<D> {
+    fn is_admissible_with(&self, other: &Self, admissibility: f64) -> bool {
+        let distance = self.distance(other);
+        distance > 0.0 && self.diameter().min(other.diameter()) <= admissibility * distance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cluster_tree::{ClusterTree, BoundingBox};
+    use super::*;
+
+    /// Truth: every pair of places lies in one block and only one of the pair's two orders is stored, but on the
+    /// diagonal; far blocks are as far apart as asked for.
+    #[test]
+    fn blocks_hold_every_pair_once() {
+        let points: Vec<[f64; 2]> = (0..300).map(|k| [(k % 20) as f64, (k / 20) as f64]).collect();
+        let extents: Vec<BoundingBox> = points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
+        let tree = ClusterTree::new(&points, &extents, 12);
+        let mut seen = vec![0; 300 * 300];
+        let mut n_far = 0;
+        for block in symmetric_partition(&tree, 1.5) {
+            let (row, column) = (&tree.clusters[block.rows], &tree.clusters[block.columns]);
+            n_far += usize::from(block.is_admissible);
+            if block.is_admissible {
+                assert!(row.diameter().min(column.diameter()) <= 1.5 * row.distance(column));
+            }
+            for i in row.range.clone() {
+                for j in column.range.clone() {
+                    seen[i * 300 + j] += 1;
+                    if block.rows != block.columns {
+                        assert!(i < j);
+                        seen[j * 300 + i] += 1;
+                    }
+                }
+            }
+        }
+        assert!(n_far > 10 && seen.iter().all(|&count| count == 1));
+    }
+
+    /// Truth: every pair of places lies in one block, far ones being as far apart as asked for; here of points on two walls in space.
+    #[test]
+    fn all_blocks_hold_every_pair_once() {
+        let at = |k: usize| {
+            let [u, v] = [(k % 16) as f64, (k / 16 % 16) as f64];
+            if k < 256 { [u, v, 0.0] } else { [0.0, u, v] }
+        };
+        let points: Vec<[f64; 3]> = (0..512).map(at).collect();
+        let extents: Vec<BoundingBox<3>> =
+            points.iter().map(|p| [p.map(|x| x - 0.5), p.map(|x| x + 0.5)]).collect();
+        let tree = ClusterTree::new(&points, &extents, 8);
+        let (mut seen, mut n_far) = (vec![0; 512 * 512], 0);
+        for block in full_partition(&tree, 1.5) {
+            let (row, column) = (&tree.clusters[block.rows], &tree.clusters[block.columns]);
+            if block.is_admissible {
+                n_far += 1;
+                assert!(row.diameter().min(column.diameter()) <= 1.5 * row.distance(column));
+            }
+            for i in row.range.clone() {
+                column.range.clone().for_each(|j| seen[i * 512 + j] += 1);
+            }
+        }
+        assert!(n_far > 10 && seen.iter().all(|&count| count == 1));
+    }
+}

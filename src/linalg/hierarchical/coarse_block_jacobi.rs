@@ -1,0 +1,251 @@
+//! Approximate inverses of matrices in blocks: dense ones between neighbours, and one of rigid motions of groups of neighbours.
+
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::collocation_matrix::{CollocationLayout, CollocationMatrix};
+use crate::error::Result;
+use crate::interrupt;
+use crate::linalg::dense_matrix::DenseMatrix;
+use crate::linalg::dense_lu::DenseLu;
+
+/// Nodes of a cluster whose inverse is made, at most.
+const MAX_BLOCK_NODES: usize = 160;
+
+/// Nodes of a group that moves as a whole, at most, unless there were more than so many groups.
+const NODES_PER_GROUP: usize = 16;
+const MAX_GROUPS: usize = 500;
+
+/// A motion that is this small beside what it was is a sum of those before it.
+const DEPENDENCE_TOLERANCE: f64 = 1e-3;
+
+/// x = P (Pᵀ A P)⁻¹ Pᵀ b + D⁻¹ (b - P Pᵀ b): P has orthonormal motions of groups, D the dense blocks of larger groups on its diagonal.
+pub struct CoarseBlockJacobi {
+    n: usize,
+    block_inverses: Vec<(Range<usize>, Vec<f32>)>,
+    groups: Vec<RigidGroup>,
+    /// Inverse of Pᵀ A P with what borders it.
+    coarse_inverse: DenseMatrix,
+}
+
+/// Rows that move together.
+pub(super) struct RigidGroup {
+    pub places: Range<usize>,
+    /// Number of its first motion.
+    pub first_motion: usize,
+    /// Orthonormal, one after the other.
+    pub motions: Vec<f64>,
+}
+
+/// What a matrix in blocks lacks: more entries between the unknowns of each node, and rows and columns that border it.
+pub struct DiagonalAndBorder<'a> {
+    /// More entries of node i, rows and columns 3 i + c.
+    pub blocks: &'a [Matrix3<f64>],
+    /// Further columns `[n + border, border]`.
+    pub columns: &'a DenseMatrix,
+    /// Further rows, as columns `[n, border]`.
+    pub rows: &'a DenseMatrix,
+}
+
+/// What is known of the unknowns.
+#[derive(Clone, Copy)]
+pub struct CollocationUnknowns<'a> {
+    /// Where their nodes lie, mm.
+    pub positions: &'a [Vector3<f64>],
+    /// Whether they are no displacements, which do not move rigidly.
+    pub is_traction: &'a [bool],
+}
+
+impl RigidGroup {
+    fn new(places: Range<usize>, first: usize, unknowns: CollocationUnknowns) -> Self {
+        let nodes = places.start / 3..places.end / 3;
+        let middle = unknowns.positions[nodes.clone()].iter().sum::<Vector3<f64>>() / nodes.len() as f64;
+        let translation = |c: usize, traction: bool| -> Vec<f64> {
+            let of = |dof: usize| f64::from(u8::from(dof % 3 == c && unknowns.is_traction[dof] == traction));
+            places.clone().map(of).collect()
+        };
+        let rotation = |axis: usize| -> Vec<f64> {
+            let of = |dof: usize| {
+                let motion = Vector3::ith(axis, 1.0).cross(&(unknowns.positions[dof / 3] - middle));
+                if unknowns.is_traction[dof] { 0.0 } else { motion[dof % 3] }
+            };
+            places.clone().map(of).collect()
+        };
+        let mut motions: Vec<f64> = Vec::new();
+        let translations = [false, true].into_iter().flat_map(|kind| (0..3).map(move |c| (c, kind)));
+        let all = translations.map(|(c, kind)| translation(c, kind)).chain((0..3).map(rotation));
+        for mut motion in all {
+            let size = norm(&motion);
+            for _ in 0..2 {
+                for before in motions.chunks_exact(places.len()) {
+                    let share: f64 = before.iter().zip(&motion).map(|(a, b)| a * b).sum();
+                    motion.iter_mut().zip(before).for_each(|(value, before)| *value -= share * before);
+                }
+            }
+            let left = norm(&motion);
+            if left > DEPENDENCE_TOLERANCE * size {
+                motions.extend(motion.iter().map(|value| value / left));
+            }
+        }
+        Self { places, first_motion: first, motions }
+    }
+
+    /// Number of motions.
+    pub fn n_motions(&self) -> usize {
+        self.motions.len() / self.places.len()
+    }
+
+    /// Motions in some of its places, `[places, motions]`.
+    pub fn motions_at(&self, places: &Range<usize>) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&self.motions, self.places.len(), self.n_motions())
+            .subrows(places.start - self.places.start, places.len())
+    }
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+impl CoarseBlockJacobi {
+    /// Of a matrix with additions.
+    ///
+    /// # Errors
+    /// If memory does not suffice, or a block is singular.
+    pub fn new(matrix: &CollocationMatrix, additions: &DiagonalAndBorder, unknowns: CollocationUnknowns) -> Result<Self> {
+        let n = matrix.n();
+        let local = |places: Range<usize>| {
+            interrupt::check()?;
+            let mut values = DenseMatrix::zeros(places.len(), places.len())?;
+            matrix.add_diagonal_block(&places, &mut values);
+            for (at, dof) in places.clone().enumerate() {
+                let own = additions.blocks[dof / 3].column(dof % 3);
+                (0..3).for_each(|r| values.column_mut(at)[at - dof % 3 + r] += own[r]);
+            }
+            let inverse = inverse(values, Par::Seq)?;
+            Ok((places, inverse.values().iter().map(|value| *value as f32).collect()))
+        };
+        let locals =
+            dof_clusters(matrix.layout(), MAX_BLOCK_NODES).into_par_iter().map(local).collect::<Result<Vec<_>>>()?;
+        let (mut groups, mut count): (Vec<RigidGroup>, usize) = (Vec::new(), 0);
+        for places in dof_clusters(matrix.layout(), NODES_PER_GROUP.max(n / 3 / MAX_GROUPS)) {
+            let group = RigidGroup::new(places, count, unknowns);
+            count += group.n_motions();
+            groups.push(group);
+        }
+        let border = additions.columns.n_columns();
+        let mut means = DenseMatrix::zeros(count + border, count + border)?;
+        matrix.add_coarse_products(&groups, &mut means);
+        for group in &groups {
+            interrupt::check()?;
+            let size = group.places.len();
+            for (j, motion) in group.motions.chunks_exact(size).enumerate() {
+                let mut image = vec![0.0; size];
+                for (at, value) in motion.iter().enumerate() {
+                    let own = additions.blocks[(group.places.start + at) / 3].column(at % 3);
+                    (0..3).for_each(|r| image[at - at % 3 + r] += own[r] * value);
+                }
+                for (i, other) in group.motions.chunks_exact(size).enumerate() {
+                    means.column_mut(group.first_motion + j)[group.first_motion + i] += product(other, &image);
+                }
+                for b in 0..border {
+                    let [column, row] = [additions.columns, additions.rows]
+                        .map(|of| product(motion, &of.column(b)[group.places.clone()]));
+                    means.column_mut(count + b)[group.first_motion + j] = column;
+                    means.column_mut(group.first_motion + j)[count + b] = row;
+                }
+            }
+        }
+        Ok(Self { n, block_inverses: locals, groups, coarse_inverse: inverse(means, Par::rayon(0))? })
+    }
+
+    /// Bytes that it takes while it is made on a layout, and that it holds: blocks counted, six motions for each group.
+    pub fn expected_bytes(layout: &CollocationLayout) -> [usize; 2] {
+        let nodes = layout.groups().n_nodes();
+        let locals: usize = dof_clusters(layout, MAX_BLOCK_NODES).iter().map(|places| 4 * places.len().pow(2)).sum();
+        let coarse = 6 * dof_clusters(layout, NODES_PER_GROUP.max(nodes / MAX_GROUPS)).len() + 6;
+        let held = locals + 8 * 6 * 3 * nodes;
+        [held + 16 * coarse * coarse, held + 8 * coarse * coarse]
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        let locals: usize = self.block_inverses.iter().map(|(_, values)| 4 * values.len()).sum();
+        let motions: usize = self.groups.iter().map(|group| 8 * group.motions.len()).sum();
+        locals + motions + 8 * self.coarse_inverse.values().len()
+    }
+
+    /// x about A⁻¹ b of each column; overwrites.
+    pub fn apply(&self, b: &DenseMatrix, x: &mut DenseMatrix) {
+        let (n, count, size) = (self.n, b.n_columns(), self.coarse_inverse.n_rows());
+        let motions = size - (b.n_rows() - n);
+        let zeros = || DenseMatrix::from_values(size, count, vec![0.0; size * count]);
+        let (mut shares, mut corrections, mut rest) = (zeros(), zeros(), b.clone());
+        for group in &self.groups {
+            let to = shares.view_mut().subrows_mut(group.first_motion, group.n_motions());
+            let from = b.view().subrows(group.places.start, group.places.len());
+            matmul(to, Accum::Replace, group.motions_at(&group.places).transpose(), from, 1.0, Par::Seq);
+        }
+        for j in 0..count {
+            shares.column_mut(j)[motions..].copy_from_slice(&b.column(j)[n..]);
+        }
+        matmul(corrections.view_mut(), Accum::Replace, self.coarse_inverse.view(), shares.view(), 1.0, Par::Seq);
+        for group in &self.groups {
+            let own = group.motions_at(&group.places);
+            let of = |all: &DenseMatrix| -> faer::Mat<f64> {
+                all.view().subrows(group.first_motion, group.n_motions()).to_owned()
+            };
+            let to = x.view_mut().subrows_mut(group.places.start, group.places.len());
+            matmul(to, Accum::Replace, own, of(&corrections), 1.0, Par::Seq);
+            let to = rest.view_mut().subrows_mut(group.places.start, group.places.len());
+            matmul(to, Accum::Add, own, of(&shares), -1.0, Par::Seq);
+        }
+        let single: Vec<f32> = rest.values().iter().map(|value| *value as f32).collect();
+        let single = MatRef::from_column_major_slice(&single, rest.n_rows(), count);
+        let mut image: Vec<f32> = Vec::new();
+        for (places, inverse) in &self.block_inverses {
+            let m = places.len();
+            image.resize(m * count, 0.0);
+            let to = MatMut::from_column_major_slice_mut(&mut image[..m * count], m, count);
+            let inverse = MatRef::from_column_major_slice(inverse, m, m);
+            matmul(to, Accum::Replace, inverse, single.subrows(places.start, m), 1.0, Par::Seq);
+            for (j, values) in image[..m * count].chunks_exact(m).enumerate() {
+                let x = &mut x.column_mut(j)[places.clone()];
+                x.iter_mut().zip(values).for_each(|(x, value)| *x += f64::from(*value));
+            }
+        }
+        for j in 0..count {
+            x.column_mut(j)[n..].copy_from_slice(&corrections.column(j)[motions..]);
+        }
+    }
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn inverse(matrix: DenseMatrix, par: Par) -> Result<DenseMatrix> {
+    let n = matrix.n_rows();
+    let mut inverse = DenseMatrix::zeros(n, n)?;
+    (0..n).for_each(|i| inverse.column_mut(i)[i] = 1.0);
+    DenseLu::new(matrix, par)?.solve_in_place(&mut inverse, par)?;
+    Ok(inverse)
+}
+
+/// Rows of clusters with `nodes` nodes at most, as large as there are; ascending.
+fn dof_clusters(layout: &CollocationLayout, nodes: usize) -> Vec<Range<usize>> {
+    let (tree, groups) = (layout.tree(), layout.groups());
+    let (mut parts, mut waiting) = (Vec::new(), vec![0]);
+    while let Some(index) = waiting.pop() {
+        let cluster = &tree.clusters[index];
+        let unknowns = groups.dofs(&cluster.range);
+        match cluster.children {
+            Some([first, second]) if unknowns.len() > 3 * nodes => waiting.extend([second, first]),
+            _ => parts.push(unknowns),
+        }
+    }
+    parts
+}

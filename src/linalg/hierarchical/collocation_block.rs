@@ -1,0 +1,230 @@
+//! Blocks of matrices whose entries come together: three rows of a node and the columns of an element.
+
+use std::ops::Range;
+
+use super::cross_approximation::{LazyMatrix, index_at_share};
+
+/// Rows of a node.
+pub const ROWS_PER_NODE: usize = 3;
+
+/// Places, as shares of the rows and columns, of those that are computed to begin with.
+const FIRST_ROWS: [f64; 4] = [0.0, 1.0, 0.34, 0.67];
+const FIRST_COLUMN: f64 = 0.5;
+
+const NOT_COMPUTED: u32 = u32::MAX;
+
+/// A matrix of a collocation method: its rows belong to nodes, its columns to elements, the places of a cluster tree.
+pub trait CollocationKernel: Sync {
+    /// Writes what element `element` does at node `node`: its columns one after the other, three rows each; after those of the matrix
+    /// the ones that are only summed up.
+    fn entries(&self, node: usize, element: usize, values: &mut [f64]);
+}
+
+/// How rows and columns are grouped.
+#[derive(Debug, Clone)]
+pub struct ElementNumbering {
+    /// First node of each element in the order of the tree, and their number.
+    first: Vec<usize>,
+    element_of: Vec<u32>,
+    n_sum_columns: usize,
+}
+
+impl ElementNumbering {
+    /// `nodes` of each element in the order of the tree, three columns for each, and `extra` columns of each element that are only
+    /// summed up.
+    pub fn new(nodes: impl Iterator<Item = usize>, extra: usize) -> Self {
+        let (mut first, mut element_of) = (vec![0], Vec::new());
+        for (element, count) in nodes.enumerate() {
+            element_of.resize(element_of.len() + count, element as u32);
+            first.push(element_of.len());
+        }
+        Self { first, element_of, n_sum_columns: extra }
+    }
+
+    /// Number of nodes.
+    pub fn n_nodes(&self) -> usize {
+        self.element_of.len()
+    }
+
+    /// Columns of each element that are only summed up.
+    pub fn n_sum_columns(&self) -> usize {
+        self.n_sum_columns
+    }
+
+    /// Nodes of some elements.
+    pub fn nodes(&self, elements: &Range<usize>) -> Range<usize> {
+        self.first[elements.start]..self.first[elements.end]
+    }
+
+    /// Rows, or columns of the matrix, of some elements.
+    pub fn dofs(&self, elements: &Range<usize>) -> Range<usize> {
+        let nodes = self.nodes(elements);
+        ROWS_PER_NODE * nodes.start..ROWS_PER_NODE * nodes.end
+    }
+
+    /// Columns of an element with the others.
+    fn n_columns(&self, element: usize) -> usize {
+        ROWS_PER_NODE * (self.first[element + 1] - self.first[element]) + self.n_sum_columns
+    }
+}
+
+/// A block whose lines are computed when they are first asked for, those of a node or element together. The columns that are only summed
+/// up come last.
+pub(super) struct CollocationBlock<'k, K> {
+    kernel: &'k K,
+    groups: &'k ElementNumbering,
+    nodes: Range<usize>,
+    elements: Range<usize>,
+    /// Columns of the matrix, and all.
+    n_matrix_columns: usize,
+    n_columns: usize,
+    values: Vec<f64>,
+    /// Where among the known lines those of a node or an element begin.
+    first_row_of_node: Vec<u32>,
+    first_column_of_element: Vec<u32>,
+    row_places: Vec<usize>,
+    row_values: Vec<f64>,
+    column_places: Vec<usize>,
+    column_values: Vec<f64>,
+}
+
+impl<'k, K: CollocationKernel> CollocationBlock<'k, K> {
+    pub fn new(kernel: &'k K, groups: &'k ElementNumbering, rows: Range<usize>, elements: Range<usize>) -> Self {
+        let nodes = groups.nodes(&rows);
+        let kept = ROWS_PER_NODE * groups.nodes(&elements).len();
+        Self {
+            kernel,
+            groups,
+            n_matrix_columns: kept,
+            n_columns: kept + groups.n_sum_columns * elements.len(),
+            values: Vec::new(),
+            first_row_of_node: vec![NOT_COMPUTED; nodes.len()],
+            first_column_of_element: vec![NOT_COMPUTED; elements.len()],
+            row_places: Vec::new(),
+            row_values: Vec::new(),
+            column_places: Vec::new(),
+            column_values: Vec::new(),
+            nodes,
+            elements,
+        }
+    }
+
+    /// With the lines that crosses begin with.
+    pub fn with_initial_lines(mut self) -> Self {
+        let (nodes, elements) = (self.nodes.len(), self.elements.len());
+        for share in FIRST_ROWS {
+            self.compute_node_rows(index_at_share(share, nodes));
+        }
+        self.compute_element_columns(index_at_share(FIRST_COLUMN, elements));
+        self
+    }
+
+    /// Columns of the matrix.
+    pub fn n_matrix_columns(&self) -> usize {
+        self.n_matrix_columns
+    }
+
+    /// The columns of an element, each its place in the block and its three rows at a node.
+    fn evaluate(&mut self, node: usize, element: usize) -> impl Iterator<Item = (usize, &[f64])> {
+        let (groups, place) = (self.groups, self.elements.start + element);
+        self.values.resize(ROWS_PER_NODE * groups.n_columns(place), 0.0);
+        self.kernel.entries(self.nodes.start + node, place, &mut self.values);
+        let count = groups.n_columns(place) - groups.n_sum_columns;
+        let (first, kept) = (ROWS_PER_NODE * (groups.first[place] - groups.first[self.elements.start]), self.n_matrix_columns);
+        let at = move |c: usize| {
+            if c < count { first + c } else { kept + groups.n_sum_columns * element + c - count }
+        };
+        self.values.chunks_exact(ROWS_PER_NODE).enumerate().map(move |(c, rows)| (at(c), rows))
+    }
+
+    fn compute_node_rows(&mut self, node: usize) -> usize {
+        if self.first_row_of_node[node] == NOT_COMPUTED {
+            let (n, from) = (self.n_columns, self.row_values.len());
+            let mut rows = std::mem::take(&mut self.row_values);
+            rows.resize(from + ROWS_PER_NODE * n, 0.0);
+            for element in 0..self.elements.len() {
+                for (j, values) in self.evaluate(node, element) {
+                    values.iter().enumerate().for_each(|(r, value)| rows[from + r * n + j] = *value);
+                }
+            }
+            self.row_values = rows;
+            self.first_row_of_node[node] = self.row_places.len() as u32;
+            self.row_places.extend((0..ROWS_PER_NODE).map(|r| ROWS_PER_NODE * node + r));
+        }
+        self.first_row_of_node[node] as usize
+    }
+
+    /// The columns of an element become known.
+    fn compute_element_columns(&mut self, element: usize) {
+        if self.first_column_of_element[element] != NOT_COMPUTED {
+            return;
+        }
+        let (m, from) = (ROWS_PER_NODE * self.nodes.len(), self.column_values.len());
+        let width = self.groups.n_columns(self.elements.start + element);
+        let mut columns = std::mem::take(&mut self.column_values);
+        columns.resize(from + width * m, 0.0);
+        self.first_column_of_element[element] = self.column_places.len() as u32;
+        for node in 0..self.nodes.len() {
+            for (c, (_, values)) in self.evaluate(node, element).enumerate() {
+                columns[from + c * m + ROWS_PER_NODE * node..][..ROWS_PER_NODE].copy_from_slice(values);
+            }
+        }
+        self.column_values = columns;
+        let (groups, place) = (self.groups, self.elements.start + element);
+        let first = ROWS_PER_NODE * (groups.first[place] - groups.first[self.elements.start]);
+        self.column_places.extend(first..first + width - groups.n_sum_columns);
+        let others = self.n_matrix_columns + groups.n_sum_columns * element;
+        self.column_places.extend(others..others + groups.n_sum_columns);
+    }
+
+    /// All entries, column by column.
+    pub fn everything(&mut self) -> Vec<f64> {
+        let m = ROWS_PER_NODE * self.nodes.len();
+        let mut values = vec![0.0; m * self.n_columns];
+        for node in 0..self.nodes.len() {
+            for element in 0..self.elements.len() {
+                for (j, rows) in self.evaluate(node, element) {
+                    values[j * m + ROWS_PER_NODE * node..][..ROWS_PER_NODE].copy_from_slice(rows);
+                }
+            }
+        }
+        values
+    }
+}
+
+impl<K: CollocationKernel> LazyMatrix for &mut CollocationBlock<'_, K> {
+    /// All columns of an element become known together, which takes longer than a cross more.
+    const KNOWN_COLUMN_SHARE: f64 = 0.1;
+
+    fn size(&self) -> (usize, usize) {
+        (ROWS_PER_NODE * self.nodes.len(), self.n_columns)
+    }
+
+    fn known_rows(&self) -> &[usize] {
+        &self.row_places
+    }
+
+    fn known_columns(&self) -> &[usize] {
+        &self.column_places
+    }
+
+    fn row(&mut self, i: usize) -> &[f64] {
+        let at = self.compute_node_rows(i / ROWS_PER_NODE) + i % ROWS_PER_NODE;
+        &self.row_values[at * self.n_columns..(at + 1) * self.n_columns]
+    }
+
+    fn column(&mut self, j: usize) -> &[f64] {
+        let (groups, start) = (self.groups, self.elements.start);
+        let (element, c) = if j < self.n_matrix_columns {
+            let node = groups.first[start] + j / ROWS_PER_NODE;
+            let place = groups.element_of[node] as usize;
+            (place - start, ROWS_PER_NODE * (node - groups.first[place]) + j % ROWS_PER_NODE)
+        } else {
+            let (element, extra) = ((j - self.n_matrix_columns) / groups.n_sum_columns, (j - self.n_matrix_columns) % groups.n_sum_columns);
+            (element, groups.n_columns(start + element) - groups.n_sum_columns + extra)
+        };
+        self.compute_element_columns(element);
+        let (m, at) = (ROWS_PER_NODE * self.nodes.len(), self.first_column_of_element[element] as usize + c);
+        &self.column_values[at * m..(at + 1) * m]
+    }
+}

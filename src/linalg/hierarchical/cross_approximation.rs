@@ -1,0 +1,274 @@
+//! Adaptive cross approximation with partial pivoting: a block of low rank from some of its rows and columns.
+//!
+//! A kernel gives several components at once, each a matrix of its own. Rows and columns that one of them has asked for
+//! are kept for the others.
+//!
+//! # Source
+//! Bebendorf 2000, "Approximation of boundary element matrices".
+
+use std::ops::Range;
+
+/// Entries of matrices over the places of a cluster tree: `entries(i, j, values)` writes entry (i, j) of each
+/// component.
+pub trait KernelEntries: Fn(usize, usize, &mut [f64]) + Sync {}
+
+impl<F: Fn(usize, usize, &mut [f64]) + Sync> KernelEntries for F {}
+
+/// Crosses below the bound, one after the other, after which a component is taken to be complete.
+const SMALL_CROSSES_TO_STOP: usize = 2;
+
+/// A row says that a component is not complete if its largest entry exceeds the mean of the bound so many times.
+const INCOMPLETE_ROW_FACTOR: f64 = 4.0;
+
+/// No cross is taken through a row whose entries are below this share of the mean of the bound.
+const MIN_PIVOT_SHARE: f64 = 0.01;
+
+/// Places, as shares of the rows, of the first row and of those that are looked at to begin with and in the end.
+const FIRST_LINE_SHARE: f64 = 0.5;
+const INITIAL_ROW_SHARES: [f64; 2] = [0.0, 1.0];
+const FINAL_CHECK_ROW_SHARES: [f64; 3] = [0.25, 0.75, 0.1];
+
+/// A matrix whose rows and columns are computed when they are first asked for, and kept.
+pub(super) trait LazyMatrix {
+    /// Share of the largest entry of a row from which on a column that is there already is taken as the pivot's.
+    const KNOWN_COLUMN_SHARE: f64 = 0.3;
+
+    /// Rows and columns.
+    fn size(&self) -> (usize, usize);
+
+    /// Rows that are known, in the order in which they became so.
+    fn known_rows(&self) -> &[usize];
+
+    /// Columns that are known.
+    fn known_columns(&self) -> &[usize];
+
+    /// Row `i`.
+    fn row(&mut self, i: usize) -> &[f64];
+
+    /// Column `j`.
+    fn column(&mut self, j: usize) -> &[f64];
+}
+
+/// A component of a block of entries.
+pub(super) struct ComponentLines<'l, 'k, K> {
+    pub lines: &'l mut KernelBlock<'k, K>,
+    pub component: usize,
+}
+
+impl<K: KernelEntries> LazyMatrix for ComponentLines<'_, '_, K> {
+    fn size(&self) -> (usize, usize) {
+        self.lines.size()
+    }
+
+    fn known_rows(&self) -> &[usize] {
+        &self.lines.row_places
+    }
+
+    fn known_columns(&self) -> &[usize] {
+        &self.lines.column_places
+    }
+
+    fn row(&mut self, i: usize) -> &[f64] {
+        let n = self.size().1;
+        let from = (self.lines.row(i) * self.lines.components + self.component) * n;
+        &self.lines.row_values[from..from + n]
+    }
+
+    fn column(&mut self, j: usize) -> &[f64] {
+        let m = self.size().0;
+        let from = (self.lines.column(j) * self.lines.components + self.component) * m;
+        &self.lines.column_values[from..from + m]
+    }
+}
+
+/// A block whose rows and columns are computed entry by entry.
+pub(super) struct KernelBlock<'k, K> {
+    entries: &'k K,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    components: usize,
+    row_places: Vec<usize>,
+    /// `[row][component][column]`
+    row_values: Vec<f64>,
+    column_places: Vec<usize>,
+    /// `[column][component][row]`
+    column_values: Vec<f64>,
+}
+
+pub(super) fn index_at_share(share: f64, count: usize) -> usize {
+    ((count - 1) as f64 * share) as usize
+}
+
+impl<'k, K: KernelEntries> KernelBlock<'k, K> {
+    pub fn new(entries: &'k K, rows: Range<usize>, columns: Range<usize>, components: usize) -> Self {
+        let mut lines = Self {
+            entries,
+            rows,
+            columns,
+            components,
+            row_places: Vec::new(),
+            row_values: Vec::new(),
+            column_places: Vec::new(),
+            column_values: Vec::new(),
+        };
+        let (m, n) = lines.size();
+        lines.column(index_at_share(FIRST_LINE_SHARE, n));
+        for share in [FIRST_LINE_SHARE, INITIAL_ROW_SHARES[0], INITIAL_ROW_SHARES[1]] {
+            lines.row(index_at_share(share, m));
+        }
+        lines
+    }
+
+    /// Rows and columns.
+    fn size(&self) -> (usize, usize) {
+        (self.rows.len(), self.columns.len())
+    }
+
+    /// Frobenius norm of all components together, by the lines that are known.
+    pub fn norm(&self) -> f64 {
+        let (m, n) = self.size();
+        let squares = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let known = self.row_places.len() * n + self.column_places.len() * m;
+        ((squares(&self.row_values) + squares(&self.column_values)) / known as f64 * (m * n) as f64).sqrt()
+    }
+
+    /// Where among the known rows row `i` of the block is.
+    fn row(&mut self, i: usize) -> usize {
+        if let Some(known) = self.row_places.iter().position(|&place| place == i) {
+            return known;
+        }
+        let (n, components) = (self.columns.len(), self.components);
+        let from = self.row_values.len();
+        self.row_values.resize(from + components * n, 0.0);
+        let mut values = [0.0; MAX_COMPONENTS];
+        for (j, column) in self.columns.clone().enumerate() {
+            (self.entries)(self.rows.start + i, column, &mut values[..components]);
+            (0..components).for_each(|c| self.row_values[from + c * n + j] = values[c]);
+        }
+        self.row_places.push(i);
+        self.row_places.len() - 1
+    }
+
+    /// Where among the known columns column `j` of the block is.
+    fn column(&mut self, j: usize) -> usize {
+        if let Some(known) = self.column_places.iter().position(|&place| place == j) {
+            return known;
+        }
+        let (m, components) = (self.rows.len(), self.components);
+        let from = self.column_values.len();
+        self.column_values.resize(from + components * m, 0.0);
+        let mut values = [0.0; MAX_COMPONENTS];
+        for (i, row) in self.rows.clone().enumerate() {
+            (self.entries)(row, self.columns.start + j, &mut values[..components]);
+            (0..components).for_each(|c| self.column_values[from + c * m + i] = values[c]);
+        }
+        self.column_places.push(j);
+        self.column_places.len() - 1
+    }
+}
+
+/// Most components of a kernel.
+pub const MAX_COMPONENTS: usize = 9;
+
+/// A sum of products u vᵀ.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct OuterProducts {
+    /// `[rank][m]`
+    pub u: Vec<f64>,
+    /// `[rank][n]`
+    pub v: Vec<f64>,
+    pub rank: usize,
+}
+
+/// A cross approximation on its way.
+struct CrossApproximation<L> {
+    lines: L,
+    terms: OuterProducts,
+    used: Vec<bool>,
+    /// What is left of a row and of a column.
+    row: Vec<f64>,
+    column: Vec<f64>,
+}
+
+/// A matrix, the Frobenius norm of what is left being about `bound`.
+pub(super) fn approximate(lines: impl LazyMatrix, bound: f64) -> OuterProducts {
+    let (m, n) = lines.size();
+    let (row, column) = (vec![0.0; n], vec![0.0; m]);
+    let mut cross = CrossApproximation { lines, terms: OuterProducts::default(), used: vec![false; m], row, column };
+    let mean = bound / ((m * n) as f64).sqrt();
+    let (mut known, mut late, mut quiet) = (0, 0, 0);
+    while cross.terms.rank < m.min(n) {
+        // Rows that are there, then those that the last column points at, then some to look whether all is done.
+        let (i, least) = if known < cross.lines.known_rows().len() {
+            known += 1;
+            (cross.lines.known_rows()[known - 1], mean)
+        } else if quiet < SMALL_CROSSES_TO_STOP {
+            match cross.largest_unused_row() {
+                Some(i) => (i, MIN_PIVOT_SHARE * mean),
+                None => break,
+            }
+        } else if late < FINAL_CHECK_ROW_SHARES.len() {
+            late += 1;
+            (index_at_share(FINAL_CHECK_ROW_SHARES[late - 1], m), INCOMPLETE_ROW_FACTOR * mean)
+        } else {
+            break;
+        };
+        if cross.used[i] {
+            continue;
+        }
+        match cross.add(i, least) {
+            Some(size) if size > bound => quiet = 0,
+            _ => quiet += 1,
+        }
+    }
+    cross.terms
+}
+
+impl<L: LazyMatrix> CrossApproximation<L> {
+    /// The row in which the last column is largest, of those that are not used.
+    fn largest_unused_row(&self) -> Option<usize> {
+        let free = (0..self.used.len()).filter(|&i| !self.used[i]);
+        free.max_by(|&a, &b| self.column[a].abs().total_cmp(&self.column[b].abs()))
+    }
+
+    /// Adds the cross through row `i` if some entry of what is left of it exceeds `least`: the Frobenius norm of what
+    /// was added.
+    fn add(&mut self, i: usize, least: f64) -> Option<f64> {
+        let (m, n) = self.lines.size();
+        self.used[i] = true;
+        self.row.copy_from_slice(self.lines.row(i));
+        let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
+        terms.for_each(|(u, v)| subtract(&mut self.row, u[i], v));
+        let (mut j, mut pivot) = largest(&self.row, 0..n);
+        if pivot.abs() <= least || pivot == 0.0 {
+            return None;
+        }
+        let (at, entry) = largest(&self.row, self.lines.known_columns().iter().copied());
+        if entry.abs() >= L::KNOWN_COLUMN_SHARE * pivot.abs() {
+            (j, pivot) = (at, entry);
+        }
+        self.column.copy_from_slice(self.lines.column(j));
+        let terms = self.terms.u.chunks_exact(m).zip(self.terms.v.chunks_exact(n));
+        terms.for_each(|(u, v)| subtract(&mut self.column, v[j], u));
+        self.column.iter_mut().for_each(|value| *value /= pivot);
+        self.terms.u.extend_from_slice(&self.column);
+        self.terms.v.extend_from_slice(&self.row);
+        self.terms.rank += 1;
+        Some(norm(&self.column) * norm(&self.row))
+    }
+}
+
+fn subtract(values: &mut [f64], factor: f64, other: &[f64]) {
+    values.iter_mut().zip(other).for_each(|(value, other)| *value -= factor * other);
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// The largest of the values at some places, and its place.
+fn largest(values: &[f64], places: impl Iterator<Item = usize>) -> (usize, f64) {
+    places
+        .map(|place| (place, values[place]))
+        .fold((0, 0.0), |most: (usize, f64), next| if next.1.abs() > most.1.abs() { next } else { most })
+}

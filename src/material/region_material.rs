@@ -1,0 +1,133 @@
+//! A material in its place: the stiffness and the axes of the elements of a region.
+
+use nalgebra::Matrix3;
+
+use super::Stiffness;
+use super::orientation::Orientation;
+use crate::geometry::Point;
+
+/// A material with the direction of its axes.
+#[derive(Debug, Clone)]
+pub struct PlacedMaterial {
+    /// Its name, for messages and tables; empty if it has none.
+    pub name: String,
+    /// Stiffness in material axes.
+    pub stiffness: Stiffness,
+    /// Where the material axes point.
+    pub orientation: Orientation,
+}
+
+/// A ply of a laminate.
+#[derive(Debug, Clone)]
+pub struct Ply {
+    /// Heights of its lower and upper face, mm.
+    pub z_range: [f64; 2],
+    /// What it is made of.
+    pub material: PlacedMaterial,
+}
+
+/// What fills a region of a body.
+#[derive(Debug, Clone)]
+pub enum RegionMaterial {
+    /// One material.
+    Single(Box<PlacedMaterial>),
+    /// Plies stacked along z, from the lowest to the highest: an element belongs to the ply of its centroid.
+    Layup(Vec<Ply>),
+}
+
+impl RegionMaterial {
+    /// The materials in it, `[1]` or `[n_plies]`.
+    pub fn materials(&self) -> Vec<&PlacedMaterial> {
+        match self {
+            Self::Single(placed) => vec![placed],
+            Self::Layup(plies) => plies.iter().map(|ply| &ply.material).collect(),
+        }
+    }
+
+    /// Index into [`Self::materials`] of what is at a point; `None` outside all plies.
+    pub fn material_at(&self, point: &Point) -> Option<usize> {
+        match self {
+            Self::Single(_) => Some(0),
+            Self::Layup(plies) => plies.iter().position(|ply| ply.z_range[0] <= point.z && point.z <= ply.z_range[1]),
+        }
+    }
+}
+
+/// Share of an element's height across a border below which it is round-off.
+const STRADDLE_TOLERANCE: f64 = 1e-6;
+
+impl RegionMaterial {
+    /// Borders between plies or wound layers as coordinates along their stacking, and that coordinate of a point.
+    #[allow(clippy::type_complexity)]
+    fn stacking_coordinate(&self) -> Option<(Vec<[f64; 2]>, Box<dyn Fn(&Point) -> f64 + '_>)> {
+        match self {
+            Self::Layup(plies) => Some((plies.iter().map(|ply| ply.z_range).collect(), Box::new(|x| x.z))),
+            Self::Single(placed) => match &placed.orientation {
+                Orientation::Winding(winding) if winding.layers().len() > 1 => {
+                    let layers = winding.layers().iter().map(|layer| layer.radii).collect();
+                    Some((layers, Box::new(|x| winding.radius(x))))
+                }
+                _ => None,
+            },
+        }
+    }
+
+    /// Plies and wound layers that hold none of the elements, given by their corners.
+    pub fn empty_ply_errors(&self, elements: &[Vec<Point>]) -> Vec<String> {
+        let Some((plies, along)) = self.stacking_coordinate() else { return Vec::new() };
+        let mut held = vec![false; plies.len()];
+        for corners in elements {
+            let middle = corners.iter().map(&along).sum::<f64>() / corners.len() as f64;
+            plies
+                .iter()
+                .position(|p| p[0] <= middle && middle <= p[1])
+                .into_iter()
+                .for_each(|i| held[i] = true);
+        }
+        let empty = plies.iter().zip(held).enumerate().filter(|(_, (_, held))| !held);
+        empty
+            .map(|(i, ([low, high], _))| {
+                format!(
+                    "ply {} of {}, from {low:.6} to {high:.6}, holds no element's centroid: mesh at least one layer of \
+                     elements per ply",
+                    i + 1,
+                    plies.len()
+                )
+            })
+            .collect()
+    }
+
+    /// A note on elements, given by their corners, that reach beyond the ply or wound layer of their centroid.
+    pub fn straddling_warning(&self, elements: &[Vec<Point>]) -> Option<String> {
+        let (plies, along) = self.stacking_coordinate()?;
+        let (mut n, mut worst) = (0, 0.0_f64);
+        for corners in elements {
+            let heights: Vec<f64> = corners.iter().map(&along).collect();
+            let middle = heights.iter().sum::<f64>() / heights.len() as f64;
+            let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let Some(ply) = plies.iter().find(|ply| ply[0] <= middle && middle <= ply[1]) else { continue };
+            let beyond = ((ply[0] - low).max(0.0) + (high - ply[1]).max(0.0)) / (high - low);
+            if beyond > STRADDLE_TOLERANCE {
+                n += 1;
+                worst = worst.max(beyond);
+            }
+        }
+        (n > 0).then(|| {
+            format!(
+                "{n} of {} elements reach beyond the ply of their centroid, by up to {:.1} % of their thickness; each \
+                 has the material of that ply alone: let element faces coincide with the borders of the plies",
+                elements.len(),
+                100.0 * worst
+            )
+        })
+    }
+}
+
+/// A stiffness in global axes.
+impl From<Stiffness> for RegionMaterial {
+    fn from(stiffness: Stiffness) -> Self {
+        let orientation = Orientation::Uniform(Matrix3::identity());
+        Self::Single(Box::new(PlacedMaterial { name: String::new(), stiffness, orientation }))
+    }
+}

@@ -1,0 +1,80 @@
+//! Faces that cut one another.
+
+use super::Mesh;
+use super::faces::SurfaceFace;
+use crate::geometry::Point;
+
+/// Two faces that share no node and cut one another, by their places in `faces`; `None` if there are none.
+pub fn find_intersecting_faces(mesh: &Mesh, faces: &[SurfaceFace]) -> Option<[usize; 2]> {
+    let corners = |face: &SurfaceFace| -> Vec<Point> {
+        face.nodes[..face.kind.n_corners()].iter().map(|&node| Point::from(mesh.points[node])).collect()
+    };
+    let all: Vec<Vec<Point>> = faces.iter().map(corners).collect();
+    let ends = |k: usize, axis: usize| {
+        all[k]
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[axis]), high.max(x[axis])])
+    };
+    let boxes: Vec<[[f64; 2]; 3]> = (0..all.len()).map(|k| [0, 1, 2].map(|axis| ends(k, axis))).collect();
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    order.sort_by(|&a, &b| boxes[a][0][0].total_cmp(&boxes[b][0][0]));
+    for (rank, &a) in order.iter().enumerate() {
+        for &b in order[rank + 1..].iter().take_while(|&&b| boxes[b][0][0] <= boxes[a][0][1]) {
+            let apart = (1..3)
+                .any(|axis| boxes[a][axis][0] > boxes[b][axis][1] || boxes[b][axis][0] > boxes[a][axis][1]);
+            let joined = faces[a].nodes.iter().any(|node| faces[b].nodes.contains(node));
+            if !apart && !joined && (edge_pierces_face(&all[a], &all[b]) || edge_pierces_face(&all[b], &all[a])) {
+                return Some([a, b]);
+            }
+        }
+    }
+    None
+}
+
+/// Whether an edge of the polygon `a` goes through one of the triangles of `b`.
+fn edge_pierces_face(a: &[Point], b: &[Point]) -> bool {
+    let edges = (0..a.len()).map(|k| (a[k], a[(k + 1) % a.len()]));
+    let through = |(from, to): (Point, Point)| {
+        (1..b.len() - 1).any(|k| {
+            let (u, v) = (b[k] - b[0], b[k + 1] - b[0]);
+            let normal = u.cross(&v);
+            let [first, last] = [from, to].map(|x| normal.dot(&(x - b[0])));
+            if first * last >= 0.0 {
+                return false;
+            }
+            let x = from + (to - from) * (first / (first - last)) - b[0];
+            let square = normal.norm_squared();
+            let [s, t] = [x.cross(&v).dot(&normal) / square, u.cross(&x).dot(&normal) / square];
+            s > 0.0 && t > 0.0 && s + t < 1.0
+        })
+    };
+    edges.into_iter().any(through)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::ElementKind;
+    use crate::mesh::CellBlock;
+    use crate::mesh::faces::outer_faces;
+
+    /// Truth: two triangles through one another by construction, and the same moved apart.
+    #[test]
+    fn faces_that_cross() {
+        let at = |height: f64| {
+            let points = vec![
+                [0.0, 0.0, 0.0],
+                [2.0, 0.0, 0.0],
+                [0.0, 2.0, 0.0],
+                [0.5, 0.5, height - 1.0],
+                [0.6, 0.5, height + 1.0],
+                [0.5, 0.7, height + 1.0],
+            ];
+            let block = CellBlock { kind: ElementKind::Tri3, nodes: (0..6).collect(), tags: vec![1, 2] };
+            let mesh = Mesh { source: "two".into(), points, blocks: vec![block], ..Mesh::default() };
+            find_intersecting_faces(&mesh, &outer_faces(&mesh))
+        };
+        assert_eq!(at(0.0), Some([0, 1]));
+        assert_eq!(at(1.5), None);
+    }
+}

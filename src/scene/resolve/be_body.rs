@@ -1,0 +1,154 @@
+//! Finite bodies of boundary elements: their closed surface, groups of it, supports.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Resolver;
+use super::bodies::{
+    check_contact, check_groups, check_quality, find_material, body_material, read_mesh, prescribed_displacements, symmetry_supports,
+};
+use super::materials::Materials;
+use crate::bem::finite::Interpolation;
+use crate::mesh::faces::group_faces;
+use crate::mesh::{Mesh, closed_surface};
+use crate::scene::spec::body::{BeBody, BoundaryElement, FeBody, NearField};
+use crate::scene::spec::direction::FibreDirection;
+use crate::scene::plan::{BeBodyPlan, BodyPlan, MeshedBodyPlan, PrescribedDisplacement};
+
+/// The body at `key`.
+pub(super) fn resolve(r: &mut Resolver, key: &str, body: BeBody, materials: &Materials) -> Option<BodyPlan> {
+    let interpolation = interpolation(body.element);
+    let fibre = body.fibre;
+    let body = as_fe_keys(body);
+    let supports = prescribed_displacements(r, key, &body);
+    find_material(r, key, &body.material, fibre, materials);
+    let mesh = read_mesh(r, key, &body.mesh)?;
+    let place = format!("{key}.mesh");
+    if mesh.volume_cells().next().is_some() {
+        check_quality(r, &place, &mesh);
+    } else {
+        r.notes.extend(mesh.warnings.iter().map(|warning| format!("{place}: {warning}")));
+    }
+    let before = r.diagnostics.len();
+    check_groups(r, key, &body, &mesh);
+    check_surface_groups(r, key, &body, &mesh);
+    check_contact(r, key, &body, &mesh);
+    let groups_found = r.diagnostics.len() == before;
+    let symmetry = symmetry_supports(r, key, &body, &mesh);
+    let surface = closed_surface(r, &place, &mesh)?;
+    let meshed = MeshedBodyPlan {
+        material: body_material(&body, materials)?,
+        has_fibre: fibre.is_some(),
+        mesh: Arc::new(surface),
+        mesh_name: body.mesh.clone(),
+        contact: body.contact.clone(),
+        supports: [supports?, symmetry?].concat(),
+        foundations: Vec::new(),
+        pressures: body.pressure.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        tractions: body.traction.iter().map(|load| (load.group.clone(), load.value)).collect(),
+        body_force: body.body_force,
+        regions: Vec::new(),
+        element: None,
+        near_field: NearField::Mesh,
+    };
+    let has_solids = mesh.volume_cells().next().is_some();
+    let solids = has_solids.then(|| Arc::new(mesh));
+    let be = BeBodyPlan { meshed, solids, interpolation };
+    if groups_found {
+        check_rigid_body_modes(r, key, &be);
+    }
+    Some(BodyPlan::Be(Box::new(be)))
+}
+
+/// The interpolation that a key names.
+pub(super) fn interpolation(element: BoundaryElement) -> Interpolation {
+    match element {
+        BoundaryElement::Constant => Interpolation::Constant,
+        BoundaryElement::Linear => Interpolation::Linear,
+        BoundaryElement::Quadratic => Interpolation::Quadratic,
+    }
+}
+
+/// The same keys of a body of finite elements.
+fn as_fe_keys(body: BeBody) -> FeBody {
+    let fibre = body.fibre.map(|fibre| FibreDirection {
+        tilt: Some(fibre.tilt),
+        azimuth: Some(fibre.azimuth),
+        field: None,
+        file: None,
+        cylindrical: None,
+    });
+    FeBody {
+        material: body.material,
+        fibre,
+        layup: None,
+        mesh: body.mesh,
+        contact: body.contact,
+        fixed: body.fixed,
+        displaced: body.displaced,
+        symmetry: body.symmetry,
+        foundation: Vec::new(),
+        pressure: body.pressure,
+        traction: body.traction,
+        body_force: body.body_force,
+        regions: BTreeMap::new(),
+        element: None,
+        near_field: NearField::Mesh,
+    }
+}
+
+/// Reports supports and loads on what is no outer surface: boundary elements have no nodes elsewhere.
+fn check_surface_groups(r: &mut Resolver, key: &str, body: &FeBody, mesh: &Mesh) {
+    let fixed = body.fixed.iter().enumerate().map(|(i, fixed)| (format!("fixed.{i}"), &fixed.group));
+    let displaced =
+        body.displaced.iter().enumerate().map(|(i, other)| (format!("displaced.{i}"), &other.group));
+    for (place, group) in fixed.chain(displaced) {
+        // A missing group is reported with the others.
+        if mesh.group_of_any_dim(group).is_err() {
+            continue;
+        }
+        if let Err(error) = group_faces(mesh, group) {
+            let mend = "name an outer surface group: a boundary-element body can only be supported on its surface, not \
+                        at points, lines or interior faces";
+            r.report(&format!("{key}.{place}.group"), error.message().to_owned(), "this group", mend);
+        }
+    }
+}
+
+/// The closed surface of a mesh, or of its solids.
+pub(super) fn closed_surface(r: &mut Resolver, place: &str, mesh: &Mesh) -> Option<Mesh> {
+    let skin = mesh.volume_cells().next().is_some().then(|| closed_surface::boundary_surface(mesh));
+    match closed_surface::orient_outward(skin.as_ref().unwrap_or(mesh)) {
+        Ok((mesh, notes)) => {
+            r.notes.extend(notes.into_iter().map(|note| format!("{place}: {note}")));
+            Some(mesh)
+        }
+        Err(error) => {
+            let mend = "give the closed surface mesh of one body, or a volume mesh, whose boundary surface is extracted";
+            r.report(place, error.message().to_owned(), "this mesh", mend);
+            None
+        }
+    }
+}
+
+/// Reports supports that contradict one another, and notes that the body floats.
+fn check_rigid_body_modes(r: &mut Resolver, key: &str, be: &BeBodyPlan) {
+    match be.bem_spec(key).free_motions() {
+        Ok(None) => {}
+        Ok(Some(free)) => r.notes.push(format!(
+            "{key} has unconstrained rigid-body modes ({}): only contact forces can balance its loads along them",
+            free.names.join(", ")
+        )),
+        Err(error) => {
+            let named = |support: &&PrescribedDisplacement| error.message().contains(&format!("\"{}\"", support.group));
+            let list = be.meshed.supports.iter().find(named).map(|support| support.key.clone());
+            let mend = "put each face into one support only, or prescribe the same value in both";
+            r.report(
+                &list.unwrap_or_else(|| key.to_owned()),
+                error.message().to_owned(),
+                "these supports",
+                mend,
+            );
+        }
+    }
+}

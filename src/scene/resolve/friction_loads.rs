@@ -1,0 +1,123 @@
+//! Loads that only friction carries: a tangential force and a spin moment.
+
+use super::Resolver;
+use super::laws::Laws;
+use super::load_points::LoadPoint;
+use super::steps::NumberedStep;
+use crate::friction::FrictionLaw;
+use crate::history::step::{Spin, Step, Tangential};
+use crate::scene::spec::step::Step as Keys;
+
+/// What only friction carries: name of the load, of its key, and of the motion to prescribe instead.
+const FRICTION_LOADS: [(&str, &str, &str); 2] =
+    [("tangential force", "tangential_force", "shift"), ("spin moment", "spin_moment", "twist")];
+
+/// Their columns in load histories.
+const FRICTION_LOAD_COLUMNS: [&str; 2] = ["`tangential_x`, `tangential_y`", "`spin_moment`"];
+
+/// A tangential force and a spin moment need friction to carry them. (Inclined cells of a mesh frame carry spin by pressures.)
+pub(super) fn check_step(r: &mut Resolver, key: &str, keys: &Keys, laws: Option<&Laws>, level: bool) {
+    let frictionless = !keys.friction || laws.is_some_and(|l| matches!(l.friction, FrictionLaw::None));
+    let loaded = [
+        keys.tangential_force.is_some_and(|q| q != [0.0; 2]),
+        keys.spin_moment.is_some_and(|moment| moment != 0.0) && level,
+    ];
+    for ((what, load, motion), _) in FRICTION_LOADS.iter().zip(loaded).filter(|(_, loaded)| *loaded && frictionless)
+    {
+        let message = format!("a {what} is prescribed, but this step has no friction to transmit it");
+        let mend = format!(
+            "add a [friction] law and remove `friction = false`, or prescribe the displacement `{motion}` instead"
+        );
+        r.report(&format!("{key}.{load}"), message, "needs friction", mend);
+    }
+}
+
+/// What a step says of a load that only friction carries.
+enum LoadState {
+    /// Nothing.
+    Unspecified,
+    /// It is there.
+    Active,
+    /// It is zero, or its motion is prescribed instead.
+    Released,
+}
+
+/// The same of the loads of [`FRICTION_LOADS`]; cycles and rolling move by themselves.
+fn load_states(step: &Step) -> [LoadState; 2] {
+    let tangential = match step.tangential {
+        Some(Tangential::Force(force)) if force != [0.0; 2] => LoadState::Active,
+        Some(_) => LoadState::Released,
+        None if step.cycles.is_some() || step.rolling.is_some() => LoadState::Released,
+        None => LoadState::Unspecified,
+    };
+    let spin = match step.spin {
+        Some(Spin::Moment(moment)) if moment != 0.0 => LoadState::Active,
+        Some(_) => LoadState::Released,
+        None => LoadState::Unspecified,
+    };
+    [tangential, spin]
+}
+
+/// Reports load points whose load only friction carries, in a step without.
+pub(super) fn check_load_points(r: &mut Resolver, key: &str, (points, steps): (&[LoadPoint], &[Step]), level: bool) {
+    for (kind, (what, ..)) in FRICTION_LOADS.iter().enumerate().take(if level { 2 } else { 1 }) {
+        let loaded = points.iter().zip(steps).find(|(_, step)| matches!(load_states(step)[kind], LoadState::Active));
+        if let Some((point, _)) = loaded {
+            let message = format!(
+                "line {}: a {what} is prescribed, but this step has no friction to transmit it",
+                point.line
+            );
+            let mend = format!(
+                "add a [friction] law and remove `friction = false`, or remove the columns {}",
+                FRICTION_LOAD_COLUMNS[kind]
+            );
+            r.report(&format!("{key}.history.file"), message, "needs friction", mend);
+        }
+    }
+}
+
+/// A load that an earlier step left in force needs friction too, until a motion replaces it; rolling takes none.
+pub(super) fn check_inherited_loads(r: &mut Resolver, steps: &[NumberedStep], laws: Option<&Laws>, level: bool) {
+    let Some(laws) = laws else { return };
+    let kinds = if level { 2 } else { 1 };
+    for (kind, (what, load, motion)) in FRICTION_LOADS.iter().enumerate().take(kinds) {
+        let mut holder: Option<&Step> = None;
+        for (i, step) in steps {
+            // A step that is wrong itself may prescribe anything.
+            let Some(step) = step else {
+                holder = None;
+                continue;
+            };
+            if let Some(from) = holder.filter(|_| step.rolling.is_some()) {
+                let message = format!(
+                    "the {what} of step \"{}\" is still active, but in rolling the tangential forces follow from the creepages",
+                    from.name
+                );
+                let mend = format!(
+                    "remove the load in a step before the rolling: prescribe `{motion}`, or {load} = 0"
+                );
+                r.report(&format!("steps.{i}.rolling"), message, "load still active", mend);
+                holder = None;
+                continue;
+            }
+            let frictionless = !step.friction || matches!(laws.friction, FrictionLaw::None);
+            match (&load_states(step)[kind], holder) {
+                (LoadState::Active, _) => holder = Some(step),
+                (LoadState::Released, _) => holder = None,
+                (LoadState::Unspecified, Some(from)) if frictionless => {
+                    let message = format!(
+                        "the {what} of step \"{}\" is still active, but this step has no friction to transmit it",
+                        from.name
+                    );
+                    let mend = format!(
+                        "remove `friction = false`, or prescribe `{motion}` or {load} = 0 in this step"
+                    );
+                    let place = format!("steps.{i}.friction");
+                    let place = if r.document.get(&place).is_some() { place } else { format!("steps.{i}") };
+                    r.report(&place, message, "no friction", mend);
+                }
+                (LoadState::Unspecified, _) => {}
+            }
+        }
+    }
+}

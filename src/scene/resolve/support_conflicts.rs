@@ -1,0 +1,55 @@
+//! Supports of a body that contradict one another, at the keys that they stand under.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use crate::geometry::{format_number, format_point};
+use crate::scene::plan::{MeshedBodyPlan, PrescribedDisplacement};
+
+const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Reports each support that prescribes another displacement at a node than one before it; their number.
+pub(super) fn report_conflicts(r: &mut Resolver, spec: &MeshedBodyPlan) -> usize {
+    let mut known: HashMap<(usize, usize), (usize, f64)> = HashMap::new();
+    let mut count = 0;
+    for (index, support) in spec.supports.iter().enumerate() {
+        let Ok(nodes) = spec.mesh.group_nodes(&support.group) else { continue };
+        let mut found = None;
+        for node in nodes {
+            for component in 0..3 {
+                let Some(value) = prescribed_value(support, component, &spec.mesh.points[node]) else { continue };
+                let (earlier, before) = *known.entry((node, component)).or_insert((index, value));
+                if before != value && found.is_none() {
+                    found = Some((earlier, node, component, [before, value]));
+                }
+            }
+        }
+        if let Some((earlier, node, component, values)) = found {
+            let other = &spec.supports[earlier];
+            let groups = if other.group == support.group {
+                format!("both name the group \"{}\"", support.group)
+            } else {
+                format!("(groups \"{}\" and \"{}\") share nodes", other.group, support.group)
+            };
+            let message = format!(
+                "{} and {} {groups} but prescribe different displacements along {}: {} and {} at {}",
+                other.key,
+                support.key,
+                AXIS_NAMES[component],
+                format_number(values[0]),
+                format_number(values[1]),
+                format_point(&spec.mesh.points[node])
+            );
+            let mend = format!("remove {} from `components` of one of them", AXIS_NAMES[component]);
+            r.report(&support.key, message, "this support", mend);
+            count += 1;
+        }
+    }
+    count
+}
+
+/// The displacement that a support prescribes along a component at a point.
+fn prescribed_value(support: &PrescribedDisplacement, component: usize, at: &[f64; 3]) -> Option<f64> {
+    let far: f64 = support.gradient[component].iter().zip(at).map(|(g, x)| g * x).sum();
+    support.values[component].map(|value| value + far)
+}

@@ -1,0 +1,403 @@
+//! Checks a scene's tree against the JSON Schema, collecting every mistake.
+
+use serde_json::Value as Json;
+
+use super::document::{Document, TomlEntry, TomlNode, TomlValue, is_whole, join_key};
+use super::diagnostic::{DiagnosticKind, Diagnostic};
+use super::suggest::{closest, quoted_list};
+
+/// Everything in `document` that the schema does not allow, and the keys among it that no table knows.
+pub fn check_against_schema(document: &Document, schema: &Json) -> (Vec<Diagnostic>, Vec<String>) {
+    let mut walk = SchemaWalk { document, root: schema, diagnostics: Vec::new(), unknown_keys: Vec::new() };
+    walk.check_value(&document.root, schema, "");
+    (walk.diagnostics, walk.unknown_keys)
+}
+
+/// The branches of a value that is a number or a list of numbers.
+fn number_or_list(branches: &[Json]) -> Option<[&Json; 2]> {
+    let of_type = |name: &str| branches.iter().find(|b| b.get("type").and_then(Json::as_str) == Some(name));
+    Some([of_type("number").or_else(|| of_type("integer"))?, of_type("array")?])
+}
+
+/// A walk over the tree and the schema side by side.
+struct SchemaWalk<'a> {
+    document: &'a Document,
+    root: &'a Json,
+    diagnostics: Vec<Diagnostic>,
+    unknown_keys: Vec<String>,
+}
+
+impl<'a> SchemaWalk<'a> {
+    fn report(&mut self, key: &str, message: String, label: &str, mend: String) {
+        self.diagnostics.push(Diagnostic::at(self.document, key, message).label(label).help(mend));
+    }
+
+    /// The schema behind a reference.
+    fn dereference(&self, schema: &'a Json) -> &'a Json {
+        let target = schema.get("$ref").and_then(Json::as_str).and_then(|r| r.strip_prefix('#'));
+        target.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
+    }
+
+    fn check_value(&mut self, node: &TomlNode, schema: &'a Json, key: &str) {
+        let schema = self.dereference(schema);
+        if let Some(branches) = schema.get("oneOf").or(schema.get("anyOf")).and_then(Json::as_array) {
+            let array = branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "array"));
+            if let (Some(array), TomlValue::Array(_)) = (array, &node.value) {
+                return self.check_list(node, array, key);
+            }
+            if branches.iter().any(|branch| branch.get("type").is_some_and(|t| t == "boolean")) {
+                return match node.value {
+                    TomlValue::Boolean(_) => {}
+                    _ => self.report_wrong_type(node, key, "true, false or a list of names"),
+                };
+            }
+            let plain = |kind: &str| {
+                let is = |branch: &&Json| {
+                    branch.get("type").is_some_and(|t| t == kind) && branch.get("const").is_none()
+                };
+                branches.iter().map(|branch| self.dereference(branch)).find(is)
+            };
+            let (table, text) = (plain("object"), plain("string").filter(|text| text.get("enum").is_none()));
+            if let (None, Some(table), Some(_)) = (tag_of(branches), table, text) {
+                return match (&node.value, number_branch(branches)) {
+                    (TomlValue::Table(_), _) => self.check_table(node, table, key, None),
+                    (TomlValue::String(_), _) => {}
+                    (TomlValue::Integer(_) | TomlValue::Float(_), Some(number)) => self.check_value(node, number, key),
+                    _ => self.report_wrong_type(node, key, "a number, a text in double quotes or a table"),
+                };
+            }
+            return match tag_of(branches) {
+                Some(tag) => self.check_tagged_table(node, branches, tag, key),
+                None if number_or_list(branches).is_some() => {
+                    let [number, list] = number_or_list(branches).expect("just found");
+                    let chosen = if matches!(node.value, TomlValue::Array(_)) { list } else { number };
+                    self.check_value(node, chosen, key);
+                }
+                None => match number_branch(branches) {
+                    Some(number) if matches!(node.value, TomlValue::Integer(_) | TomlValue::Float(_)) => {
+                        self.check_value(node, number, key)
+                    }
+                    Some(_) if !matches!(node.value, TomlValue::String(_)) => {
+                        let words = quoted_list(&branch_words(branches), "\"");
+                        self.report_wrong_type(node, key, &format!("a number or {words}"))
+                    }
+                    _ => self.check_word(node, &branch_words(branches), key),
+                },
+            };
+        }
+        if let Some(words) = schema.get("enum").and_then(Json::as_array) {
+            let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
+            return self.check_word(node, &words, key);
+        }
+        if let Some(types) = schema.get("type").and_then(Json::as_array) {
+            let whole = !types.iter().any(|kind| kind == "number");
+            return match node.value {
+                // The number is what the schema bounds.
+                TomlValue::Integer(_) => self.check_number(node, schema, key, true),
+                TomlValue::Float(_) if !whole => self.check_number(node, schema, key, false),
+                TomlValue::String(_) => {}
+                _ if whole => self.report_wrong_type(node, key, "a whole number or a text in double quotes"),
+                _ => self.report_wrong_type(node, key, "a number or a text in double quotes"),
+            };
+        }
+        match schema.get("type").and_then(Json::as_str) {
+            Some("object") => self.check_table(node, schema, key, None),
+            Some("array") => self.check_list(node, schema, key),
+            Some("number") => self.check_number(node, schema, key, false),
+            Some("integer") => self.check_number(node, schema, key, true),
+            Some("string") if !matches!(node.value, TomlValue::String(_)) => {
+                self.report_wrong_type(node, key, "a text in double quotes")
+            }
+            Some("boolean") if !matches!(node.value, TomlValue::Boolean(_)) => {
+                self.report_wrong_type(node, key, "true or false")
+            }
+            _ => {}
+        }
+    }
+
+    /// One of a few words.
+    fn check_word(&mut self, node: &TomlNode, words: &[&str], key: &str) {
+        let allowed = quoted_list(words, "\"");
+        let TomlValue::String(found) = &node.value else {
+            return self.report_wrong_type(node, key, &format!("one of {allowed}"));
+        };
+        if words.contains(&found.as_str()) {
+            return;
+        }
+        let name = last(key);
+        let hint = match closest(found, words) {
+            Some(word) => format!("did you mean \"{word}\"? Allowed: {allowed}"),
+            None => format!("allowed: {allowed}"),
+        };
+        self.report(key, format!("`{name}` = \"{found}\" is not an allowed value"), "not allowed", hint);
+    }
+
+    /// A table whose `tag` says which keys it has.
+    fn check_tagged_table(&mut self, node: &TomlNode, branches: &'a [Json], tag: &'a str, key: &str) {
+        let TomlValue::Table(entries) = &node.value else {
+            return self.report_wrong_type(node, key, &format!("a table with `{tag}`"));
+        };
+        let words: Vec<&str> =
+            branches.iter().filter_map(|branch| tag_word(self.dereference(branch), tag)).collect();
+        let Some(entry) = entries.iter().find(|entry| entry.name == tag) else {
+            let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+            let near = entries.iter().map(|e| e.name.as_str()).find(|name| closest(name, &[tag]).is_some());
+            let mut mend = format!("add `{tag} = ...`, one of {}", quoted_list(&words, "\""));
+            if let Some(near) = near {
+                mend = format!("did you mean `{tag}` where `{near}` stands? {mend}");
+            }
+            return self.report(key, format!("{place} lacks `{tag}`"), &format!("lacks `{tag}`"), mend);
+        };
+        let found = match &entry.node.value {
+            TomlValue::String(text) => text.as_str(),
+            _ => "",
+        };
+        match branches.iter().find(|branch| tag_word(self.dereference(branch), tag) == Some(found)) {
+            Some(branch) => self.check_table(node, self.dereference(branch), key, Some((tag, branches))),
+            None => self.check_word(&entry.node, &words, &join_key(key, tag)),
+        }
+    }
+
+    /// A table with named keys, or with names of the user's.
+    fn check_table(&mut self, node: &TomlNode, schema: &'a Json, key: &str, variant: Option<(&'a str, &'a [Json])>) {
+        let TomlValue::Table(entries) = &node.value else {
+            return self.report_wrong_type(node, key, "a table");
+        };
+        let properties = schema.get("properties").and_then(Json::as_object);
+        let free = schema.get("additionalProperties").filter(|s| s.is_object());
+        for entry in entries {
+            let path = join_key(key, &entry.name);
+            match properties.and_then(|p| p.get(&entry.name)).or(free) {
+                Some(schema) => self.check_value(&entry.node, schema, &path),
+                None => self.report_unknown_key(entry, &path, key, schema, variant),
+            }
+        }
+        let required = schema.get("required").and_then(Json::as_array).into_iter().flatten();
+        let known = names(schema);
+        for name in required.filter_map(Json::as_str) {
+            // A misspelt key is reported once, with the right spelling.
+            let there = |entry: &TomlEntry| {
+                entry.name == name
+                    || (!known.contains(&entry.name.as_str()) && closest(&entry.name, &known) == Some(name))
+            };
+            if !entries.iter().any(there) {
+                self.report_missing_key(name, key, properties.and_then(|p| p.get(name)));
+            }
+        }
+    }
+
+    fn report_missing_key(&mut self, name: &str, key: &str, schema: Option<&'a Json>) {
+        let what = schema
+            .and_then(|s| s.get("description").or(self.dereference(s).get("description")))
+            .and_then(Json::as_str)
+            .unwrap_or("");
+        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let mend = format!("add `{name}`: {}", what.split('\n').next().unwrap_or(""));
+        self.report(key, format!("{place} lacks `{name}`"), &format!("lacks `{name}`"), mend);
+    }
+
+    fn report_unknown_key(
+        &mut self,
+        entry: &TomlEntry,
+        path: &str,
+        key: &str,
+        schema: &'a Json,
+        variant: Option<(&'a str, &'a [Json])>,
+    ) {
+        self.unknown_keys.push(path.to_owned());
+        let name = &entry.name;
+        let known: Vec<&str> = names(schema);
+        let place = if key.is_empty() { "the scene".to_owned() } else { format!("`{key}`") };
+        let owner = variant.and_then(|(tag, branches)| {
+            let owner =
+                branches.iter().map(|b| self.dereference(b)).find(|b| names(b).contains(&name.as_str()))?;
+            Some(format!("it belongs to {tag} = \"{}\"", tag_word(owner, tag)?))
+        });
+        let mut mend = format!("allowed keys: {}", quoted_list(&known, "`"));
+        if let Some(owner) = owner {
+            mend = format!("{owner}; {mend}");
+        } else if let Some(word) = closest(name, &known) {
+            mend = format!("did you mean `{word}`? {mend}");
+        }
+        let mistake = Diagnostic::at(self.document, path, format!("{place} has no key `{name}`"));
+        self.diagnostics.push(mistake.kind(DiagnosticKind::UnknownKey).label("unknown key").help(mend));
+    }
+
+    fn check_list(&mut self, node: &TomlNode, schema: &'a Json, key: &str) {
+        let TomlValue::Array(items) = &node.value else {
+            let of_tables = schema.get("items").is_some_and(|s| self.dereference(s).get("properties").is_some());
+            if of_tables && matches!(node.value, TomlValue::Table(_)) {
+                let mend = format!("write `[[{key}]]`, once for each element");
+                return self.report(
+                    key,
+                    format!("`{key}` is a table, not a list of tables"),
+                    "a single table",
+                    mend,
+                );
+            }
+            return self.report_wrong_type(node, key, &describe_list(schema));
+        };
+        let least = schema.get("minItems").and_then(Json::as_u64).unwrap_or(0);
+        let most = schema.get("maxItems").and_then(Json::as_u64).unwrap_or(u64::MAX);
+        if !(least..=most).contains(&(items.len() as u64)) {
+            let mut mend = format!("give {}", describe_list(schema));
+            if items.len() as u64 == 2 * most {
+                mend.push_str("; decimals are written with a point, as in 1.5");
+            }
+            let message = format!("`{}` has {} values", last(key), items.len());
+            return self.report(key, message, &describe_list(schema), mend);
+        }
+        if let Some(schema) = schema.get("items") {
+            for (i, item) in items.iter().enumerate() {
+                self.check_value(item, schema, &join_key(key, &i.to_string()));
+            }
+        }
+    }
+
+    /// A number must be finite, whole if a count, of a size that can be squared, and within the schema's bounds.
+    fn check_number(&mut self, node: &TomlNode, schema: &'a Json, key: &str, whole: bool) {
+        let found = match node.value {
+            TomlValue::Integer(number) => number as f64,
+            TomlValue::Float(number) => number,
+            _ => return self.report_wrong_type(node, key, if whole { "a whole number" } else { "a number" }),
+        };
+        let name = last_named_segment(key);
+        if !found.is_finite() {
+            let message = format!("`{name}` is {found}, not a finite number");
+            return self.report(key, message, "not finite", "give a finite number".to_owned());
+        }
+        let size = found.abs();
+        if whole && size > MAX_INTEGER {
+            let message = format!("`{name}` is {found:e}, but must be at most {MAX_INTEGER:e}");
+            return self.report(key, message, "too large", "give a smaller number".to_owned());
+        }
+        if !whole && size != 0.0 && !(MAGNITUDE_RANGE[0]..=MAGNITUDE_RANGE[1]).contains(&size) {
+            let message = format!(
+                "`{name}` is {found:e}; its magnitude must be 0 or lie between {:e} and {:e}",
+                MAGNITUDE_RANGE[0], MAGNITUDE_RANGE[1]
+            );
+            let mend = "choose units in which the numbers of the scene have usual magnitudes".to_owned();
+            return self.report(key, message, "outside the range of numbers", mend);
+        }
+        if whole && !is_whole(found) {
+            let message = format!("`{name}` is {found}, not a whole number");
+            return self.report(key, message, "not a whole number", "give a whole number".to_owned());
+        }
+        if let Some(bounds) = violated_bounds(found, schema) {
+            let message = format!("`{name}` is {found}, but must be {bounds}");
+            self.report(key, message, &format!("must be {bounds}"), format!("give a number {bounds}"));
+        }
+    }
+
+    fn report_wrong_type(&mut self, node: &TomlNode, key: &str, wanted: &str) {
+        let mut mend = format!("give {wanted}");
+        if let TomlValue::String(text) = &node.value {
+            if text.trim().parse::<f64>().is_ok() && wanted.contains("number") {
+                mend = format!("remove the quotes: {} = {}", last_named_segment(key), text.trim());
+            } else if text.trim().replace(',', ".").parse::<f64>().is_ok() && wanted.contains("number") {
+                mend = format!("write it with a point and without quotes: {}", text.trim().replace(',', "."));
+            }
+        }
+        let message = format!("`{}` is {}, but must be {wanted}", last_named_segment(key), node.describe());
+        self.report(key, message, &format!("must be {wanted}"), mend);
+    }
+}
+
+/// Largest count.
+const MAX_INTEGER: f64 = 1e15;
+
+/// Sizes of numbers other than 0 whose products with each other stay within the range of f64.
+pub(super) const MAGNITUDE_RANGE: [f64; 2] = [1e-100, 1e100];
+
+/// The key that tells the branches apart by a constant, if all have one.
+fn tag_of(branches: &[Json]) -> Option<&str> {
+    let first = branches.first()?.get("properties")?.as_object()?;
+    let (tag, _) = first.iter().find(|(_, schema)| schema.get("const").is_some())?;
+    Some(tag)
+}
+
+/// The constant of `tag` in a branch.
+fn tag_word<'a>(branch: &'a Json, tag: &str) -> Option<&'a str> {
+    branch.get("properties")?.get(tag)?.get("const")?.as_str()
+}
+
+/// The branch of a number that some words may stand for.
+fn number_branch(branches: &[Json]) -> Option<&Json> {
+    branches.iter().find(|branch| branch.get("type").is_some_and(|t| t == "integer" || t == "number"))
+}
+
+/// The words that branches of constants allow.
+fn branch_words(branches: &[Json]) -> Vec<&str> {
+    // Words beside a number are branches of their own.
+    let branches = branches.iter().flat_map(|branch| match branch.get("oneOf").and_then(Json::as_array) {
+        Some(inner) => inner.as_slice(),
+        None => std::slice::from_ref(branch),
+    });
+    branches
+        .flat_map(|branch| {
+            let many = branch.get("enum").and_then(Json::as_array).into_iter().flatten();
+            branch.get("const").into_iter().chain(many)
+        })
+        .filter_map(Json::as_str)
+        .collect()
+}
+
+/// The names of the keys of a table.
+fn names(schema: &Json) -> Vec<&str> {
+    schema
+        .get("properties")
+        .and_then(Json::as_object)
+        .into_iter()
+        .flatten()
+        .map(|(name, _)| name.as_str())
+        .collect()
+}
+
+/// What bounds a number violates, in words.
+fn violated_bounds(found: f64, schema: &Json) -> Option<String> {
+    let bound = |name: &str| schema.get(name).and_then(Json::as_f64);
+    let (least, most) = (bound("minimum"), bound("maximum"));
+    let (above, below) = (bound("exclusiveMinimum"), bound("exclusiveMaximum"));
+    let fine = least.is_none_or(|b| found >= b)
+        && most.is_none_or(|b| found <= b)
+        && above.is_none_or(|b| found > b)
+        && below.is_none_or(|b| found < b);
+    if fine {
+        return None;
+    }
+    let parts = [
+        least.map(|b| format!("at least {b}")),
+        above.map(|b| format!("above {b}")),
+        most.map(|b| format!("at most {b}")),
+        below.map(|b| format!("below {b}")),
+    ];
+    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
+}
+
+/// What a list must be, in words.
+fn describe_list(schema: &Json) -> String {
+    let least = schema.get("minItems").and_then(Json::as_u64);
+    let most = schema.get("maxItems").and_then(Json::as_u64);
+    match (least, most) {
+        (Some(n), Some(m)) if n == m => format!("a list of {n} values"),
+        (Some(n), _) => format!("a list of at least {n}"),
+        _ => "a list".to_owned(),
+    }
+}
+
+/// The last part of a dotted key.
+fn last(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+/// The last part of a dotted key that is a name, with the indices after it.
+fn last_named_segment(key: &str) -> &str {
+    let mut start = key.len();
+    for part in key.rsplit('.') {
+        start = start.saturating_sub(part.len() + usize::from(start != key.len()));
+        if part.parse::<usize>().is_err() {
+            break;
+        }
+    }
+    &key[start..]
+}

@@ -1,0 +1,82 @@
+//! `accuracy`: how accurate results shall be.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Target accuracy: the scene is run with finer cells, increments and wear jumps until the estimated error is below it.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "accuracy is a number, or a table with `relative`")]
+#[schemars(inline)]
+pub enum Accuracy {
+    /// Relative error of all results that have an error estimate.
+    Number(#[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))] f64),
+    /// The same as a text like "1e-3".
+    Text(String),
+    /// Relative error of some results.
+    Table(AccuracyTable),
+}
+
+/// Target accuracy of selected results, and the parameters that are not refined.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AccuracyTable {
+    /// Relative error.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 0.1))]
+    pub relative: f64,
+    /// Results that must reach the accuracy at the end of each step; default: all.
+    #[schemars(with = "Vec<Quantity>", length(min = 1))]
+    #[serde(default)]
+    pub of: Option<Vec<AccuracyQuantity>>,
+    /// Parameters that are not refined but kept as given in the scene.
+    #[serde(default)]
+    pub keep: Vec<RefinementParameter>,
+}
+
+/// A result with an error estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AccuracyQuantity {
+    /// The contact force; under force control the displacement.
+    Load,
+    /// The largest pressure.
+    PeakPressure,
+    /// The wear volume.
+    WornVolume,
+}
+
+/// A parameter that can be refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RefinementParameter {
+    /// Cells of a grid frame.
+    Cells,
+    /// Increments of the steps.
+    Increments,
+    /// Wear jumps over fretting cycles, or the tolerance that controls their length.
+    Jumps,
+}
+
+impl AccuracyQuantity {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Load, Self::PeakPressure, Self::WornVolume];
+
+    /// In words.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Load => "load",
+            Self::PeakPressure => "peak pressure",
+            Self::WornVolume => "worn volume",
+        }
+    }
+}
+
+impl RefinementParameter {
+    /// In words.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Cells => "cells",
+            Self::Increments => "increments",
+            Self::Jumps => "jumps",
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! `[materials.NAME]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::strength::Strength;
+use crate::material::strength::MaterialStrength;
+
+/// An elastic material; `model` names the set of constants.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(non_snake_case, missing_docs)]
+pub enum Material {
+    /// Two constants, the same in all directions.
+    Isotropic {
+        /// Young's modulus.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E: f64,
+        /// Poisson's ratio, between -1 and 0.5.
+        nu: f64,
+        /// Yield stress, for the von Mises failure index.
+        #[serde(default, rename = "yield")]
+        #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+        yields: Option<f64>,
+    },
+    /// Five constants, isotropic about axis 1 (the fibre); G23 = E2 / (2 (1 + nu23)).
+    TransverselyIsotropic {
+        /// Young's modulus along the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E1: f64,
+        /// Young's modulus across the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E2: f64,
+        /// Shear modulus in the planes that contain the fibre.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G12: f64,
+        /// Poisson's ratio: contraction across under tension along the fibre.
+        nu12: f64,
+        /// Poisson's ratio across the fibre.
+        nu23: f64,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
+    },
+    /// Nine constants; axis 1 along the fibre, nu_ij = contraction along j under tension along i.
+    Orthotropic {
+        /// Young's modulus along axis 1.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E1: f64,
+        /// Young's modulus along axis 2.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E2: f64,
+        /// Young's modulus along axis 3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        E3: f64,
+        /// Shear modulus of plane 1-2.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G12: f64,
+        /// Shear modulus of plane 1-3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G13: f64,
+        /// Shear modulus of plane 2-3.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        G23: f64,
+        /// Poisson's ratio 12.
+        nu12: f64,
+        /// Poisson's ratio 13.
+        nu13: f64,
+        /// Poisson's ratio 23.
+        nu23: f64,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
+    },
+    /// All constants as a symmetric 6 x 6 stiffness.
+    Stiffness {
+        /// Stiffness matrix, rows and columns in the order 11 22 33 23 13 12, engineering shear strains.
+        C: Box<[[f64; 6]; 6]>,
+        /// Strengths, for failure indices.
+        #[serde(default)]
+        #[schemars(with = "Strength")]
+        strength: Option<Strength>,
+    },
+}
+
+impl Material {
+    /// What it bears, if the scene says so.
+    pub(crate) fn strength_limit(&self) -> Option<MaterialStrength> {
+        match self {
+            Self::Isotropic { yields, .. } => yields.map(MaterialStrength::Yield),
+            Self::TransverselyIsotropic { strength, .. }
+            | Self::Orthotropic { strength, .. }
+            | Self::Stiffness { strength, .. } => strength.map(|strength| MaterialStrength::Ply(strength.into())),
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! `[solver]` and `[output]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::bem::half_space::compressed::DEFAULT_TOLERANCE;
+use crate::results::field_writer::FieldKind;
+use crate::skip::{OmittableWork, AllowedOmissions};
+
+/// How the contact problem is solved.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// Convergence tolerance: natural residual of the contact conditions, relative to the peak pressure.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub tolerance: f64,
+    /// Solution method of the contact problem.
+    pub method: Method,
+    /// Largest number of iterations per increment.
+    #[schemars(range(min = 1))]
+    pub max_iterations: usize,
+    /// How finite-element bodies are coupled to the contact frame.
+    pub coupling: Coupling,
+    /// Work that is omitted where the scene does not need it: true (all kinds), false (none) or a list of names. The results do not depend on it.
+    pub skip: SkipSetting,
+    /// Precision of operator products inside linear solves; residuals are always computed in double precision.
+    pub precision: Precision,
+    /// Memory limit of the run: bytes, or a text like "4 GiB" or "500 MB"; default 80 % of the available memory.
+    #[schemars(schema_with = "memory_size")]
+    pub memory_limit: Option<MemorySize>,
+    /// Relative tolerance of compressed half-space operators (used on mesh frames with many cells).
+    #[schemars(range(min = 1e-12, max = 1e-2))]
+    pub compression_tolerance: f64,
+}
+
+/// Work that may be skipped.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "skip is true, false or a list of: tangential-unknowns, sliding-friction, normal-components, tangential-gap, \
+                 second-half-space, vanishing-blocks, distant-entries, distant-cells, mirror-half, open-cells, cold-starts"
+)]
+#[schemars(inline)]
+pub enum SkipSetting {
+    /// All of it, or none.
+    All(bool),
+    /// What is named.
+    Named(Vec<OmittableWork>),
+}
+
+impl SkipSetting {
+    /// What may be skipped.
+    pub fn allowed_skips(&self) -> AllowedOmissions {
+        match self {
+            Self::All(true) => AllowedOmissions::ALL,
+            Self::All(false) => AllowedOmissions::NONE,
+            Self::Named(named) => named.iter().copied().collect(),
+        }
+    }
+}
+
+/// An amount of memory.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum MemorySize {
+    /// Bytes.
+    Bytes(u64),
+    /// Bytes written with an exponent.
+    Number(f64),
+    /// A number with its unit.
+    Text(String),
+}
+
+fn memory_size(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "type": ["string", "number"], "minimum": 1 })
+}
+
+impl MemorySize {
+    /// Bytes; `None` if it is neither a whole positive number of them nor one with a unit.
+    pub fn bytes(&self) -> Option<u64> {
+        let text = match self {
+            Self::Bytes(bytes) => return Some(*bytes).filter(|&bytes| bytes > 0),
+            Self::Number(bytes) => return positive_integer(*bytes),
+            Self::Text(text) => text.trim(),
+        };
+        let number = text.trim_end_matches(char::is_alphabetic);
+        let factor = match text[number.len()..].to_ascii_lowercase().as_str() {
+            "" => return positive_integer(number.parse().ok()?),
+            "b" | "bytes" => 1.0,
+            "kb" => 1e3,
+            "mb" => 1e6,
+            "gb" => 1e9,
+            "tb" => 1e12,
+            "kib" => 1024.0,
+            "mib" => 1024f64.powi(2),
+            "gib" => 1024f64.powi(3),
+            "tib" => 1024f64.powi(4),
+            _ => return None,
+        };
+        let bytes = number.trim().parse::<f64>().ok()? * factor;
+        (bytes.is_finite() && bytes >= 1.0).then_some(bytes as u64)
+    }
+}
+
+/// A whole number above 0.
+fn positive_integer(number: f64) -> Option<u64> {
+    (number >= 1.0 && number.is_finite() && number.fract() == 0.0).then_some(number as u64)
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-8,
+            method: Method::Auto,
+            max_iterations: 20_000,
+            coupling: Coupling::Schur,
+            skip: SkipSetting::All(true),
+            precision: Precision::Mixed,
+            memory_limit: None,
+            compression_tolerance: DEFAULT_TOLERANCE,
+        }
+    }
+}
+
+/// Iterations for the contact problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Selects the fastest suitable method.
+    Auto,
+    /// Semismooth Newton with a preconditioned Krylov method.
+    Newton,
+    /// Projected conjugate gradients where only pressures are unknown, Newton elsewhere.
+    Cg,
+    /// Barzilai-Borwein projection.
+    Bb,
+    /// Nonlinear block Gauss-Seidel on the entries of the flexibility.
+    GaussSeidel,
+    /// Uzawa predictor-corrector with radial return.
+    Uzawa,
+}
+
+/// Precisions of the products inside linear solves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Single precision, with the error corrected in the next iteration.
+    Mixed,
+    /// Double precision.
+    Double,
+}
+
+/// Coupling of a finite-element body to the contact frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coupling {
+    /// Condensed on the frame once (Schur complement).
+    Schur,
+    /// The assembled block system, solved again for every traction: slow; the reference for checks.
+    Block,
+}
+
+/// What is written besides summary.json and history.csv.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Field files to write; [] writes none.
+    pub fields: Vec<FieldKind>,
+    /// Sampling points (lines, rectangles) inside half-spaces and boundary-element bodies at which displacement and stress are written.
+    pub inside: Vec<InteriorPoints>,
+    /// How often a checkpoint is written; --resume continues from the last one.
+    pub checkpoint: CheckpointInterval,
+}
+
+/// Points inside a body, evenly spread on a line or over a rectangle.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InteriorPoints {
+    /// Name, also used in file names: letters, digits, "-", "_".
+    pub name: String,
+    /// Number of the body, 1 or 2.
+    #[schemars(range(min = 1, max = 2))]
+    pub body: usize,
+    /// First point, global x, y, z.
+    pub from: [f64; 3],
+    /// End of the line, or of the first side of a rectangle.
+    pub to: [f64; 3],
+    /// Third corner of a rectangle: end of its second side, which starts at `from`.
+    #[schemars(with = "[f64; 3]")]
+    #[serde(default)]
+    pub across: Option<[f64; 3]>,
+    /// Number of points of a line; of a rectangle [along, across].
+    pub points: PointCounts,
+}
+
+/// Numbers of points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "points are a whole number, of a rectangle two")]
+#[schemars(inline)]
+pub enum PointCounts {
+    /// On a line.
+    Line(#[schemars(range(min = 2))] usize),
+    /// Along a rectangle and across it.
+    Rectangle(#[schemars(inner(range(min = 2)))] [usize; 2]),
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self {
+            fields: vec![FieldKind::Vtu, FieldKind::Svg],
+            inside: Vec::new(),
+            checkpoint: CheckpointInterval::default(),
+        }
+    }
+}
+
+/// Interval after which the next result is followed by a checkpoint. An interrupted run always writes one.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CheckpointInterval {
+    /// Seconds since the last checkpoint or the start; 0 disables this criterion.
+    #[schemars(range(min = 0))]
+    pub seconds: f64,
+    /// Fretting cycles since the last checkpoint; 0 disables this criterion.
+    pub cycles: u64,
+}
+
+impl Default for CheckpointInterval {
+    fn default() -> Self {
+        Self { seconds: 60.0, cycles: 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MemorySize;
+
+    /// Truth: IEC 80000-13: kibi is 1024, kilo 1000.
+    #[test]
+    fn sizes_of_memory() {
+        let bytes = |text: &str| MemorySize::Text(text.to_owned()).bytes();
+        assert_eq!(bytes("4 GiB"), Some(4 << 30));
+        assert_eq!(bytes("1.5kB"), Some(1500));
+        assert_eq!(bytes(" 20 mib "), Some(20 << 20));
+        assert_eq!(MemorySize::Bytes(7).bytes(), Some(7));
+        assert_eq!(
+            (bytes("1e9"), bytes("1.5e9"), bytes("1.5e3 MB")),
+            (Some(1_000_000_000), Some(1_500_000_000), Some(1_500_000_000))
+        );
+        assert_eq!(MemorySize::Number(1.5e9).bytes(), Some(1_500_000_000));
+        for wrong in [
+            "", "2.5", "1e-3", "1e400", "e9", "nan", "inf", "GiB", "4 G", "-1 GB", "nan GB", "inf MB", "0 B",
+            "1e400 B", "4 GiB/s",
+        ] {
+            assert_eq!(bytes(wrong), None, "{wrong}");
+        }
+        let none = [0.0, -1.0, 2.5, f64::NAN, f64::INFINITY].map(|number| MemorySize::Number(number).bytes());
+        assert_eq!((MemorySize::Bytes(0).bytes(), none), (None, [None; 5]));
+    }
+}

@@ -1,0 +1,267 @@
+//! `[[steps]]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::frame::PositiveCount;
+
+/// A load step. Its values are totals at its end, measured from the initial state and reached linearly; quantities that it does not name keep their previous values.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Name in the results; default "step N".
+    #[serde(default)]
+    #[schemars(with = "String")]
+    pub name: Option<String>,
+    /// Approach (rigid-body indentation depth): motion of body 2 towards body 1, 0 = first touch of the undeformed surfaces. Excludes `normal_force`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub approach: Option<f64>,
+    /// Normal force, compression positive. Excludes `approach`.
+    #[serde(default)]
+    #[schemars(with = "f64", range(min = 0))]
+    pub normal_force: Option<f64>,
+    /// Tangential displacement of body 2. Excludes `tangential_force`.
+    #[serde(default)]
+    #[schemars(with = "Shift")]
+    pub shift: Option<Shift>,
+    /// Tangential force on body 1 along the frame's x, y. Excludes `shift`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub tangential_force: Option<[f64; 2]>,
+    /// Rotation of body 2 about the x and y axes through the frame's centre, degrees (small rotations). Excludes `moment`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub rotation: Option<[f64; 2]>,
+    /// Moments on body 1 about the x and y axes through the frame's centre; body 2 rotates freely under them. Excludes
+    /// `rotation`.
+    #[serde(default)]
+    #[schemars(with = "[f64; 2]")]
+    pub moment: Option<[f64; 2]>,
+    /// Rotation of body 2 about the normal through the frame's centre, degrees (small rotations). Excludes `spin_moment`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub twist: Option<f64>,
+    /// Moment on body 1 about n through the frame's centre. Excludes `twist`.
+    #[serde(default)]
+    #[schemars(with = "f64")]
+    pub spin_moment: Option<f64>,
+    /// Load history from a CSV file, instead of the keys above; each row is reached linearly from the previous one.
+    #[serde(default)]
+    #[schemars(with = "History")]
+    pub history: Option<LoadHistory>,
+    /// Number of equal increments (with `history`: per row). With friction the result depends on the load path and so on this number.
+    #[serde(default = "one")]
+    pub increments: PositiveCount,
+    /// Whether friction acts in this step.
+    #[serde(default = "yes")]
+    pub friction: bool,
+    /// Whether wear acts in this step.
+    #[serde(default = "yes")]
+    pub wear: bool,
+    /// Fretting cycles about the position at the start of the step.
+    #[serde(default)]
+    #[schemars(with = "Cycles")]
+    pub cycles: Option<Cycles>,
+    /// Steady sliding of body 2 over body 1.
+    #[serde(default)]
+    #[schemars(with = "Sliding")]
+    pub sliding: Option<Sliding>,
+    /// Steady rolling under the loads of the previous steps. The creepages grow linearly over the increments; each increment is a steady state.
+    #[serde(default)]
+    #[schemars(with = "Rolling")]
+    pub rolling: Option<Rolling>,
+}
+
+/// Steady rolling: the contact zone moves over both bodies at constant loads and creepages.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rolling {
+    /// Direction in which the contact moves over the bodies, from the frame's x towards its y: 0, 90, 180 or 270 degrees.
+    #[serde(default)]
+    pub direction: f64,
+    /// Creepage, the rigid slip of body 2 over body 1 per rolled distance: along the rolling direction, and to its left.
+    #[serde(default)]
+    pub creepage: [f64; 2],
+    /// Spin creepage: rotation of body 2 relative to body 1 about n (from x towards y) per rolled distance, radians per length.
+    #[serde(default)]
+    pub spin: f64,
+    /// Rolled distance, for wear volume and dissipation.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub distance: f64,
+}
+
+/// A tangential displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shift {
+    /// Distance.
+    pub distance: f64,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+}
+
+/// Load points from a CSV file.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadHistory {
+    /// CSV file, relative to the scene file: a row for each load point, in order; lines that begin with # are ignored.
+    pub file: String,
+    /// What its columns hold; default the names in its first line.
+    #[serde(default)]
+    #[schemars(with = "Vec<Column>")]
+    pub columns: Option<Vec<LoadColumn>>,
+}
+
+/// What a column of a load history holds, in the units of the scene, angles in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum LoadColumn {
+    Approach,
+    NormalForce,
+    ShiftX,
+    ShiftY,
+    TangentialX,
+    TangentialY,
+    RotationX,
+    RotationY,
+    MomentX,
+    MomentY,
+    Twist,
+    SpinMoment,
+    #[serde(rename = "-")]
+    Ignored,
+}
+
+impl LoadColumn {
+    /// Number of kinds.
+    pub const COUNT: usize = 13;
+
+    const NAMES: [(Self, &'static str); Self::COUNT] = [
+        (Self::Approach, "approach"),
+        (Self::NormalForce, "normal_force"),
+        (Self::ShiftX, "shift_x"),
+        (Self::ShiftY, "shift_y"),
+        (Self::TangentialX, "tangential_x"),
+        (Self::TangentialY, "tangential_y"),
+        (Self::RotationX, "rotation_x"),
+        (Self::RotationY, "rotation_y"),
+        (Self::MomentX, "moment_x"),
+        (Self::MomentY, "moment_y"),
+        (Self::Twist, "twist"),
+        (Self::SpinMoment, "spin_moment"),
+        (Self::Ignored, "-"),
+    ];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].1
+    }
+
+    /// The column of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(_, known)| *known == name).map(|(column, _)| *column)
+    }
+
+    /// All names, for messages.
+    pub fn allowed_names() -> String {
+        let names: Vec<&str> = Self::NAMES.iter().map(|(_, name)| *name).collect();
+        format!("{}; \"-\" ignores a column", names[..Self::COUNT - 1].join(", "))
+    }
+}
+
+/// Fretting cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cycles {
+    /// Number of cycles.
+    #[schemars(range(min = 1))]
+    pub count: u64,
+    /// Displacement amplitude (±) of body 2. Excludes `force_amplitude`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub amplitude: Option<f64>,
+    /// Amplitude (±) of the tangential force. Excludes `amplitude`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub force_amplitude: Option<f64>,
+    /// Second semi-axis of an elliptic path, perpendicular to `angle`; a displacement or a force, as the amplitude. Needs `path = "ellipse"`.
+    #[serde(default)]
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub amplitude2: Option<f64>,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+    /// Number of equal wear jumps over the cycles; default: controlled by the estimated error (`wear.tolerance`).
+    #[serde(default)]
+    #[schemars(with = "Count")]
+    pub jumps: Option<PositiveCount>,
+    /// Increments per stroke (half cycle), a number or "auto". "auto": 1 (8 for an ellipse); the wear is corrected by
+    /// cycles computed with as many increments as `wear.tolerance` requires. Default: as "auto", but without correction
+    /// while the whole contact slips and the wear agrees within the tolerance. A number is used as given; one finely
+    /// resolved cycle at the start of the step measures its error.
+    #[serde(default)]
+    #[schemars(with = "Strokes")]
+    pub increments: Option<StrokeIncrements>,
+    /// Shape of the path of a cycle.
+    #[serde(default)]
+    pub path: CyclePath,
+}
+
+/// Increments of a stroke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "increments of a stroke are a whole number, at least 1, or \"auto\"")]
+#[schemars(inline)]
+pub enum StrokeIncrements {
+    /// So many.
+    Given(PositiveCount),
+    /// As many as the tolerance asks for.
+    Automatic(AutoKeyword),
+}
+
+/// Strokes whose increments follow from the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[schemars(inline)]
+pub enum AutoKeyword {
+    /// `wear.tolerance`.
+    Auto,
+}
+
+/// Steady sliding of body 2 over body 1. The contact zone stays in place on the frame and wears.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// Distance.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub distance: f64,
+    /// Direction from the frame's x towards its y, degrees.
+    #[serde(default)]
+    pub angle: f64,
+    /// Number of equal wear jumps over the distance; default: controlled by the estimated error (`wear.tolerance`).
+    #[serde(default)]
+    #[schemars(with = "Count")]
+    pub jumps: Option<PositiveCount>,
+}
+
+/// Shape of the path of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CyclePath {
+    /// Straight line, back and forth.
+    #[default]
+    Line,
+    /// Ellipse, starting at +amplitude and turning to the left of `angle`.
+    Ellipse,
+}
+
+fn one() -> PositiveCount {
+    PositiveCount(1)
+}
+
+fn yes() -> bool {
+    true
+}

@@ -1,0 +1,282 @@
+//! Numbers that look as if units were mixed up: warnings with the numbers, never refusals.
+//!
+//! Every rule compares sizes that differ by orders of magnitude in no sensible scene; none reads names of units but the
+//! one for moduli in N and mm or N and m.
+
+use std::f64::consts::PI;
+
+use super::spec::body::NearField;
+use super::plan::{BodyPlan, FramePlan, MeshedBodyPlan, Plan};
+use crate::frame::GapShape;
+use crate::history::step::{Normal, Tangential};
+use crate::material::{PlacedMaterial, Stiffness};
+
+/// Moduli (MPa) of stiff solids that, read as MPa, look like GPa.
+const GPA_LIKE_MODULI_MPA: [f64; 2] = [2.0, 1000.0];
+
+/// Poisson's ratios of stiff solids; rubber (0.45 to 0.5) and foam may well have moduli of a few MPa.
+const STIFF_POISSON_RATIOS: [f64; 2] = [0.15, 0.42];
+
+/// Above the stiffest solid (diamond, 1.2e6 MPa).
+const MAX_MODULUS_MPA: f64 = 5e6;
+
+/// Ratio of moduli of two bodies beyond which the softer one has all of the deformation.
+const MAX_MODULUS_RATIO: f64 = 1e4;
+
+/// What each of these warnings begins with.
+pub const UNIT_WARNING_PREFIX: &str = "possible unit error";
+
+/// Warnings on the sizes of moduli, radii, displacements, forces, meshes and frame.
+pub(super) fn unit_warnings(plan: &Plan) -> Vec<String> {
+    let mut notes = Vec::new();
+    check_moduli(plan, &mut notes);
+    check_modulus_ratio(plan, &mut notes);
+    check_contact_size(plan, &mut notes);
+    check_mesh_sizes(plan, &mut notes);
+    notes.into_iter().map(|note| format!("{UNIT_WARNING_PREFIX}: {note}")).collect()
+}
+
+/// Young's moduli along the material axes.
+fn young(stiffness: &Stiffness) -> [f64; 3] {
+    let compliance = stiffness.compliance();
+    std::array::from_fn(|i| 1.0 / compliance[(i, i)])
+}
+
+fn largest(values: [f64; 3]) -> f64 {
+    values.into_iter().fold(0.0, f64::max)
+}
+
+fn least(values: [f64; 3]) -> f64 {
+    values.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Materials of a body by name, each once.
+fn materials(body: &BodyPlan) -> Vec<(&str, &Stiffness)> {
+    let mut found: Vec<(&str, &Stiffness)> = match body {
+        BodyPlan::Rigid => Vec::new(),
+        BodyPlan::HalfSpace(elastic) => vec![(&elastic.name, &elastic.stiffness)],
+        BodyPlan::TruncatedHalfSpace(body) => vec![(&body.material.name, &body.material.stiffness)],
+        BodyPlan::Be(be) => vec![(&be.meshed.material.name, &be.meshed.material.stiffness)],
+        BodyPlan::Fe(fe) => {
+            let placed = fe.regions.iter().flat_map(|(_, placement)| placement.materials());
+            placed.map(|PlacedMaterial { name, stiffness, .. }| (name.as_str(), stiffness)).collect()
+        }
+    };
+    found.sort_by_key(|(name, _)| *name);
+    found.dedup_by_key(|(name, _)| *name);
+    found
+}
+
+/// Moduli that would be ordinary in another unit of stress.
+fn check_moduli(plan: &Plan, notes: &mut Vec<String>) {
+    // The size of 1 MPa in the scene's unit of stress.
+    let mpa = match (plan.units.force.as_str(), plan.units.length.as_str()) {
+        ("N", "mm") => 1.0,
+        ("N", "m") => 1e6,
+        _ => return,
+    };
+    let mut all: Vec<(&str, &Stiffness)> = plan.bodies.iter().flat_map(materials).collect();
+    all.sort_by_key(|(name, _)| *name);
+    all.dedup_by_key(|(name, _)| *name);
+    let unit = if mpa == 1.0 { "MPa" } else { "Pa" };
+    for (name, stiffness) in all {
+        let modulus = largest(young(stiffness));
+        let compliance = stiffness.compliance();
+        let poisson = -compliance[(0, 1)] / compliance[(0, 0)];
+        let stiff = (STIFF_POISSON_RATIOS[0]..=STIFF_POISSON_RATIOS[1]).contains(&poisson);
+        let meant = match modulus / mpa {
+            x if x > MAX_MODULUS_MPA && mpa == 1.0 => "Pa",
+            x if x > MAX_MODULUS_MPA => "a smaller unit",
+            _ if stiff && (GPA_LIKE_MODULI_MPA[0]..=GPA_LIKE_MODULI_MPA[1]).contains(&modulus) => "GPa",
+            x if stiff && mpa > 1.0 && modulus > GPA_LIKE_MODULI_MPA[1] && x < GPA_LIKE_MODULI_MPA[0] => "MPa",
+            _ => continue,
+        };
+        notes.push(format!(
+            "Young's modulus of material `{name}` is {modulus:.4e} {unit}, {} (units of the scene: {}, {}); was it \
+             given in {meant}?",
+            if modulus > MAX_MODULUS_MPA * mpa { "above that of any solid" } else { "typical of a soft polymer" },
+            plan.units.force,
+            plan.units.length
+        ));
+    }
+}
+
+/// Moduli of the two bodies that have nothing to do with each other.
+fn check_modulus_ratio(plan: &Plan, notes: &mut Vec<String>) {
+    let [Some(first), Some(second)] = [0, 1].map(|i| plan.bodies[i].material()) else { return };
+    let [a, b] = [first, second].map(|elastic| young(&elastic.stiffness));
+    let ratio = (least(a) / largest(b)).max(least(b) / largest(a));
+    if ratio > MAX_MODULUS_RATIO {
+        notes.push(format!(
+            "the moduli of `{}` and `{}` are {:.4e} and {:.4e}, more than a factor of 1e4 apart; if this is intended, \
+             use kind = \"rigid\" for the stiffer body, whose deformation is negligible",
+            first.name,
+            second.name,
+            largest(a),
+            largest(b)
+        ));
+    }
+}
+
+/// Half of the least side and the least cell of a grid frame, along the directions in which it does not repeat itself if there are
+/// any.
+fn grid_half_width_and_cell(frame: &FramePlan) -> Option<[f64; 2]> {
+    let FramePlan::Grid { half_width, cells, periodic, .. } = frame else { return None };
+    let cell = |axis: usize| 2.0 * half_width[axis] / cells[axis] as f64;
+    let axes = (0..2).filter(|&axis| !periodic[axis] || *periodic == [true; 2]);
+    Some(
+        axes.fold([f64::INFINITY; 2], |[half, side], axis| {
+            [half.min(half_width[axis]), side.min(cell(axis))]
+        }),
+    )
+}
+
+/// Length along the endless direction of a frame that repeats itself in one.
+fn line_contact_length(frame: &FramePlan) -> Option<f64> {
+    match frame {
+        FramePlan::Grid { half_width, periodic: [true, false], .. } => Some(2.0 * half_width[0]),
+        FramePlan::Grid { half_width, periodic: [false, true], .. } => Some(2.0 * half_width[1]),
+        _ => None,
+    }
+}
+
+/// The same of any frame: of a mesh frame half of its largest extent, and the side of a square as large as a face.
+fn frame_half_width_and_cell(plan: &Plan) -> Option<[f64; 2]> {
+    let FramePlan::Mesh { body, .. } = plan.frame else { return grid_half_width_and_cell(&plan.frame) };
+    let fe = plan.bodies[body].as_meshed()?;
+    let mut sides = extent(fe, Some(&fe.contact))?;
+    sides.sort_by(f64::total_cmp);
+    let faces = fe.mesh.group_of_dim(&fe.contact, 2).ok()?.cells.len();
+    Some([0.5 * sides[2], (sides[2] * sides[1] / faces.max(1) as f64).sqrt()])
+}
+
+/// Radius of curvature of a round gap.
+fn radius(plan: &Plan) -> Option<f64> {
+    match plan.gap.shape {
+        GapShape::Sphere { radius } | GapShape::Cylinder { radius, .. } => Some(radius),
+        GapShape::Ellipsoid { radii, .. } => Some((radii[0] * radii[1]).sqrt()),
+        GapShape::SemiAxes { semi_axes: [a, b, c], .. } => Some(a * b / c),
+        _ => None,
+    }
+}
+
+/// Radius, displacements and forces against the frame and its cells.
+fn check_contact_size(plan: &Plan, notes: &mut Vec<String>) {
+    let approach = (plan.steps.iter())
+        .filter_map(|step| if let Some(Normal::Approach(d)) = step.normal { Some(d) } else { None })
+        .fold(0.0, f64::max);
+    let Some([half, cell]) = frame_half_width_and_cell(plan) else { return };
+    let slides = plan.steps.iter().filter_map(|step| match (step.tangential, &step.cycles) {
+        (Some(Tangential::Shift([x, y])), _) => Some(x.hypot(y)),
+        (_, Some(cycles)) => cycles.reach(),
+        _ => None,
+    });
+    let slide = slides.fold(0.0, f64::max);
+    if slide > 20.0 * half {
+        notes.push(format!(
+            "the tangential displacement of body 2 is {slide:.4e}, more than 20 times the half-width of \
+                            the contact frame ({half:.4e})"
+        ));
+    }
+    let Some(radius) = radius(plan) else { return };
+    if radius > 1e6 * half || radius < 0.05 * half {
+        notes.push(format!(
+            "the radius of the gap is {radius:.4e}, but the half-width of the contact frame is {half:.4e}"
+        ));
+    }
+    if approach > 0.5 * radius {
+        notes.push(format!(
+            "the approach is {approach:.4e}, more than half of the gap radius {radius:.4e}: small-deformation theory \
+             does not apply"
+        ));
+        return;
+    }
+    let estimate = if approach > 0.0 {
+        Some((format!("the approach {approach:.4e}"), (radius * approach).sqrt()))
+    } else {
+        hertz_half_width(plan, radius)
+    };
+    let Some((by, width)) = estimate else { return };
+    if width > 5.0 * half {
+        notes.push(format!(
+            "{by} gives a contact half-width of about {width:.1e} (Hertz), much larger than the half-width of the \
+             contact frame, {half:.4e}"
+        ));
+    } else if width < 0.1 * cell {
+        notes.push(format!(
+            "{by} gives a contact half-width of about {width:.1e} (Hertz), much smaller than a cell of the frame, \
+             {cell:.4e}: the contact is not resolved"
+        ));
+    }
+}
+
+/// The half-width of the contact by the largest normal force (Hertz), right within a factor of a few.
+fn hertz_half_width(plan: &Plan, radius: f64) -> Option<(String, f64)> {
+    let force = (plan.steps.iter())
+        .filter_map(|step| if let Some(Normal::Force(force)) = step.normal { Some(force) } else { None })
+        .fold(0.0, f64::max);
+    let compliance: f64 = (plan.bodies.iter())
+        .filter_map(BodyPlan::material)
+        .map(|elastic| 0.9 / young(&elastic.stiffness).into_iter().product::<f64>().cbrt())
+        .sum();
+    let width = match line_contact_length(&plan.frame) {
+        None => (0.75 * force * radius * compliance).cbrt(),
+        // A line contact.
+        Some(length) => (4.0 / PI * force / length * radius * compliance).sqrt(),
+    };
+    (force > 0.0 && width > 0.0).then(|| (format!("the force {force:.4e}"), width))
+}
+
+/// Extent along x, y, z of the nodes of a group, or of the whole mesh.
+fn extent(fe: &MeshedBodyPlan, group: Option<&str>) -> Option<[f64; 3]> {
+    let nodes = match group {
+        Some(group) => fe.mesh.group(group).map(|group| fe.mesh.nodes_of(group)).ok()?,
+        None => (0..fe.mesh.n_points()).collect(),
+    };
+    let points = nodes.iter().map(|&node| fe.mesh.points[node]);
+    let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (low, high) = points.fold(start, |(low, high), x| {
+        (std::array::from_fn(|k| low[k].min(x[k])), std::array::from_fn(|k| f64::max(high[k], x[k])))
+    });
+    Some(std::array::from_fn(|k| high[k] - low[k]))
+}
+
+/// Meshes against the frame and the displacements.
+fn check_mesh_sizes(plan: &Plan, notes: &mut Vec<String>) {
+    for (key, body) in ["body1", "body2"].into_iter().zip(&plan.bodies) {
+        let Some(fe) = body.as_meshed() else { continue };
+        let (Some(contact), Some(whole)) = (extent(fe, Some(&fe.contact)), extent(fe, None)) else {
+            continue;
+        };
+        let (side, height) = (contact[0].max(contact[1]), least(whole));
+        if let Some([half, cell]) = grid_half_width_and_cell(&plan.frame) {
+            let faces = fe.mesh.group_of_dim(&fe.contact, 2).map_or(0, |group| group.cells.len());
+            let face = (contact[0] * contact[1] / faces.max(1) as f64).sqrt();
+            if side > 1e3 * half {
+                notes.push(format!(
+                    "the contact surface of {key} is {side:.4e} wide, more than 1000 times the half-width of the \
+                     contact frame, {half:.4e}"
+                ));
+            } else if side < 0.02 * half {
+                notes.push(format!(
+                    "the contact surface of {key} is only {side:.4e} wide, less than 2 % of the half-width of the \
+                     contact frame, {half:.4e}"
+                ));
+            } else if face > 100.0 * cell && fe.near_field == NearField::Mesh {
+                notes.push(format!(
+                    "the contact faces of {key} are about {face:.1e} wide, more than 100 times the cells of the frame, {cell:.4e}"
+                ));
+            }
+        }
+        let approach = plan.steps.iter().filter_map(|step| match step.normal {
+            Some(Normal::Approach(d)) => Some(d),
+            _ => None,
+        });
+        let approach = approach.fold(0.0, f64::max);
+        if approach > 0.3 * height {
+            notes.push(format!(
+                "the approach is {approach:.4e}, more than 30 % of the smallest dimension of the mesh of {key}, {height:.4e}"
+            ));
+        }
+    }
+}
